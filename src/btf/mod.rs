@@ -1,0 +1,5 @@
+//! The BTF sample: directions, storage, and how samples come to be (measured or baked).
+
+pub mod direction;
+pub mod sample;
+pub mod writer;

@@ -1,0 +1,217 @@
+//! Writing a sample image by image: the array is never held whole, the folder appears when done.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+
+use crate::btf::sample::{DESCRIPTION, DType, Description, RADIANCE};
+use crate::error::{Error, Result};
+use crate::format::atomic::FolderInProgress;
+use crate::format::id::ContentId;
+use crate::format::{json, npy};
+
+/// A sample under construction; images come in order, each checked on the way.
+#[derive(Debug)]
+pub struct SampleWriter {
+    target: PathBuf,
+    folder: FolderInProgress,
+    description: Description,
+    array: BufWriter<File>,
+    hasher: blake3::Hasher,
+    images_written: usize,
+    bytes: Vec<u8>,
+}
+
+impl SampleWriter {
+    /// Begins `target`; `description.id` is filled in at the end.
+    pub fn create(target: &Path, description: Description) -> Result<Self> {
+        description.check()?;
+        let folder = FolderInProgress::create(target)?;
+        let path = folder.member(RADIANCE);
+        let file = File::create(&path).map_err(Error::io(target, "write"))?;
+        let mut header = Vec::new();
+        let shape = description.radiance_shape();
+        match description.dtype {
+            DType::F2 => npy::write_header::<f16>(&mut header, &shape),
+            DType::F4 => npy::write_header::<f32>(&mut header, &shape),
+        }
+        .map_err(Error::io(target, "write"))?;
+        let mut writer = Self {
+            target: target.to_path_buf(),
+            folder,
+            description,
+            array: BufWriter::with_capacity(1 << 20, file),
+            hasher: blake3::Hasher::new(),
+            images_written: 0,
+            bytes: header,
+        };
+        writer.write_bytes()?;
+        Ok(writer)
+    }
+
+    /// Adds the next image: row-major (height, width, RGB), linear radiance.
+    pub fn push(&mut self, image: &[f32]) -> Result<()> {
+        let length = self.description.grid().len() * 3;
+        if image.len() != length || self.images_written == self.description.image_count() {
+            return Err(Error::data(
+                format!("image {}", self.images_written),
+                format!("{} numbers", image.len()),
+            )
+            .expected(format!(
+                "{length}, {} times",
+                self.description.image_count()
+            )));
+        }
+        self.check(image)?;
+        self.bytes.clear();
+        match self.description.dtype {
+            DType::F2 => {
+                let mut halves = vec![f16::ZERO; image.len()];
+                halves.convert_from_f32_slice(image);
+                self.bytes.extend_from_slice(bytemuck::cast_slice(&halves));
+            }
+            DType::F4 => self.bytes.extend_from_slice(bytemuck::cast_slice(image)),
+        }
+        self.images_written += 1;
+        self.write_bytes()
+    }
+
+    /// Refuses what no radiance can be, or what its number type cannot hold.
+    fn check(&self, image: &[f32]) -> Result<()> {
+        let largest = match self.description.dtype {
+            DType::F2 => f16::MAX.to_f32(),
+            DType::F4 => f32::MAX,
+        };
+        let Some(at) = image.iter().position(|&v| !(0.0..=largest).contains(&v)) else {
+            return Ok(());
+        };
+        let (view, light) = self.description.view_and_light(self.images_written);
+        let (row, col) = (
+            at / 3 / self.description.width as usize,
+            at / 3 % self.description.width as usize,
+        );
+        Err(Error::data(
+            format!("view {view}, light {light}, row {row}, column {col}"),
+            format!("radiance {}", image[at]),
+        )
+        .expected(format!("0 to {largest}"))
+        .advice("choose --dtype f4 for values beyond half precision"))
+    }
+
+    fn write_bytes(&mut self) -> Result<()> {
+        self.hasher.update(&self.bytes);
+        self.array
+            .write_all(&self.bytes)
+            .map_err(Error::io(&self.target, "write"))
+    }
+
+    /// Writes the description and moves the folder to its place; returns the description.
+    pub fn finish(mut self) -> Result<Description> {
+        if self.images_written != self.description.image_count() {
+            return Err(Error::data("images", self.images_written.to_string())
+                .expected(self.description.image_count().to_string()));
+        }
+        self.array
+            .flush()
+            .map_err(Error::io(&self.target, "write"))?;
+        self.description.id = ContentId::of_hash(&self.hasher.finalize());
+        json::write(&self.folder.member(DESCRIPTION), &self.description)?;
+        self.folder.finish()?;
+        Ok(self.description)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::btf::direction::Direction;
+    use crate::btf::sample::{FORMAT, Layout, Sample, VERSION};
+
+    fn description(dtype: DType) -> Description {
+        Description {
+            format: FORMAT.into(),
+            version: VERSION,
+            name: "test".into(),
+            width: 3,
+            height: 2,
+            channels: 3,
+            dtype,
+            texel_mm: None,
+            layout: Layout::Product,
+            views: vec![Direction::from_angles(0.0, 0.0)],
+            lights: vec![
+                Direction::from_angles(0.0, 0.0),
+                Direction::from_angles(0.5, 1.0),
+            ],
+            pairs: None,
+            tileable: true,
+            id: ContentId::of_bytes(b""),
+            source: serde_json::Value::Null,
+        }
+    }
+
+    #[test]
+    fn samples_round_trip_and_carry_their_hash() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("x.sample");
+        for dtype in [DType::F2, DType::F4] {
+            let mut writer = SampleWriter::create(&target, description(dtype)).unwrap();
+            writer.push(&[0.25; 18]).unwrap();
+            writer.push(&[0.5; 18]).unwrap();
+            let written = writer.finish().unwrap();
+            let sample = Sample::open(&target).unwrap();
+            assert_eq!(sample.description(), &written);
+            assert_eq!(sample.image(1).get(17), 0.5);
+            assert_eq!(
+                ContentId::of_file(&target.join(RADIANCE)).unwrap(),
+                written.id
+            );
+        }
+    }
+
+    #[test]
+    fn impossible_radiance_is_refused_by_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("x.sample");
+        let mut writer = SampleWriter::create(&target, description(DType::F2)).unwrap();
+        let mut image = vec![0.1; 18];
+        for (bad, says) in [(f32::NAN, "NaN"), (-1.0, "-1"), (1e6, "f4")] {
+            image[13] = bad;
+            let error = writer.push(&image).unwrap_err().to_string();
+            assert!(
+                error.contains("row 1, column 1") && error.contains(says),
+                "{error}"
+            );
+        }
+        drop(writer);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn numbers_that_do_not_match_the_description_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("x.sample");
+        let mut writer = SampleWriter::create(&target, description(DType::F2)).unwrap();
+        writer.push(&[0.0; 18]).unwrap();
+        writer.push(&[0.0; 18]).unwrap();
+        let mut wrong = writer.finish().unwrap();
+        wrong.width = 4;
+        json::write(&target.join(DESCRIPTION), &wrong).unwrap();
+        let error = Sample::open(&target).unwrap_err().to_string();
+        assert!(
+            error.contains("radiance.npy") && error.contains("[1, 2, 2, 4, 3]"),
+            "{error}"
+        );
+        wrong.lights.clear();
+        json::write(&target.join(DESCRIPTION), &wrong).unwrap();
+        assert!(
+            Sample::open(&target)
+                .unwrap_err()
+                .to_string()
+                .contains("lights: 0")
+        );
+    }
+}

@@ -1,0 +1,21 @@
+//! `mesotex exemplar`.
+
+use clap::Args;
+
+use crate::cli::outcome::Outcome;
+use crate::cli::session::{Common, Session};
+use crate::error::{Error, Result};
+
+/// Make an exemplar of plain images.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl Arguments {
+    /// Runs the command.
+    pub fn run(&self, _session: &Session) -> Result<Outcome> {
+        Err(Error::data("mesotex exemplar", "not built yet"))
+    }
+}

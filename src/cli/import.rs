@@ -1,0 +1,21 @@
+//! `mesotex import`.
+
+use clap::Args;
+
+use crate::cli::outcome::Outcome;
+use crate::cli::session::{Common, Session};
+use crate::error::{Error, Result};
+
+/// Import measured BTFs and image sets.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl Arguments {
+    /// Runs the command.
+    pub fn run(&self, _session: &Session) -> Result<Outcome> {
+        Err(Error::data("mesotex import", "not built yet"))
+    }
+}

@@ -1,0 +1,111 @@
+//! The command line: one file a subcommand, each options → library call → what the user reads.
+//!
+//! This room alone sees all others, and alone prints: reports on stdout, progress and warnings
+//! on stderr. Exit code 0: done; 1: the data or the machine is at fault; 2: the usage is.
+
+mod bake;
+mod demo;
+mod exemplar;
+mod gram;
+mod import;
+mod info;
+mod knn;
+mod mesh;
+mod outcome;
+mod render;
+mod run;
+mod session;
+mod synth;
+mod terminal;
+mod textons;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::cli::outcome::Outcome;
+use crate::cli::session::{Common, Session};
+use crate::error::{Error, Result};
+
+/// Puts measured appearance on real geometry: BTF textons, synthesis on meshes, OpenEXR frames.
+#[derive(Debug, Parser)]
+#[command(
+    name = "mesotex",
+    version,
+    propagate_version = true,
+    max_term_width = 100
+)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    Bake(bake::Arguments),
+    Import(import::Arguments),
+    Info(info::Arguments),
+    Textons(textons::Arguments),
+    Gram(gram::Arguments),
+    Knn(knn::Arguments),
+    Exemplar(exemplar::Arguments),
+    Mesh(mesh::Arguments),
+    Synth(synth::Arguments),
+    Render(render::Arguments),
+    Run(run::Arguments),
+}
+
+impl Command {
+    fn common(&self) -> &Common {
+        match self {
+            Self::Demo(arguments) => &arguments.common,
+            Self::Bake(arguments) => &arguments.common,
+            Self::Import(arguments) => &arguments.common,
+            Self::Info(arguments) => &arguments.common,
+            Self::Textons(arguments) => &arguments.common,
+            Self::Gram(arguments) => &arguments.common,
+            Self::Knn(arguments) => &arguments.common,
+            Self::Exemplar(arguments) => &arguments.common,
+            Self::Mesh(arguments) => &arguments.common,
+            Self::Synth(arguments) => &arguments.common,
+            Self::Render(arguments) => &arguments.common,
+            Self::Run(arguments) => &arguments.common,
+        }
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        match self {
+            Self::Demo(arguments) => arguments.run(session),
+            Self::Bake(arguments) => arguments.run(session),
+            Self::Import(arguments) => arguments.run(session),
+            Self::Info(arguments) => arguments.run(session),
+            Self::Textons(arguments) => arguments.run(session),
+            Self::Gram(arguments) => arguments.run(session),
+            Self::Knn(arguments) => arguments.run(session),
+            Self::Exemplar(arguments) => arguments.run(session),
+            Self::Mesh(arguments) => arguments.run(session),
+            Self::Synth(arguments) => arguments.run(session),
+            Self::Render(arguments) => arguments.run(session),
+            Self::Run(arguments) => arguments.run(session),
+        }
+    }
+}
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    let command = CommandLine::parse().command;
+    let result = Session::new(command.common())
+        .and_then(|session| command.run(&session).map(|outcome| (session, outcome)))
+        .and_then(|(session, outcome)| session.report(&outcome));
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            terminal::print_error(&error);
+            ExitCode::from(match error {
+                Error::Option { .. } => 2,
+                _ => 1,
+            })
+        }
+    }
+}

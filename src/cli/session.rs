@@ -1,0 +1,148 @@
+//! What all commands share: their common options, threads, progress, interruption, and the
+//! checks on outputs before any work is done.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Args;
+
+use crate::cli::outcome::Outcome;
+use crate::cli::terminal::Terminal;
+use crate::error::{Error, Result};
+use crate::format::atomic::parent;
+use crate::format::lock::OutputLock;
+use crate::progress::{Event, Progress};
+
+/// Options of every command.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Common options")]
+pub struct Common {
+    /// Seed of everything drawn at random; the same seed gives the same bytes. Commands that draw
+    /// nothing take it too, so that a script can hand one seed to all.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Threads to work with; the result does not depend on it. Default: all cores.
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print the report as JSON on stdout.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// One run of the program.
+pub struct Session {
+    common: Common,
+    terminal: Terminal,
+    listener: Box<dyn Fn(Event) + Sync + Send>,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl Session {
+    /// Sets up threads, progress and Ctrl-C.
+    pub fn new(common: &Common) -> Result<Self> {
+        set_threads(common.threads)?;
+        let interrupted = Arc::new(AtomicBool::new(false));
+        listen_for_interrupt(&interrupted)?;
+        let terminal = Terminal::new(common.quiet);
+        let drawn = terminal.clone();
+        Ok(Self {
+            common: common.clone(),
+            terminal,
+            listener: Box::new(move |event| drawn.show(event)),
+            interrupted,
+        })
+    }
+
+    /// The seed of everything drawn at random.
+    pub fn seed(&self) -> u64 {
+        self.common.seed
+    }
+
+    /// The common options, for stages started by another command.
+    pub fn common(&self) -> &Common {
+        &self.common
+    }
+
+    /// Where library calls report their progress.
+    pub fn progress(&self) -> Progress<'_> {
+        Progress::new(&*self.listener, Some(&self.interrupted))
+    }
+
+    /// Claims an output for this run: refuses an output that is an input, lies in a folder that
+    /// does not exist, or is being written by another run.
+    pub fn claim(&self, output: &Path, inputs: &[&Path]) -> Result<OutputLock> {
+        let same = |input: &&&Path| match (fs::canonicalize(input), fs::canonicalize(output)) {
+            (Ok(a), Ok(b)) => a == b,
+            _ => false,
+        };
+        if let Some(input) = inputs.iter().find(same) {
+            return Err(Error::option(
+                "output",
+                format!("{} is also an input", input.display()),
+                "another path",
+            ));
+        }
+        let folder = parent(output);
+        if !folder.is_dir() {
+            return Err(Error::option(
+                "output",
+                format!("the folder {} does not exist", folder.display()),
+                "an existing folder",
+            ));
+        }
+        OutputLock::acquire(output)
+    }
+
+    /// Prints a finished command's report, for a person or as JSON.
+    pub fn report(&self, outcome: &Outcome) -> Result<()> {
+        self.terminal.clear();
+        let text = match (self.common.json, self.common.quiet) {
+            (true, _) => format!("{:#}\n", outcome.json(&self.terminal.warnings())),
+            (false, true) => return Ok(()),
+            (false, false) => outcome.text(),
+        };
+        let mut stdout = io::stdout().lock();
+        stdout
+            .write_all(text.as_bytes())
+            .and_then(|()| stdout.flush())
+            .map_err(Error::io(
+                &PathBuf::from("standard output"),
+                "write the report",
+            ))
+    }
+}
+
+fn set_threads(threads: Option<usize>) -> Result<()> {
+    let Some(threads) = threads else {
+        return Ok(());
+    };
+    if !(1..=1024).contains(&threads) {
+        return Err(Error::option("threads", threads.to_string(), "1 to 1024"));
+    }
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(|error| {
+            Error::option(
+                "threads",
+                error.to_string(),
+                "threads this machine can start",
+            )
+        })
+}
+
+/// The first Ctrl-C asks the running stage to stop at its next step; the second ends the process.
+fn listen_for_interrupt(interrupted: &Arc<AtomicBool>) -> Result<()> {
+    use signal_hook::consts::SIGINT;
+    let place = Path::new("signal handler");
+    signal_hook::flag::register_conditional_shutdown(SIGINT, 130, Arc::clone(interrupted))
+        .and_then(|_| signal_hook::flag::register(SIGINT, Arc::clone(interrupted)))
+        .map(|_| ())
+        .map_err(Error::io(place, "install"))
+}

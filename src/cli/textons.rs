@@ -1,0 +1,21 @@
+//! `mesotex textons`.
+
+use clap::Args;
+
+use crate::cli::outcome::Outcome;
+use crate::cli::session::{Common, Session};
+use crate::error::{Error, Result};
+
+/// Filter bank, representative images, K-means: the texton vocabulary.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl Arguments {
+    /// Runs the command.
+    pub fn run(&self, _session: &Session) -> Result<Outcome> {
+        Err(Error::data("mesotex textons", "not built yet"))
+    }
+}

@@ -1,0 +1,11 @@
+//! Bytes ↔ types, and no algorithms.
+//!
+//! Every writer writes a temporary file beside the target and renames it; every reader checks
+//! sizes, ranges and versions before it allocates, and says file, field, found and expected.
+
+pub mod atomic;
+pub mod id;
+pub mod json;
+pub mod lock;
+pub mod npy;
+pub mod npz;

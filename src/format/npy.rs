@@ -1,0 +1,299 @@
+//! `.npy` arrays, as `numpy.load` opens them: C order, little endian, checked against the file's
+//! length before anything is allocated. Big arrays are mapped ([`Mapped`]).
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::marker::PhantomData;
+use std::path::Path;
+
+use bytemuck::Pod;
+use memmap2::Mmap;
+use ndarray::{ArrayD, ArrayViewD, IxDyn};
+use npyz::{DType, NpyHeader, Order, WriterBuilder};
+
+use crate::error::{Error, Result};
+use crate::format::atomic;
+
+/// A number type that arrays of this project hold.
+pub trait Element: Pod + npyz::AutoSerialize + Send + Sync {
+    /// numpy's name of the type, as `<f4`.
+    const DTYPE: &'static str;
+}
+
+macro_rules! elements {
+    ($($name:ty => $dtype:literal),* $(,)?) => {$(
+        impl Element for $name {
+            const DTYPE: &'static str = $dtype;
+        }
+    )*};
+}
+elements!(f32 => "<f4", f64 => "<f8", half::f16 => "<f2", u8 => "|u1", u16 => "<u2", u32 => "<u4");
+
+/// What an array file says of itself, checked against its length.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// numpy's name of the number type, as `<f4`.
+    pub dtype: String,
+    /// Sides of the array, slowest first.
+    pub shape: Vec<usize>,
+    /// Where the numbers begin, in bytes.
+    pub data_offset: usize,
+}
+
+impl Header {
+    /// Refuses another number type than `T`.
+    pub fn expect<T: Element>(&self) -> Result<()> {
+        if self.dtype == T::DTYPE {
+            return Ok(());
+        }
+        let numpy_name = T::DTYPE.trim_start_matches('|');
+        Err(Error::data("dtype", format!("`{}`", self.dtype))
+            .expected(format!("`{}`", T::DTYPE))
+            .advice(format!("convert it in numpy: a.astype(\"{numpy_name}\")")))
+    }
+}
+
+/// Reads the header at the start of `bytes`, the beginning of a file of `file_length` bytes, and
+/// checks that the file holds just the numbers it promises.
+pub fn parse_header(bytes: &[u8], file_length: u64) -> Result<Header> {
+    check_header_length(bytes)?;
+    let mut rest = bytes;
+    let header = NpyHeader::from_reader(&mut rest).map_err(|error| {
+        Error::data("npy header", error.to_string()).expected("a file written by numpy.save")
+    })?;
+    let data_offset = bytes.len() - rest.len();
+    if header.order() == Order::Fortran {
+        return Err(Error::data("npy header", "the array is in Fortran order")
+            .expected("C order")
+            .advice("save it again in numpy: numpy.save(path, numpy.ascontiguousarray(a))"));
+    }
+    let DType::Plain(scalar) = header.dtype() else {
+        return Err(Error::data("dtype", header.dtype().descr()).expected("one plain number type"));
+    };
+    let shape: Option<Vec<usize>> = header
+        .shape()
+        .iter()
+        .map(|&side| usize::try_from(side).ok())
+        .collect();
+    let promised = header
+        .shape()
+        .iter()
+        .try_fold(scalar.num_bytes().unwrap_or(0) as u64, |n, &side| {
+            n.checked_mul(side)
+        });
+    let held = file_length - data_offset as u64;
+    match (shape, promised) {
+        (Some(shape), Some(promised)) if promised == held => Ok(Header {
+            dtype: scalar.to_string(),
+            shape,
+            data_offset,
+        }),
+        _ => Err(Error::data(
+            format!("shape {:?} of `{scalar}`", header.shape()),
+            format!("{held} bytes of numbers"),
+        )
+        .expected(promised.map_or("fewer than 2^64 bytes".into(), |n| format!("{n} bytes")))
+        .advice("the file is cut off, or was written for another shape")),
+    }
+}
+
+/// Refuses a header whose own length goes beyond the bytes at hand, before it is allocated.
+fn check_header_length(bytes: &[u8]) -> Result<()> {
+    let length = match bytes {
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, ..] => {
+            10 + u64::from(u16::from_le_bytes([*a, *b]))
+        }
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 2 | 3, _, a, b, c, d, ..] => {
+            12 + u64::from(u32::from_le_bytes([*a, *b, *c, *d]))
+        }
+        _ => {
+            return Err(Error::data("npy header", "no `\\x93NUMPY` at the start")
+                .expected("a file written by numpy.save"));
+        }
+    };
+    if length > bytes.len() as u64 {
+        return Err(
+            Error::data("npy header", format!("it claims {length} bytes"))
+                .expected(format!("at most {}", bytes.len())),
+        );
+    }
+    Ok(())
+}
+
+/// The array in `bytes`, a whole `.npy` file.
+pub fn decode<T: Element>(bytes: &[u8]) -> Result<ArrayD<T>> {
+    let header = parse_header(bytes, bytes.len() as u64)?;
+    header.expect::<T>()?;
+    let numbers = bytemuck::pod_collect_to_vec(&bytes[header.data_offset..]);
+    ArrayD::from_shape_vec(IxDyn(&header.shape), numbers)
+        .map_err(|error| Error::data("shape", error.to_string()))
+}
+
+/// Reads a whole array file.
+pub fn read<T: Element>(path: &Path) -> Result<ArrayD<T>> {
+    let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+    decode(&bytes).map_err(|error| error.in_file(path))
+}
+
+/// Writes the header of an array of `T` with these sides.
+pub fn write_header<T: Element>(sink: &mut impl Write, shape: &[usize]) -> io::Result<()> {
+    let shape: Vec<u64> = shape.iter().map(|&side| side as u64).collect();
+    let dtype = DType::Plain(T::DTYPE.parse().map_err(io::Error::other)?);
+    npyz::WriteOptions::new_header_only()
+        .dtype(dtype)
+        .shape(&shape)
+        .writer(sink)
+        .write_header_only()?;
+    Ok(())
+}
+
+/// Writes header and numbers of an array.
+pub fn encode<T: Element>(sink: &mut impl Write, array: ArrayViewD<'_, T>) -> io::Result<()> {
+    write_header::<T>(sink, array.shape())?;
+    let array = array.as_standard_layout();
+    let numbers = array
+        .as_slice()
+        .ok_or_else(|| io::Error::other("not in C order"))?;
+    sink.write_all(bytemuck::cast_slice(numbers))
+}
+
+/// Writes a whole array file.
+pub fn write<T: Element>(path: &Path, array: ArrayViewD<'_, T>) -> Result<()> {
+    atomic::write_file(path, |sink| encode(sink, array))
+}
+
+/// Reads the header of a file without its numbers.
+pub fn read_header(path: &Path) -> Result<Header> {
+    let file = File::open(path).map_err(Error::io(path, "read"))?;
+    let length = file.metadata().map_err(Error::io(path, "read"))?.len();
+    let mut start = Vec::new();
+    file.take(1 << 16)
+        .read_to_end(&mut start)
+        .map_err(Error::io(path, "read"))?;
+    parse_header(&start, length).map_err(|error| error.in_file(path))
+}
+
+/// An array file mapped into memory: pages are read when touched.
+#[derive(Debug)]
+pub struct Mapped<T> {
+    map: Mmap,
+    header: Header,
+    element: PhantomData<T>,
+}
+
+impl<T: Element> Mapped<T> {
+    /// Maps an array file of `T`.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(Error::io(path, "read"))?;
+        #[allow(
+            unsafe_code,
+            reason = "mapping a file is the one way to read it in slices without copies; \
+            a file changed under a running process is outside every reader's promise"
+        )]
+        let map = unsafe { Mmap::map(&file) }.map_err(Error::io(path, "map"))?;
+        let start = &map[..map.len().min(1 << 16)];
+        let header = parse_header(start, map.len() as u64)
+            .and_then(|header| header.expect::<T>().map(|()| header))
+            .map_err(|error| error.in_file(path))?;
+        if header.data_offset % align_of::<T>() != 0 {
+            return Err(Error::data("npy header", "the numbers are not aligned")
+                .expected("a header padded to 64 bytes, as numpy.save writes it")
+                .in_file(path));
+        }
+        Ok(Self {
+            map,
+            header,
+            element: PhantomData,
+        })
+    }
+
+    /// Sides of the array, slowest first.
+    pub fn shape(&self) -> &[usize] {
+        &self.header.shape
+    }
+
+    /// All numbers, in C order.
+    pub fn as_slice(&self) -> &[T] {
+        bytemuck::cast_slice(&self.map[self.header.data_offset..])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    fn bytes_of(array: &Array2<f32>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        encode(&mut bytes, array.view().into_dyn()).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn arrays_round_trip_and_map() {
+        let array = Array2::from_shape_fn((3, 5), |(r, c)| (r * 5 + c) as f32);
+        let bytes = bytes_of(&array);
+        assert_eq!(decode::<f32>(&bytes).unwrap(), array.clone().into_dyn());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npy");
+        write(&path, array.view().into_dyn()).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), bytes);
+        let mapped = Mapped::<f32>::open(&path).unwrap();
+        assert_eq!(mapped.shape(), [3, 5]);
+        assert_eq!(mapped.as_slice()[7], 7.0);
+    }
+
+    #[test]
+    fn a_transposed_view_is_written_in_c_order() {
+        let array = Array2::from_shape_fn((2, 3), |(r, c)| (r * 3 + c) as f32);
+        let mut bytes = Vec::new();
+        encode(&mut bytes, array.t().into_dyn()).unwrap();
+        assert_eq!(
+            decode::<f32>(&bytes).unwrap(),
+            array.t().to_owned().into_dyn()
+        );
+    }
+
+    #[test]
+    fn foreign_arrays_are_refused_with_a_reason() {
+        let good = bytes_of(&Array2::zeros((2, 2)));
+        let edit = |from: &str, to: &str| {
+            let text: Vec<u8> = good.clone();
+            let at = text
+                .windows(from.len())
+                .position(|w| w == from.as_bytes())
+                .unwrap();
+            let mut text = text;
+            text[at..at + from.len()].copy_from_slice(to.as_bytes());
+            decode::<f32>(&text).unwrap_err().to_string()
+        };
+        assert!(edit("'<f4'", "'>f4'").contains(">f4"));
+        assert!(edit("'<f4'", "'<i4'").contains("<i4"));
+        assert!(edit("False", "True ").contains("Fortran"));
+        assert!(edit("(2, 2,", "(2, 9,").contains("72 bytes"));
+        let cut = decode::<f32>(&good[..good.len() - 1]).unwrap_err();
+        assert!(cut.to_string().contains("cut off"));
+        assert!(
+            decode::<f32>(b"PK\x03\x04")
+                .unwrap_err()
+                .to_string()
+                .contains("NUMPY")
+        );
+        let mut huge = good.clone();
+        huge[6] = 2;
+        huge[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
+        assert!(
+            decode::<f32>(&huge)
+                .unwrap_err()
+                .to_string()
+                .contains("claims")
+        );
+    }
+
+    #[test]
+    fn a_shape_beyond_all_memory_is_refused() {
+        let mut bytes = Vec::new();
+        write_header::<f32>(&mut bytes, &[usize::MAX, 4]).unwrap();
+        assert!(decode::<f32>(&bytes).is_err());
+    }
+}

@@ -1,0 +1,284 @@
+//! `.npz` archives: several arrays and one `meta.json`, as `numpy.load` opens them.
+//!
+//! Written members are stored uncompressed and dated 1980-01-01, so that the same content is the
+//! same bytes. Read members may be deflated; an archive that expands beyond what deflate does to
+//! real data is refused before it fills the memory.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use ndarray::{Array, ArrayView, Dimension};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+use crate::error::{Error, Result};
+use crate::format::atomic::{self, Sink};
+use crate::format::id::ContentId;
+use crate::format::{json, npy};
+
+const META: &str = "meta.json";
+
+/// Expanded bytes allowed for each byte of the file, beside [`EXPANSION_BASE`].
+const EXPANSION_FACTOR: u64 = 256;
+/// Expanded bytes allowed in any case.
+const EXPANSION_BASE: u64 = 256 << 20;
+
+/// An archive open for reading.
+#[derive(Debug)]
+pub struct Reader {
+    path: PathBuf,
+    archive: ZipArchive<BufReader<File>>,
+    /// Bytes that may still be expanded.
+    allowance: u64,
+}
+
+impl Reader {
+    /// Opens an archive and checks its directory.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(Error::io(path, "read"))?;
+        let length = file.metadata().map_err(Error::io(path, "read"))?.len();
+        let archive = ZipArchive::new(BufReader::new(file)).map_err(|error| {
+            Error::data("zip directory", error.to_string())
+                .expected("an .npz file")
+                .advice("the file is cut off or is no .npz")
+                .in_file(path)
+        })?;
+        if archive.has_duplicate_names() {
+            return Err(Error::data("zip directory", "a member stands in it twice").in_file(path));
+        }
+        Ok(Self {
+            path: path.to_path_buf(),
+            archive,
+            allowance: length
+                .saturating_mul(EXPANSION_FACTOR)
+                .saturating_add(EXPANSION_BASE),
+        })
+    }
+
+    /// Whether the archive has an array of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.archive.index_for_name(&member_name(name)).is_some()
+    }
+
+    /// Reads `meta.json`.
+    pub fn meta<T: DeserializeOwned>(&mut self) -> Result<T> {
+        let bytes = self.member(META)?;
+        json::parse(&bytes).map_err(|error| self.at(META, error))
+    }
+
+    /// Reads an array of `T` with `D`'s number of sides.
+    pub fn array<T: npy::Element, D: Dimension>(&mut self, name: &str) -> Result<Array<T, D>> {
+        let bytes = self.member(&member_name(name))?;
+        let array = npy::decode::<T>(&bytes).map_err(|error| self.at(name, error))?;
+        let shape = array.shape().to_vec();
+        array.into_dimensionality().map_err(|_| {
+            let expected = D::NDIM.map_or("another".into(), |n| n.to_string());
+            self.fault(name, format!("shape {shape:?}"))
+                .expected(format!("{expected} sides"))
+        })
+    }
+
+    /// A fault in member `name` of this archive.
+    pub fn fault(&self, name: &str, found: impl Into<String>) -> Error {
+        Error::data(name, found).in_file(&self.path)
+    }
+
+    fn at(&self, name: &str, error: Error) -> Error {
+        match error {
+            Error::Data(mut fault) => {
+                fault.place = format!("{name}: {}", fault.place);
+                Error::Data(fault).in_file(&self.path)
+            }
+            other => other,
+        }
+    }
+
+    fn member(&mut self, name: &str) -> Result<Vec<u8>> {
+        let Ok(member) = self.archive.by_name(name) else {
+            return Err(self
+                .fault(name, "missing")
+                .expected("a member of this name"));
+        };
+        let mut bytes = Vec::new();
+        let read = member.take(self.allowance + 1).read_to_end(&mut bytes);
+        read.map_err(|error| self.fault(name, error.to_string()))?;
+        if bytes.len() as u64 > self.allowance {
+            return Err(self
+                .fault(name, "it expands beyond all measure")
+                .expected(format!(
+                    "at most {EXPANSION_FACTOR} bytes a byte of the file"
+                )));
+        }
+        self.allowance -= bytes.len() as u64;
+        Ok(bytes)
+    }
+}
+
+fn member_name(array: &str) -> String {
+    format!("{array}.npy")
+}
+
+/// An archive under construction; [`write()`] makes one.
+pub struct Writer<'a> {
+    zip: ZipWriter<&'a mut Sink>,
+    content: blake3::Hasher,
+}
+
+impl Writer<'_> {
+    /// Adds an array.
+    pub fn array<T: npy::Element, D: Dimension>(
+        &mut self,
+        name: &str,
+        array: ArrayView<'_, T, D>,
+    ) -> io::Result<()> {
+        let bytes = (array.len() * size_of::<T>()) as u64;
+        self.zip.start_file(member_name(name), options(bytes))?;
+        self.content.update(name.as_bytes());
+        let mut tee = Tee {
+            zip: &mut self.zip,
+            content: &mut self.content,
+        };
+        npy::encode(&mut tee, array.into_dyn())
+    }
+}
+
+/// Writes an archive: `fill` adds the arrays, and `meta` becomes `meta.json` with one more
+/// field, `id`, the BLAKE3 of the arrays and of `meta`. Returns that id.
+pub fn write(
+    path: &Path,
+    meta: Map<String, Value>,
+    fill: impl FnOnce(&mut Writer<'_>) -> io::Result<()>,
+) -> Result<ContentId> {
+    let mut id = None;
+    atomic::write_file(path, |sink| {
+        let mut writer = Writer {
+            zip: ZipWriter::new(sink),
+            content: blake3::Hasher::new(),
+        };
+        fill(&mut writer)?;
+        id = Some(finish(writer, meta)?);
+        Ok(())
+    })?;
+    id.ok_or_else(|| Error::data("npz", "nothing was written").in_file(path))
+}
+
+fn finish(mut writer: Writer<'_>, mut meta: Map<String, Value>) -> io::Result<ContentId> {
+    writer
+        .content
+        .update(serde_json::to_string(&meta)?.as_bytes());
+    let id = ContentId::of_hash(&writer.content.finalize());
+    meta.insert("id".into(), Value::String(id.to_string()));
+    let text = serde_json::to_vec_pretty(&meta)?;
+    writer.zip.start_file(META, options(text.len() as u64))?;
+    writer.zip.write_all(&text)?;
+    writer.zip.finish()?;
+    Ok(id)
+}
+
+/// Stored, dated 1980-01-01, with 64-bit sizes only where they are needed.
+fn options(bytes: u64) -> SimpleFileOptions {
+    SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(zip::DateTime::default())
+        .unix_permissions(0o644)
+        .large_file(bytes > u64::from(u32::MAX) - (1 << 16))
+}
+
+/// Writes to the archive and hashes on the way.
+struct Tee<'a, W: Write + Seek> {
+    zip: &'a mut ZipWriter<W>,
+    content: &'a mut blake3::Hasher,
+}
+
+impl<W: Write + Seek> Write for Tee<'_, W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.zip.write(bytes)?;
+        self.content.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.zip.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::{Array1, Array2, Ix1, Ix2};
+    use serde_json::json;
+
+    fn meta() -> Map<String, Value> {
+        json!({"format": "mesotex-test", "version": 1})
+            .as_object()
+            .unwrap()
+            .clone()
+    }
+
+    fn write_sample(path: &Path) -> ContentId {
+        write(path, meta(), |w| {
+            w.array("L0/labels", Array2::<u16>::from_elem((2, 3), 7).view())?;
+            w.array("counts", Array1::<u32>::from(vec![1, 2]).view())
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn archives_round_trip_with_the_same_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let (a, b) = (folder.path().join("a.npz"), folder.path().join("b.npz"));
+        let id = write_sample(&a);
+        assert_eq!(write_sample(&b), id);
+        assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
+        let mut reader = Reader::open(&a).unwrap();
+        let back: Value = reader.meta().unwrap();
+        assert_eq!(back["id"], id.to_string());
+        assert_eq!(reader.array::<u16, Ix2>("L0/labels").unwrap()[[1, 2]], 7);
+        assert!(reader.has("counts") && !reader.has("gram"));
+    }
+
+    #[test]
+    fn faults_name_file_and_member() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npz");
+        write_sample(&path);
+        let mut reader = Reader::open(&path).unwrap();
+        for error in [
+            reader.array::<f32, Ix1>("gram").unwrap_err(),
+            reader.array::<f32, Ix1>("counts").unwrap_err(),
+            reader.array::<u32, Ix2>("counts").unwrap_err(),
+        ] {
+            let text = error.to_string();
+            assert!(text.contains("a.npz"), "{text}");
+            assert!(text.contains("gram") || text.contains("counts"), "{text}");
+        }
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        assert!(
+            Reader::open(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("cut off")
+        );
+    }
+
+    #[test]
+    fn a_bomb_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bomb.npz");
+        let mut zip = ZipWriter::new(File::create(&path).unwrap());
+        zip.start_file("x.npy", SimpleFileOptions::default())
+            .unwrap();
+        npy::write_header::<u8>(&mut zip, &[600 << 20]).unwrap();
+        for _ in 0..600 {
+            zip.write_all(&vec![0; 1 << 20]).unwrap();
+        }
+        zip.finish().unwrap();
+        let mut reader = Reader::open(&path).unwrap();
+        let error = reader.array::<u8, Ix1>("x").unwrap_err().to_string();
+        assert!(error.contains("beyond"), "{error}");
+    }
+}

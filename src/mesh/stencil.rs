@@ -1,0 +1,121 @@
+//! Stencils: where a neighbourhood's samples fall among the sites, as a few weighted sites each.
+//!
+//! A stencil depends on mesh, field and scale alone, so it is computed once and used for any
+//! exemplar. A sample lies in a *cell* — a triangle of the mesh; on a flat grid, the one site it
+//! coincides with — and stores the cell and two weights: 8 bytes.
+
+use glam::Vec2;
+
+/// Positions of a neighbourhood's samples round its centre, in texels of their level, x along s,
+/// y along t (so template offset (drow, dcol) lies at (dcol, −drow)).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Template {
+    /// One position a sample, in the order of the neighbourhood's offsets.
+    pub positions: Vec<Vec2>,
+}
+
+impl Template {
+    /// The square window of odd `width`, row by row from the top left, centre included.
+    pub fn square(width: u32) -> Self {
+        let half = i64::from(width / 2);
+        let positions = (-half..=half)
+            .flat_map(|drow| (-half..=half).map(move |dcol| Vec2::new(dcol as f32, -drow as f32)))
+            .collect();
+        Self { positions }
+    }
+}
+
+/// One sample of one site: a cell and the weights of its first two sites.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PackedSample {
+    /// Index into [`Stencils::cells`], or [`PackedSample::NO_CELL`].
+    pub cell: u32,
+    /// Weights of the cell's first and second site, in 1/65535; the third has the rest.
+    pub weights: [u16; 2],
+}
+
+impl PackedSample {
+    /// `cell` of a sample that falls outside every patch triangle.
+    pub const NO_CELL: u32 = u32::MAX;
+    /// A sample that falls outside every patch triangle: it holds the default texton.
+    pub const OUTSIDE: Self = Self {
+        cell: Self::NO_CELL,
+        weights: [0, 0],
+    };
+
+    /// Packs a cell and barycentric weights (clamped to the cell, rounded to 1/65535).
+    pub fn new(cell: u32, weights: [f32; 3]) -> Self {
+        let clamped = weights.map(|w| w.max(0.0));
+        let sum: f32 = clamped.iter().sum();
+        let first = (clamped[0] / sum * 65535.0).round() as u16;
+        let second = ((clamped[1] / sum * 65535.0).round() as u16).min(u16::MAX - first);
+        Self {
+            cell,
+            weights: [first, second],
+        }
+    }
+
+    /// The three weights; they sum to 1.
+    #[inline]
+    pub fn barycentric(self) -> [f32; 3] {
+        let [first, second] = self.weights.map(u32::from);
+        [first, second, 65535 - first - second].map(|w| w as f32 / 65535.0)
+    }
+}
+
+/// The samples of every site of a level, for one template.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stencils {
+    /// Samples a site.
+    pub samples_per_site: usize,
+    /// The sites of each cell, on the level that is sampled.
+    pub cells: Vec<[u32; 3]>,
+    /// Site after site, `samples_per_site` each, in the template's order.
+    pub samples: Vec<PackedSample>,
+}
+
+impl Stencils {
+    /// The samples of one site.
+    #[inline]
+    pub fn of_site(&self, site: usize) -> &[PackedSample] {
+        &self.samples[site * self.samples_per_site..][..self.samples_per_site]
+    }
+
+    /// Sites and weights of a sample, `None` outside every patch triangle.
+    #[inline]
+    pub fn resolve(&self, sample: PackedSample) -> Option<([u32; 3], [f32; 3])> {
+        (sample.cell != PackedSample::NO_CELL)
+            .then(|| (self.cells[sample.cell as usize], sample.barycentric()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_square_template_reads_like_an_image() {
+        let template = Template::square(3);
+        assert_eq!(template.positions[0], Vec2::new(-1.0, 1.0));
+        assert_eq!(template.positions[4], Vec2::ZERO);
+        assert_eq!(template.positions[5], Vec2::new(1.0, 0.0));
+    }
+
+    #[test]
+    fn weights_survive_packing() {
+        for weights in [
+            [1.0, 0.0, 0.0],
+            [0.2, 0.3, 0.5],
+            [0.5, 0.5, -1e-4],
+            [0.0, 0.0, 1.0],
+        ] {
+            let packed = PackedSample::new(3, weights);
+            let back = packed.barycentric();
+            assert!((back.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+            for (w, b) in weights.iter().zip(back) {
+                assert!((w - b).abs() < 1e-3, "{weights:?} {back:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Pictures and pages that show a person what was made: contact sheets, montages, labels.

@@ -1,0 +1,1 @@
+//! Texton analysis (Tong 2002 §4): filter bank, representative images, vocabulary, Gram matrix.
