@@ -5,6 +5,7 @@
 
 pub mod atomic;
 pub mod id;
+pub mod image;
 pub mod json;
 pub mod lock;
 pub mod npy;

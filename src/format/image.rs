@@ -1,0 +1,224 @@
+//! Images in, as floats with a stated colour space; 8-bit previews out.
+//!
+//! PNG, JPEG, GIF, BMP and Radiance HDR come through the `image` crate, TIFF (integers and floats)
+//! through `tiff`, OpenEXR through `exr`. Integers are scaled to [0, 1] and taken as sRGB, floats
+//! as linear; what the numbers mean is the caller's to say: colour is decoded with
+//! [`FloatImage::into_linear`], heights and roughness are used as they stand. Alpha is left out.
+//! Not handled: embedded ICC profiles, CMYK, palettes in TIFF, deep or subsampled EXR.
+
+mod openexr;
+mod raster;
+mod tagged;
+
+use std::fs;
+use std::io::{self, Read};
+use std::path::Path;
+
+use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+
+use crate::error::{Error, Result};
+use crate::format::atomic;
+
+/// The most texels an image may have: 16384 × 16384.
+const MOST_TEXELS: u64 = 1 << 28;
+/// Images this small are allocated whatever their header says, in bytes.
+const HARMLESS: u64 = 64 << 20;
+/// No compression of these formats shrinks an image further; more is a cut or forged header.
+const STRONGEST_COMPRESSION: u64 = 4096;
+
+/// How an image's numbers stand for light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// By the sRGB curve: what integer formats hold unless one knows better.
+    Srgb,
+    /// In proportion: float formats, and whatever was decoded.
+    Linear,
+}
+
+/// What an image file stored for each number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// 8-bit integers.
+    Bits8,
+    /// 16-bit integers.
+    Bits16,
+    /// Floats.
+    Float,
+}
+
+/// An image in memory: row 0 at the top, channels interleaved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FloatImage {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// 1 (grey) or 3 (red, green, blue).
+    pub channels: u32,
+    /// height × width × channels numbers; integers of the file scaled to [0, 1].
+    pub data: Vec<f32>,
+    /// How the numbers stand for light.
+    pub encoding: Encoding,
+    /// What the file stored.
+    pub precision: Precision,
+}
+
+impl FloatImage {
+    /// One number.
+    pub fn get(&self, row: u32, col: u32, channel: u32) -> f32 {
+        let texel = row as usize * self.width as usize + col as usize;
+        self.data[texel * self.channels as usize + channel as usize]
+    }
+
+    /// The same image with linear numbers: sRGB is decoded by its exact curve.
+    #[must_use]
+    pub fn into_linear(mut self) -> Self {
+        if self.encoding == Encoding::Srgb {
+            for value in &mut self.data {
+                *value = decode_srgb(*value);
+            }
+            self.encoding = Encoding::Linear;
+        }
+        self
+    }
+
+    /// The same image with 1 channel: the mean of the channels (for maps that hold no colour).
+    #[must_use]
+    pub fn into_gray(mut self) -> Self {
+        if self.channels != 1 {
+            let channels = self.channels as usize;
+            let mean = |texel: &[f32]| texel.iter().sum::<f32>() / channels as f32;
+            self.data = self.data.chunks_exact(channels).map(mean).collect();
+            self.channels = 1;
+        }
+        self
+    }
+
+    /// The same image with 3 channels: grey is repeated.
+    #[must_use]
+    pub fn into_rgb(mut self) -> Self {
+        if self.channels == 1 {
+            self.data = self.data.iter().flat_map(|&v| [v, v, v]).collect();
+            self.channels = 3;
+        }
+        self
+    }
+
+    /// Refuses infinities and NaN, saying where the first one is.
+    pub fn check_finite(&self) -> Result<()> {
+        let Some(at) = self.data.iter().position(|value| !value.is_finite()) else {
+            return Ok(());
+        };
+        let channels = self.channels as usize;
+        let (texel, width) = (at / channels, self.width as usize);
+        Err(Error::data(
+            format!(
+                "row {}, column {}, channel {}",
+                texel / width,
+                texel % width,
+                at % channels
+            ),
+            self.data[at].to_string(),
+        )
+        .expected("a finite number"))
+    }
+}
+
+/// Reads an image file; its format is known by its first bytes, not its name.
+pub fn read(path: &Path) -> Result<FloatImage> {
+    let read = || -> Result<FloatImage> {
+        let file_length = fs::metadata(path).map_err(Error::io(path, "read"))?.len();
+        match first_bytes(path).map_err(Error::io(path, "read"))? {
+            [0x76, 0x2f, 0x31, 0x01] => openexr::read(path, file_length),
+            [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43] => tagged::read(path, file_length),
+            _ => raster::read(path, file_length),
+        }
+    };
+    read().map_err(|error| error.in_file(path))
+}
+
+fn first_bytes(path: &Path) -> io::Result<[u8; 4]> {
+    let mut bytes = Vec::with_capacity(4);
+    fs::File::open(path)?.take(4).read_to_end(&mut bytes)?;
+    bytes.resize(4, 0);
+    Ok([bytes[0], bytes[1], bytes[2], bytes[3]])
+}
+
+/// Refuses sides that are zero, too large, or beyond what a file of `file_length` bytes can hold.
+fn check_size(width: u64, height: u64, bytes_a_texel: u64, file_length: u64) -> Result<()> {
+    let fault = |expected: String| {
+        Err(Error::data("size", format!("{width} × {height}")).expected(expected))
+    };
+    let texels = width.checked_mul(height).unwrap_or(u64::MAX);
+    if texels == 0 || texels > MOST_TEXELS {
+        return fault(format!("1 to {MOST_TEXELS} texels"));
+    }
+    let bytes = texels * bytes_a_texel;
+    if bytes > HARMLESS && bytes / STRONGEST_COMPRESSION > file_length {
+        return fault(format!(
+            "fewer texels in a file of {file_length} bytes: it is cut off or not what it claims"
+        ));
+    }
+    Ok(())
+}
+
+/// A fault of a decoder, in its own words.
+fn undecodable(error: impl std::fmt::Display) -> Error {
+    Error::data("image", error.to_string())
+        .expected("PNG, JPEG, TIFF, GIF, BMP, Radiance HDR or OpenEXR")
+}
+
+/// Drops alpha (the last of 2 or 4 channels); returns 1 or 3 channels.
+fn without_alpha<T: Copy>(stored: u32, numbers: &[T], number: impl Fn(T) -> f32) -> Vec<f32> {
+    let (stored, kept) = (stored as usize, color_channels(stored) as usize);
+    numbers
+        .chunks_exact(stored)
+        .flat_map(|texel| texel[..kept].iter().map(|&value| number(value)))
+        .collect()
+}
+
+fn color_channels(stored: u32) -> u32 {
+    if stored < 3 { 1 } else { 3 }
+}
+
+/// The sRGB curve, from what is stored in [0, 1] to linear light (IEC 61966-2-1).
+pub fn decode_srgb(stored: f32) -> f32 {
+    if stored <= 0.04045 {
+        stored / 12.92
+    } else {
+        ((stored + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// Linear light as an 8-bit sRGB number, clamped to [0, 1].
+pub fn encode_srgb8(linear: f32) -> u8 {
+    let linear = linear.clamp(0.0, 1.0);
+    let stored = if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    };
+    (stored * 255.0 + 0.5) as u8
+}
+
+/// Writes an 8-bit PNG: `pixels` is row-major (height, width, channels), channels 1 or 3.
+pub fn write_png(path: &Path, width: u32, height: u32, pixels: &[u8]) -> Result<()> {
+    let texels = width as usize * height as usize;
+    let color = match pixels.len() {
+        length if texels > 0 && length == texels => ExtendedColorType::L8,
+        length if texels > 0 && length == 3 * texels => ExtendedColorType::Rgb8,
+        length => {
+            return Err(Error::data("pixels", format!("{length} bytes"))
+                .expected(format!("{texels} or three times as many"))
+                .in_file(path));
+        }
+    };
+    atomic::write_file(path, |sink| {
+        PngEncoder::new(sink)
+            .write_image(pixels, width, height, color)
+            .map_err(io::Error::other)
+    })
+}
+
+#[cfg(test)]
+mod tests;
