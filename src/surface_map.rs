@@ -1,9 +1,14 @@
 //! The surface texton map (Tong 2002 §5): per vertex a texton label and a texture coordinate, on
 //! the mesh it was made for. What `synthesis` hands on and `render` reads.
 
-use glam::Vec3;
+use std::ops::RangeInclusive;
+use std::path::Path;
 
+use glam::{DVec3, Vec3};
+
+use crate::error::{Error, Result};
 use crate::format::id::ContentId;
+use crate::format::ply::{self, Column, PlyFile};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
 use crate::mesh::frame::Frame;
@@ -52,5 +57,253 @@ impl SurfaceTextonMap {
             height: self.exemplar[1],
             tileable,
         }
+    }
+}
+
+impl SurfaceTextonMap {
+    /// Writes the map as a binary little-endian PLY (docs/formats.md).
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let axis = |vectors: &[Vec3], axis: usize| -> Vec<f32> {
+            vectors.iter().map(|v| v[axis]).collect()
+        };
+        let positions = [0, 1, 2].map(|i| axis(&self.mesh.positions, i));
+        let normals = [0, 1, 2].map(|i| axis(&self.normals, i));
+        let orientations = [0, 1, 2].map(|i| axis(&self.orientations, i));
+        let s: Vec<f32> = self.coords.iter().map(|coord| coord.s).collect();
+        let t: Vec<f32> = self.coords.iter().map(|coord| coord.t).collect();
+        let textons: Vec<u16> = self.textons.iter().map(|label| label.0).collect();
+        let vectors = [
+            (["x", "y", "z"], &positions),
+            (["nx", "ny", "nz"], &normals),
+            (["sx", "sy", "sz"], &orientations),
+        ];
+        let mut columns: Vec<(&str, Column<'_>)> = vectors
+            .iter()
+            .flat_map(|(names, axes)| names.iter().zip(axes.iter()))
+            .map(|(name, axis)| (*name, Column::Float(axis)))
+            .collect();
+        columns.push(("s", Column::Float(&s)));
+        columns.push(("t", Column::Float(&t)));
+        columns.push(("texton", Column::UShort(&textons)));
+        ply::write(path, &self.comments(), &columns, &self.mesh.triangles)
+    }
+
+    fn comments(&self) -> Vec<String> {
+        let [width, height] = self.exemplar;
+        vec![
+            "mesotex 1".into(),
+            format!("exemplar {width} {height}"),
+            format!("texel {}", self.texel),
+            format!("seed {}", self.seed),
+            format!("sample {}", self.sample),
+            format!("space {}", self.space),
+        ]
+    }
+
+    /// Reads a map and checks every number a later stage relies on.
+    pub fn read(path: &Path) -> Result<Self> {
+        let file = ply::read(path)?;
+        Self::from_ply(&file).map_err(|error| error.in_file(path))
+    }
+
+    fn from_ply(file: &PlyFile) -> Result<Self> {
+        let header = MapHeader::parse(&file.comments)?;
+        let [width, height] = header.exemplar;
+        let s = checked_column(file, "s", 0.0..=f64::from(width).next_down())?;
+        let t = checked_column(file, "t", f64::MIN_POSITIVE..=f64::from(height))?;
+        let textons = checked_column(file, "texton", 0.0..=65535.0)?;
+        Ok(Self {
+            mesh: TriangleMesh {
+                positions: vectors(file, ["x", "y", "z"])?,
+                triangles: triangles(file)?,
+            },
+            normals: unit_vectors(file, ["nx", "ny", "nz"])?,
+            orientations: unit_vectors(file, ["sx", "sy", "sz"])?,
+            coords: s
+                .iter()
+                .zip(t)
+                .map(|(&s, &t)| TexCoord {
+                    s: s as f32,
+                    t: t as f32,
+                })
+                .collect(),
+            textons: textons
+                .iter()
+                .map(|&label| TextonLabel(label as u16))
+                .collect(),
+            exemplar: header.exemplar,
+            texel: header.texel,
+            seed: header.seed,
+            sample: header.sample,
+            space: header.space,
+        })
+    }
+}
+
+/// The comment lines of a map.
+struct MapHeader {
+    exemplar: [u32; 2],
+    texel: f64,
+    seed: u64,
+    sample: ContentId,
+    space: ContentId,
+}
+
+impl MapHeader {
+    fn parse(comments: &[String]) -> Result<Self> {
+        let word = |key: &str| -> Result<&str> {
+            comments
+                .iter()
+                .find_map(|line| line.strip_prefix(key)?.strip_prefix(' '))
+                .ok_or_else(|| {
+                    Error::data("header", format!("no line `comment {key} …`"))
+                        .expected("a surface texton map made by `mesotex synth`")
+                })
+        };
+        let version = word("mesotex")?;
+        if version != "1" {
+            return Err(bad_comment("mesotex", version, "1"));
+        }
+        let sides = word("exemplar")?;
+        let numbers: Vec<u32> = sides
+            .split(' ')
+            .filter_map(|side| side.parse().ok())
+            .collect();
+        let exemplar = match numbers[..] {
+            [width, height] if width > 0 && height > 0 => [width, height],
+            _ => return Err(bad_comment("exemplar", sides, "two sides, 1 or more")),
+        };
+        let texel: f64 = parse_comment("texel", word("texel")?, "a number above 0")?;
+        if !(texel > 0.0 && texel.is_finite()) {
+            return Err(bad_comment("texel", word("texel")?, "a number above 0"));
+        }
+        let id = |key| -> Result<ContentId> {
+            let text = word(key)?;
+            ContentId::parse(text).ok_or_else(|| bad_comment(key, text, "32 hex digits"))
+        };
+        Ok(Self {
+            exemplar,
+            texel,
+            seed: parse_comment("seed", word("seed")?, "a whole number")?,
+            sample: id("sample")?,
+            space: id("space")?,
+        })
+    }
+}
+
+fn parse_comment<T: std::str::FromStr>(key: &str, text: &str, expected: &str) -> Result<T> {
+    text.parse().map_err(|_| bad_comment(key, text, expected))
+}
+
+fn bad_comment(key: &str, found: &str, expected: &str) -> Error {
+    Error::data(format!("comment {key}"), format!("`{found}`")).expected(expected)
+}
+
+/// A vertex property whose every number lies in `range`; NaN lies in none.
+fn checked_column<'a>(
+    file: &'a PlyFile,
+    name: &str,
+    range: RangeInclusive<f64>,
+) -> Result<&'a [f64]> {
+    let column = file.require(name)?;
+    match column.iter().position(|value| !range.contains(value)) {
+        None => Ok(column),
+        Some(vertex) => Err(Error::data(
+            format!("vertex {vertex}, property {name}"),
+            column[vertex].to_string(),
+        )
+        .expected(format!("{} to {}", range.start(), range.end()))),
+    }
+}
+
+fn vectors(file: &PlyFile, names: [&str; 3]) -> Result<Vec<Vec3>> {
+    let finite = f64::from(f32::MIN)..=f64::from(f32::MAX);
+    let [x, y, z] = names.map(|name| checked_column(file, name, finite.clone()));
+    let vertices = x?.iter().zip(y?).zip(z?);
+    Ok(vertices
+        .map(|((&x, &y), &z)| DVec3::new(x, y, z).as_vec3())
+        .collect())
+}
+
+fn unit_vectors(file: &PlyFile, names: [&str; 3]) -> Result<Vec<Vec3>> {
+    let vectors = vectors(file, names)?;
+    let Some(vertex) = vectors.iter().position(|v| (v.length() - 1.0).abs() > 1e-3) else {
+        return Ok(vectors);
+    };
+    let found = vectors[vertex];
+    Err(Error::data(
+        format!("vertex {vertex}, properties {}", names.join(" ")),
+        format!("{:?} of length {}", found.to_array(), found.length()),
+    )
+    .expected("a unit vector"))
+}
+
+fn triangles(file: &PlyFile) -> Result<Vec<[u32; 3]>> {
+    let triangle = |(face, polygon): (usize, &[u32])| {
+        <[u32; 3]>::try_from(polygon).map_err(|_| {
+            Error::data(format!("face {face}"), format!("{} corners", polygon.len())).expected("3")
+        })
+    };
+    file.faces.iter().enumerate().map(triangle).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn small_map() -> SurfaceTextonMap {
+        let id = ContentId::of_bytes(b"x");
+        SurfaceTextonMap {
+            mesh: TriangleMesh {
+                positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+                triangles: vec![[0, 1, 2]],
+            },
+            normals: vec![Vec3::Z; 3],
+            orientations: vec![Vec3::X; 3],
+            coords: vec![TexCoord { s: 0.5, t: 0.5 }; 3],
+            textons: vec![TextonLabel(1), TextonLabel(2), TextonLabel::NONE],
+            exemplar: [8, 4],
+            texel: 0.25,
+            seed: 7,
+            sample: id.clone(),
+            space: id,
+        }
+    }
+
+    #[test]
+    fn maps_round_trip() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.map.ply");
+        let map = small_map();
+        map.write(&path).unwrap();
+        assert_eq!(SurfaceTextonMap::read(&path).unwrap(), map);
+        let bytes = std::fs::read(&path).unwrap();
+        let header = String::from_utf8_lossy(&bytes[..200]).into_owned();
+        for line in [
+            "comment mesotex 1\n",
+            "comment exemplar 8 4\n",
+            "comment texel 0.25\n",
+            "comment seed 7\n",
+        ] {
+            assert!(header.contains(line), "{header}");
+        }
+    }
+
+    #[test]
+    fn impossible_maps_are_refused_by_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.map.ply");
+        let refused = |change: &dyn Fn(&mut SurfaceTextonMap)| {
+            let mut map = small_map();
+            change(&mut map);
+            map.write(&path).unwrap();
+            SurfaceTextonMap::read(&path).unwrap_err().to_string()
+        };
+        assert!(refused(&|m| m.coords[1].s = 8.0).contains("vertex 1, property s"));
+        assert!(refused(&|m| m.coords[2].t = 0.0).contains("vertex 2, property t"));
+        assert!(refused(&|m| m.mesh.positions[0].x = f32::NAN).contains("property x: NaN"));
+        assert!(refused(&|m| m.normals[0] = Vec3::ZERO).contains("unit vector"));
+        assert!(refused(&|m| m.exemplar = [0, 4]).contains("comment exemplar"));
+        assert!(refused(&|m| m.texel = -1.0).contains("comment texel"));
     }
 }

@@ -10,3 +10,4 @@ pub mod json;
 pub mod lock;
 pub mod npy;
 pub mod npz;
+pub mod ply;
