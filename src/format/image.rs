@@ -149,7 +149,7 @@ fn check_size(width: u64, height: u64, bytes_a_texel: u64, file_length: u64) -> 
     let fault = |expected: String| {
         Err(Error::data("size", format!("{width} × {height}")).expected(expected))
     };
-    let texels = width.checked_mul(height).unwrap_or(u64::MAX);
+    let texels = width.saturating_mul(height);
     if texels == 0 || texels > MOST_TEXELS {
         return fault(format!("1 to {MOST_TEXELS} texels"));
     }
