@@ -2,5 +2,6 @@
 
 pub mod direction;
 pub mod direction_set;
+pub mod import;
 pub mod sample;
 pub mod writer;

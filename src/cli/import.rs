@@ -1,21 +1,60 @@
-//! `mesotex import`.
+//! `mesotex import`: measured image sets → sample.
+
+use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::btf::import::{ImportOptions, assemble, read_list};
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
-/// Import measured BTFs and image sets.
+/// Import a measured image set as a BTF sample.
+///
+/// PATH is an RTI capture (a .lp file: one view, many lights), or a CSV of angles beside rectified
+/// images (columns file, view_theta_deg, view_phi_deg, light_theta_deg, light_phi_deg), or a folder
+/// that holds just one of either.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  mesotex import capture/dirs.lp -o coin.sample
+  mesotex import felt/angles.csv -o felt.sample --tileable --texel-mm 0.2")]
 pub struct Arguments {
+    /// The .lp or .csv file, or its folder.
+    pub path: PathBuf,
+    /// The sample to write, NAME.sample.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub options: ImportOptions,
     #[command(flatten)]
     pub common: Common,
 }
 
 impl Arguments {
     /// Runs the command.
-    pub fn run(&self, _session: &Session) -> Result<Outcome> {
-        Err(Error::data("mesotex import", "not built yet"))
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        let _lock = session.claim(&self.output, &[&self.path])?;
+        let list = read_list(&self.path)?;
+        let sample = assemble::assemble(&list, &self.options, &self.output, session.progress())?;
+        Ok(Outcome::default()
+            .line(format!(
+                "{}: {} views, {} lights, {} images of {} × {} texels",
+                sample.name,
+                sample.views.len(),
+                sample.lights.len(),
+                sample.image_count(),
+                sample.width,
+                sample.height
+            ))
+            .figure("id", sample.id.to_string())
+            .figure("views", sample.views.len())
+            .figure("lights", sample.lights.len())
+            .figure("images", sample.image_count())
+            .wrote(&self.output)
+            .next(format!(
+                "mesotex textons {0} -o {1}",
+                self.output.display(),
+                self.output.with_extension("textons.npz").display()
+            )))
     }
 }

@@ -1,0 +1,142 @@
+//! Measured image sets in, BTF samples out.
+//!
+//! A *source* lists its images, each with the view and light it was taken under; [`assemble`]
+//! turns the list into a sample. One file a source: [`light_positions`] (RTI captures),
+//! [`image_table`] (a folder of rectified images with a CSV of angles).
+
+pub mod assemble;
+pub mod image_table;
+pub mod light_positions;
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::btf::direction::Direction;
+use crate::btf::sample::DType;
+use crate::error::{Error, Result};
+use crate::format::image::Encoding;
+
+/// How an image set becomes a sample.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ImportOptions {
+    /// What the images' numbers mean: reflectance times the light's cosine, where a white plane
+    /// facing the light has 1 (divided by π), or radiance for unit irradiance (taken as it is).
+    #[arg(long, value_enum, default_value_t = ImportOptions::default().values)]
+    pub values: Values,
+    /// How the images' numbers stand for light. `auto`: 8- and 16-bit images by the sRGB curve,
+    /// floats in proportion.
+    #[arg(long, value_enum, default_value_t = ImportOptions::default().encoding)]
+    pub encoding: SourceEncoding,
+    /// Opposite borders of the images continue each other.
+    #[arg(long)]
+    pub tileable: bool,
+    /// Side of a texel in millimetres, where known.
+    #[arg(long)]
+    pub texel_mm: Option<f64>,
+    /// What the material is called; the source's own name by default.
+    #[arg(long)]
+    pub name: Option<String>,
+    /// Number type of the sample.
+    #[arg(long, value_enum, default_value_t = ImportOptions::default().dtype)]
+    pub dtype: DType,
+}
+
+/// What the images' numbers mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Values {
+    /// Reflectance times the light's cosine: a white plane facing the light has 1.
+    #[default]
+    Reflectance,
+    /// Radiance for unit irradiance: a white plane facing the light has 1/π.
+    Radiance,
+}
+
+/// How the images' numbers stand for light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum SourceEncoding {
+    /// As the image format says: integers by the sRGB curve, floats in proportion.
+    #[default]
+    Auto,
+    /// By the sRGB curve.
+    Srgb,
+    /// In proportion.
+    Linear,
+}
+
+impl SourceEncoding {
+    /// The encoding of an image whose format suggests `by_format`.
+    fn of(self, by_format: Encoding) -> Encoding {
+        match self {
+            Self::Auto => by_format,
+            Self::Srgb => Encoding::Srgb,
+            Self::Linear => Encoding::Linear,
+        }
+    }
+}
+
+/// One measured image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredImage {
+    /// The image file.
+    pub path: PathBuf,
+    /// Where it was seen from.
+    pub view: Direction,
+    /// Where the light stood.
+    pub light: Direction,
+}
+
+/// Everything a source says of its images.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageList {
+    /// The source's own name.
+    pub name: String,
+    /// The kind of source, for `btf.json`.
+    pub kind: &'static str,
+    /// The images, in the source's order.
+    pub images: Vec<MeasuredImage>,
+}
+
+/// Reads the image list of `path`: a `.lp` or `.csv` file, or a folder that holds just one.
+pub fn read_list(path: &Path) -> Result<ImageList> {
+    let list = if path.is_dir() {
+        find_list(path)?
+    } else {
+        path.to_path_buf()
+    };
+    match extension(&list).as_str() {
+        "lp" => light_positions::read(&list),
+        "csv" => image_table::read(&list),
+        other => Err(Error::data("source", format!("a file of kind `.{other}`"))
+            .expected("a folder, a .lp file (RTI) or a .csv file of angles")
+            .in_file(path)),
+    }
+}
+
+fn find_list(folder: &Path) -> Result<PathBuf> {
+    let entries = std::fs::read_dir(folder).map_err(Error::io(folder, "read"))?;
+    let mut lists: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| matches!(extension(path).as_str(), "lp" | "csv"))
+        .collect();
+    lists.sort();
+    match lists.as_slice() {
+        [list] => Ok(list.clone()),
+        _ => Err(
+            Error::data("source", format!("{} .lp and .csv files", lists.len()))
+                .expected("just one")
+                .advice("name the file itself: mesotex import FOLDER/FILE.csv")
+                .in_file(folder),
+        ),
+    }
+}
+
+fn extension(path: &Path) -> String {
+    path.extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase()
+}
