@@ -21,9 +21,9 @@ use crate::progress::{Event, Progress};
 #[command(next_help_heading = "Common options")]
 pub struct Common {
     /// Seed of everything drawn at random; the same seed gives the same bytes. Commands that draw
-    /// nothing take it too, so that a script can hand one seed to all.
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    /// nothing take it too, so that a script can hand one seed to all. Default: 0, or the scene's.
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// Threads to work with; the result does not depend on it. Default: all cores.
     #[arg(long)]
     pub threads: Option<usize>,
@@ -36,10 +36,11 @@ pub struct Common {
 }
 
 /// One run of the program.
+#[derive(Clone)]
 pub struct Session {
     common: Common,
     terminal: Terminal,
-    listener: Box<dyn Fn(Event) + Sync + Send>,
+    listener: Arc<dyn Fn(Event) + Sync + Send>,
     interrupted: Arc<AtomicBool>,
 }
 
@@ -54,19 +55,22 @@ impl Session {
         Ok(Self {
             common: common.clone(),
             terminal,
-            listener: Box::new(move |event| drawn.show(event)),
+            listener: Arc::new(move |event| drawn.show(event)),
             interrupted,
         })
     }
 
     /// The seed of everything drawn at random.
     pub fn seed(&self) -> u64 {
-        self.common.seed
+        self.common.seed.unwrap_or(0)
     }
 
-    /// The common options, for stages started by another command.
-    pub fn common(&self) -> &Common {
-        &self.common
+    /// The same session with another seed.
+    #[must_use]
+    pub fn with_seed(&self, seed: Option<u64>) -> Self {
+        let mut session = self.clone();
+        session.common.seed = seed;
+        session
     }
 
     /// Where library calls report their progress.
