@@ -1,1 +1,8 @@
-//! Rendering of a decorated surface (Tong 2002 §6): camera, lights, visibility, shading, frames.
+//! Rendering: a surface texton map and a BTF sample under any view and light, to frames.
+
+pub mod bounds;
+pub mod camera;
+pub mod compass;
+pub mod preview;
+pub mod raster;
+pub mod tone;

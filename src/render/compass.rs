@@ -1,0 +1,137 @@
+//! World directions by azimuth and elevation: which way is up, where azimuth 0 lies.
+//!
+//! Azimuth turns counter-clockwise seen from above, elevation is from the horizontal. Azimuth 0
+//! of lights and orbits points towards the first frame's camera; the camera itself is placed from
+//! [`front`], the side a viewer of that up axis expects.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// The axis of the world that points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum UpAxis {
+    /// +x
+    #[value(name = "x")]
+    X,
+    /// +y
+    #[default]
+    #[value(name = "y")]
+    Y,
+    /// +z
+    #[value(name = "z")]
+    Z,
+    /// −x
+    #[value(name = "-x")]
+    #[serde(rename = "-x")]
+    MinusX,
+    /// −y
+    #[value(name = "-y")]
+    #[serde(rename = "-y")]
+    MinusY,
+    /// −z
+    #[value(name = "-z")]
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+impl UpAxis {
+    /// The axis as a unit vector.
+    pub fn vector(self) -> DVec3 {
+        match self {
+            Self::X => DVec3::X,
+            Self::Y => DVec3::Y,
+            Self::Z => DVec3::Z,
+            Self::MinusX => -DVec3::X,
+            Self::MinusY => -DVec3::Y,
+            Self::MinusZ => -DVec3::Z,
+        }
+    }
+
+    /// The horizontal side that counts as the front: +z, or −y when z is up or down.
+    pub fn front(self) -> DVec3 {
+        match self {
+            Self::Z | Self::MinusZ => -DVec3::Y,
+            _ => DVec3::Z,
+        }
+    }
+}
+
+/// Up, and the horizontal direction of azimuth 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compass {
+    up: DVec3,
+    zero: DVec3,
+}
+
+impl Compass {
+    /// Azimuth 0 at the front of an up axis.
+    pub fn of_axis(up: UpAxis) -> Self {
+        Self {
+            up: up.vector(),
+            zero: up.front(),
+        }
+    }
+
+    /// Azimuth 0 in the horizontal direction of `towards`; at the axis' front when that has none.
+    pub fn towards(up: UpAxis, towards: DVec3) -> Self {
+        let axis = up.vector();
+        let level = towards - axis * axis.dot(towards);
+        let zero = if level.length() > 1e-6 * towards.length() {
+            level.normalize()
+        } else {
+            up.front()
+        };
+        Self { up: axis, zero }
+    }
+
+    /// The unit vector that points up.
+    pub fn up(&self) -> DVec3 {
+        self.up
+    }
+
+    /// The unit direction at an azimuth and elevation, both in radians.
+    pub fn direction(&self, azimuth: f64, elevation: f64) -> DVec3 {
+        let left = self.up.cross(self.zero);
+        let level = self.zero * azimuth.cos() + left * azimuth.sin();
+        (level * elevation.cos() + self.up * elevation.sin()).normalize()
+    }
+
+    /// Azimuth in [0, 2π) and elevation of a direction, in radians.
+    pub fn angles(&self, direction: DVec3) -> (f64, f64) {
+        let left = self.up.cross(self.zero);
+        let (x, y, z) = (
+            direction.dot(self.zero),
+            direction.dot(left),
+            direction.dot(self.up),
+        );
+        let azimuth = y.atan2(x).rem_euclid(std::f64::consts::TAU);
+        (azimuth, z.atan2(x.hypot(y)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn azimuth_turns_counter_clockwise_seen_from_above() {
+        let compass = Compass::of_axis(UpAxis::Y);
+        assert!((compass.direction(0.0, 0.0) - DVec3::Z).length() < 1e-15);
+        // Looking down −y with +z towards the reader, counter-clockwise from +z comes +x.
+        assert!((compass.direction(FRAC_PI_2, 0.0) - DVec3::X).length() < 1e-15);
+        assert!((compass.direction(1.0, FRAC_PI_2) - DVec3::Y).length() < 1e-15);
+        let z_up = Compass::of_axis(UpAxis::Z);
+        assert!((z_up.direction(FRAC_PI_2, 0.0) - DVec3::X).length() < 1e-15);
+    }
+
+    #[test]
+    fn angles_invert_directions() {
+        let compass = Compass::towards(UpAxis::Z, DVec3::new(1.0, 2.0, 0.5));
+        for (azimuth, elevation) in [(0.1, 0.2), (3.0, -0.4), (6.0, 1.2)] {
+            let (a, e) = compass.angles(compass.direction(azimuth, elevation));
+            assert!((a - azimuth).abs() < 1e-12 && (e - elevation).abs() < 1e-12);
+        }
+    }
+}

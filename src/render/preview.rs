@@ -1,0 +1,93 @@
+//! False-colour pictures of a mesh with a colour at each vertex, for looking at fields, labels and
+//! levels: fitted camera, antialiased, shaded softly by the facets so that the shape is seen.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::render::bounds::Bounds;
+use crate::render::camera::{Camera, FittedProjection, View};
+use crate::render::compass::{Compass, UpAxis};
+use crate::render::raster::{Hit, Samples, SurfaceBuffer};
+
+/// Draws a mesh in the colours of its vertices (8-bit sRGB values, interpolated as they stand)
+/// from a camera fitted at azimuth 25° and elevation 20° of the +y axis; returns row-major
+/// (height, width, RGB) bytes, as [`write_png`](crate::format::image::write_png) takes them.
+pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) -> Result<Vec<u8>> {
+    if colors.len() != mesh.positions.len() {
+        return Err(Error::data("colors", colors.len().to_string())
+            .expected(format!("{}, one a vertex", mesh.positions.len())));
+    }
+    let bounds = Bounds::of(mesh)?;
+    let compass = Compass::of_axis(UpAxis::Y);
+    let towards = compass.direction(25f64.to_radians(), 20f64.to_radians());
+    let projection = FittedProjection::Perspective {
+        vertical_fov: 30f64.to_radians(),
+    };
+    let aspect = f64::from(size[0]) / f64::from(size[1]);
+    let camera = Camera::fitted(
+        bounds.centre,
+        bounds.radius,
+        towards,
+        DVec3::Y,
+        projection,
+        aspect,
+    );
+    let view = View::new(camera, size)?;
+    let surface = SurfaceBuffer::draw(&view, mesh, Samples::Four, bounds.nearest());
+    let light = towards.as_vec3();
+    let pixels = (0..size[1])
+        .into_par_iter()
+        .flat_map_iter(|row| (0..size[0]).map(move |column| [column, row]))
+        .flat_map_iter(|[column, row]| pixel(mesh, colors, light, surface.colour_hits(column, row)))
+        .collect();
+    Ok(pixels)
+}
+
+fn pixel(mesh: &TriangleMesh, colors: &[[u8; 3]], light: Vec3, hits: &[Hit]) -> [u8; 3] {
+    const BACKGROUND: Vec3 = Vec3::splat(255.0);
+    let seen = |hit: &Hit| {
+        if !hit.is_surface() {
+            return BACKGROUND;
+        }
+        let triangle = hit.triangle as usize;
+        let normal = mesh.area_normal(triangle).normalize_or_zero();
+        let shade = 0.35 + 0.65 * normal.dot(light).abs();
+        let corners = mesh.triangles[triangle];
+        let color: Vec3 = corners
+            .iter()
+            .zip(hit.barycentric())
+            .map(|(&v, weight)| Vec3::from_array(colors[v as usize].map(f32::from)) * weight)
+            .sum();
+        color * shade
+    };
+    let sum: Vec3 = if hits.is_empty() {
+        BACKGROUND
+    } else {
+        hits.iter().map(seen).sum::<Vec3>() / hits.len() as f32
+    };
+    sum.to_array().map(|value| (value + 0.5) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_red_triangle_is_red_on_white() {
+        let mesh = TriangleMesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]],
+        };
+        let picture = vertex_colors(&mesh, &[[200, 0, 0]; 3], [40, 30]).unwrap();
+        assert_eq!(picture.len(), 40 * 30 * 3);
+        assert_eq!(picture[..3], [255, 255, 255]);
+        let red = picture
+            .chunks(3)
+            .filter(|p| p[0] > 100 && p[1] == 0)
+            .count();
+        assert!(red > 50, "{red}");
+        assert!(vertex_colors(&mesh, &[[0; 3]; 2], [40, 30]).is_err());
+    }
+}

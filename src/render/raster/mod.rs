@@ -1,0 +1,233 @@
+//! Visibility by rasterization: which point of which triangle each sample of the image sees.
+//!
+//! In: a view, a mesh, a sample pattern. Out: a [`SurfaceBuffer`]. Tiles are drawn in parallel,
+//! each by one task and its triangles in order, so the result does not depend on the thread count.
+//! Both sides of every triangle are drawn.
+
+mod bins;
+mod coverage;
+mod pattern;
+mod screen;
+
+use rayon::prelude::*;
+
+pub use bins::TILE;
+pub use coverage::NOTHING;
+pub use pattern::Samples;
+
+use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::render::camera::View;
+use bins::{Bins, tile_counts};
+use coverage::{TileSamples, barycentric};
+use screen::Screen;
+
+/// What one sample sees: a point of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The mesh triangle, or [`NOTHING`].
+    pub triangle: u32,
+    /// Barycentric weights of the triangle's first and second corner; the third has the rest.
+    pub weights: [f32; 2],
+}
+
+impl Hit {
+    /// A sample that sees nothing.
+    pub const MISS: Self = Self {
+        triangle: NOTHING,
+        weights: [0.0; 2],
+    };
+
+    /// Whether a surface is seen.
+    #[inline]
+    pub fn is_surface(&self) -> bool {
+        self.triangle != NOTHING
+    }
+
+    /// The weights of all three corners; they sum to 1.
+    #[inline]
+    pub fn barycentric(&self) -> [f32; 3] {
+        let [a, b] = self.weights;
+        [a, b, 1.0 - a - b]
+    }
+
+    /// The corner with the largest weight, the first of equal ones.
+    #[inline]
+    pub fn nearest_corner(&self) -> usize {
+        let [a, b, c] = self.barycentric();
+        if a >= b && a >= c {
+            0
+        } else if b >= c {
+            1
+        } else {
+            2
+        }
+    }
+}
+
+/// What every sample of an image sees, tile by tile.
+#[derive(Clone, Debug)]
+pub struct SurfaceBuffer {
+    /// Columns and rows of the image.
+    pub size: [u32; 2],
+    /// The pattern of samples.
+    pub samples: Samples,
+    by_distance: Vec<usize>,
+    /// Per tile, row by row: the hits of its TILE × TILE pixels, [`Samples::stored`] each; empty
+    /// where nothing is seen.
+    tiles: Vec<Vec<Hit>>,
+}
+
+impl SurfaceBuffer {
+    /// Draws a mesh as `view` sees it; nothing nearer than `nearest` (in depth) is drawn.
+    pub fn draw(view: &View, mesh: &TriangleMesh, samples: Samples, nearest: f64) -> Self {
+        let screen = Screen::project(view, &mesh.positions, &mesh.triangles, nearest);
+        let bins = Bins::sort(&screen, &mesh.triangles, view.size);
+        let drawing = Drawing {
+            view,
+            screen: &screen,
+            bins: &bins,
+            triangles: &mesh.triangles,
+            samples,
+        };
+        let [across, down] = tile_counts(view.size);
+        let tiles = (0..(across * down) as usize)
+            .into_par_iter()
+            .map(|tile| match samples {
+                Samples::One => drawing.tile::<1>(tile),
+                Samples::Four => drawing.tile::<5>(tile),
+                Samples::Eight => drawing.tile::<9>(tile),
+                Samples::Sixteen => drawing.tile::<17>(tile),
+            })
+            .collect();
+        Self {
+            size: view.size,
+            samples,
+            by_distance: samples.by_distance(),
+            tiles,
+        }
+    }
+
+    /// The stored hits of a pixel, those of colour first, the centre last; empty in a tile that
+    /// sees nothing.
+    #[inline]
+    pub fn pixel(&self, column: u32, row: u32) -> &[Hit] {
+        let across = self.size[0].div_ceil(TILE);
+        let tile = &self.tiles[(row / TILE * across + column / TILE) as usize];
+        if tile.is_empty() {
+            return &[];
+        }
+        let stored = self.samples.stored();
+        let pixel = (row % TILE * TILE + column % TILE) as usize;
+        &tile[pixel * stored..][..stored]
+    }
+
+    /// The hits that colour and coverage are the mean of.
+    #[inline]
+    pub fn colour_hits(&self, column: u32, row: u32) -> &[Hit] {
+        let hits = self.pixel(column, row);
+        &hits[..self.samples.count().min(hits.len())]
+    }
+
+    /// What the other layers of a pixel show: the centre, or the covered sample nearest to it;
+    /// nothing where no sample of colour is covered.
+    #[inline]
+    pub fn layer_hit(&self, column: u32, row: u32) -> Hit {
+        let hits = self.pixel(column, row);
+        let Some(centre) = hits.last() else {
+            return Hit::MISS;
+        };
+        let mut covered = self.by_distance.iter().filter(|&&s| hits[s].is_surface());
+        match covered.next() {
+            None => Hit::MISS,
+            Some(_) if centre.is_surface() => *centre,
+            Some(&nearest) => hits[nearest],
+        }
+    }
+
+    /// All hits on surfaces, in tiles that run in parallel.
+    pub fn for_each_surface(&self, visit: impl Fn(&Hit) + Sync) {
+        self.tiles
+            .par_iter()
+            .for_each(|tile| tile.iter().filter(|hit| hit.is_surface()).for_each(&visit));
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.tiles.iter().map(|tile| size_of_val(&tile[..])).sum()
+    }
+}
+
+struct Drawing<'a> {
+    view: &'a View,
+    screen: &'a Screen,
+    bins: &'a Bins,
+    triangles: &'a [[u32; 3]],
+    samples: Samples,
+}
+
+impl Drawing<'_> {
+    fn tile<const STORED: usize>(&self, tile: usize) -> Vec<Hit> {
+        let across = tile_counts(self.view.size)[0] as usize;
+        let corner = [tile % across, tile / across].map(|index| index as u32 * TILE);
+        let mut numbers = self.bins.of_tile(tile).peekable();
+        if numbers.peek().is_none() {
+            return Vec::new();
+        }
+        let mut seen = TileSamples::<STORED>::new(corner, self.view.size, self.samples);
+        for number in numbers {
+            seen.draw(self.corners(number), number);
+        }
+        self.hits(corner, &seen.triangles)
+    }
+
+    fn corners(&self, number: u32) -> [&screen::ScreenVertex; 3] {
+        let corners = match self.triangles.get(number as usize) {
+            Some(&corners) => corners,
+            None => self.screen.pieces[number as usize - self.triangles.len()].corners,
+        };
+        corners.map(|v| &self.screen.vertices[v as usize])
+    }
+
+    /// The points of the triangles that a tile's samples see; empty when they see none.
+    fn hits<const STORED: usize>(&self, corner: [u32; 2], seen: &[[u32; STORED]]) -> Vec<Hit> {
+        if seen.iter().flatten().all(|&number| number == NOTHING) {
+            return Vec::new();
+        }
+        let positions = self.samples.positions::<STORED>();
+        let mut hits = Vec::with_capacity(seen.len() * STORED);
+        for (pixel, numbers) in seen.iter().enumerate() {
+            let column = corner[0] + pixel as u32 % TILE;
+            let row = corner[1] + pixel as u32 / TILE;
+            let at = [column, row].map(|p| p as i32 * pattern::SUBPIXEL);
+            for (&number, position) in numbers.iter().zip(positions) {
+                hits.push(if number == NOTHING {
+                    Hit::MISS
+                } else {
+                    self.hit(number, [at[0] + position[0], at[1] + position[1]])
+                });
+            }
+        }
+        hits
+    }
+
+    fn hit(&self, number: u32, sample: [i32; 2]) -> Hit {
+        let weights = barycentric(self.corners(number), sample, self.view.is_perspective());
+        let piece = (number as usize).checked_sub(self.triangles.len());
+        let Some(piece) = piece.map(|index| &self.screen.pieces[index]) else {
+            let [a, b, _] = weights;
+            return Hit {
+                triangle: number,
+                weights: [a, b],
+            };
+        };
+        let of_source =
+            |corner: usize| -> f32 { (0..3).map(|k| weights[k] * piece.weights[k][corner]).sum() };
+        Hit {
+            triangle: piece.source,
+            weights: [of_source(0), of_source(1)],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
