@@ -1,21 +1,79 @@
-//! `mesotex demo`.
+//! `mesotex demo`: the whole chain on the built-in material and mesh.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use crate::cli::outcome::Outcome;
+use crate::cli::run;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::atomic;
+use crate::format::ply::{self, Column};
+use crate::mesh::builtin::kettlebell;
+use crate::mesh::triangle_mesh::TriangleMesh;
 
-/// Everything, on the built-in material and mesh.
+/// The scene that is run; it is also the example of a scene file.
+const SCENE: &str = include_str!("demo.toml");
+/// Vertices of the built-in mesh, before it is made even.
+const VERTICES: usize = 60_000;
+
+/// Everything, on the built-in material and mesh: bake, textons, synthesis, a light sweep.
+///
+/// Writes a scene file and runs it; a second run skips what is done.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  mesotex demo
+  mesotex demo -o somewhere --seed 3")]
 pub struct Arguments {
+    /// The folder to fill.
+    #[arg(short, long, default_value = "demo")]
+    pub output: PathBuf,
     #[command(flatten)]
     pub common: Common,
 }
 
 impl Arguments {
     /// Runs the command.
-    pub fn run(&self, _session: &Session) -> Result<Outcome> {
-        Err(Error::data("mesotex demo", "not built yet"))
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
+        let scene = self.output.join("scene.toml");
+        write_if_missing(&scene)?;
+        write_mesh(&self.output.join("kettlebell.ply"), &kettlebell(VERTICES))?;
+        let scene_run = run::Arguments {
+            scene: scene.clone(),
+            fresh: false,
+            dry_run: false,
+            common: self.common.clone(),
+        };
+        Ok(scene_run
+            .run(session)?
+            .next(format!("edit {0}, then: mesotex run {0}", scene.display())))
     }
+}
+
+/// Writes the scene, unless the user has one there and may have changed it.
+fn write_if_missing(scene: &Path) -> Result<()> {
+    if scene.exists() {
+        return Ok(());
+    }
+    atomic::write_file(scene, |sink| sink.write_all(SCENE.as_bytes()))
+}
+
+fn write_mesh(path: &Path, mesh: &TriangleMesh) -> Result<()> {
+    let axis = |axis: usize| -> Vec<f32> { mesh.positions.iter().map(|p| p[axis]).collect() };
+    let (x, y, z) = (axis(0), axis(1), axis(2));
+    let columns = [
+        ("x", Column::Float(&x)),
+        ("y", Column::Float(&y)),
+        ("z", Column::Float(&z)),
+    ];
+    ply::write(
+        path,
+        &["the built-in mesh of mesotex".into()],
+        &columns,
+        &mesh.triangles,
+    )
 }

@@ -84,8 +84,8 @@ impl Chain<'_> {
         let mut changed = false;
         for stage in stages {
             let key = self.record.key(stage, self.session.seed());
-            let skip =
-                !self.fresh && !(changed && self.dry_run) && self.record.is_done(stage, &key)?;
+            let must = self.fresh || (changed && self.dry_run);
+            let skip = !must && self.record.is_done(stage, &key)?;
             changed |= !skip;
             let (line, report) = match (skip, self.dry_run) {
                 (true, _) => ("skipped, nothing changed".into(), json!(null)),
