@@ -1,0 +1,236 @@
+//! Every command in README.md and docs/ is run, page by page and in order, in a folder that holds
+//! what the pages take for granted. Sizes are cut down; names and options are not.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Numbers of these options are cut down to the given one.
+const CAPS: [(&str, u64); 8] = [
+    ("--size", 24),
+    ("--vertices", 2500),
+    ("--textons", 16),
+    ("--images", 9),
+    ("--frames", 2),
+    ("--k", 4),
+    ("--samples", 2),
+    ("--bounces", 2),
+];
+
+/// Direction sets of these options become a small one.
+const DIRECTIONS: [&str; 2] = ["--views", "--lights"];
+const FEW_DIRECTIONS: &str = "fibonacci:9";
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn pages() -> Vec<PathBuf> {
+    let mut pages = vec![root().join("README.md")];
+    let mut folders = vec![root().join("docs")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "md") {
+                pages.push(path);
+            }
+        }
+    }
+    pages.sort();
+    pages
+}
+
+/// The command lines of a page's `sh` blocks, continued lines joined.
+fn commands(page: &Path) -> Vec<String> {
+    let text = fs::read_to_string(page).unwrap().replace("\\\n", " ");
+    let mut commands = Vec::new();
+    let mut inside = false;
+    for line in text.lines() {
+        if line.starts_with("```") {
+            inside = line == "```sh" && !inside;
+        } else if inside && !line.trim().is_empty() && !line.starts_with('#') {
+            commands.push(line.trim().to_owned());
+        }
+    }
+    commands
+}
+
+/// The words after `mesotex` of a command this test runs; `None` for other programs.
+fn words_of(command: &str) -> Option<Vec<String>> {
+    let command = command.split(" #").next().unwrap_or_default();
+    let rest = command
+        .strip_prefix("cargo run --release -- ")
+        .or_else(|| command.strip_prefix("mesotex "))?;
+    Some(cut_down(rest.split_whitespace()))
+}
+
+fn cut_down<'a>(words: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut option = "";
+    let mut cut = Vec::new();
+    for word in words {
+        let cap = CAPS.iter().find(|(name, _)| *name == option);
+        cut.push(match cap {
+            Some(&(_, cap)) => cut_number(word, cap),
+            None if DIRECTIONS.contains(&option) => FEW_DIRECTIONS.to_owned(),
+            None => word.to_owned(),
+        });
+        option = word;
+    }
+    cut
+}
+
+/// `1280x960` and `128` cut to the cap; what is no number stays.
+fn cut_number(word: &str, cap: u64) -> String {
+    let cut = |part: &str| {
+        part.parse::<u64>()
+            .map(|number| number.min(cap).to_string())
+    };
+    let parts: Result<Vec<String>, _> = word.split('x').map(cut).collect();
+    parts.map_or(word.to_owned(), |parts| parts.join("x"))
+}
+
+fn run(words: &[String], folder: &Path) -> Result<(), String> {
+    let output = Command::new(env!("CARGO_BIN_EXE_mesotex"))
+        .args(words)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    match output.status.success() {
+        true => Ok(()),
+        false => Err(String::from_utf8_lossy(&output.stderr).into_owned()),
+    }
+}
+
+fn check_page(page: &Path) -> usize {
+    let folder = tempfile::tempdir().unwrap();
+    fixtures::fill(folder.path());
+    let mut ran = 0;
+    for command in commands(page) {
+        if let Some(words) = words_of(&command) {
+            if let Err(error) = run(&words, folder.path()) {
+                panic!(
+                    "{}: `{command}`, run as `{}`, failed:\n{error}",
+                    page.display(),
+                    words.join(" ")
+                );
+            }
+            ran += 1;
+        } else if let Some(script) = command
+            .split_whitespace()
+            .find(|word| word.starts_with("tools/"))
+        {
+            assert!(
+                root().join(script).is_file(),
+                "{}: no {script}",
+                page.display()
+            );
+        }
+    }
+    ran
+}
+
+#[test]
+fn the_commands_of_every_page_run() {
+    let ran: usize = pages().iter().map(|page| check_page(page)).sum();
+    assert!(ran > 10, "only {ran} commands were found");
+}
+
+#[test]
+fn pages_link_only_to_what_is_there() {
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        for link in text
+            .split("](")
+            .skip(1)
+            .filter_map(|rest| rest.split(')').next())
+        {
+            let target = link.split('#').next().unwrap_or_default();
+            if target.is_empty() || target.contains("://") {
+                continue;
+            }
+            let path = page.parent().unwrap().join(target);
+            assert!(path.exists(), "{}: dead link {link}", page.display());
+        }
+    }
+}
+
+/// The user's files that the pages speak of.
+mod fixtures {
+    use std::fmt::Write as _;
+    use std::fs;
+    use std::path::Path;
+
+    use image::{GrayImage, Luma, Rgb, RgbImage};
+    use mesotex::mesh::builtin::kettlebell;
+
+    /// `bunny.obj`, `material/`, `capture/` and `felt/`.
+    pub fn fill(folder: &Path) {
+        mesh(&folder.join("bunny.obj"));
+        material(&folder.join("material"));
+        capture(&folder.join("capture"));
+        felt(&folder.join("felt"));
+    }
+
+    fn mesh(path: &Path) {
+        let mesh = kettlebell(600);
+        let mut text = String::new();
+        for p in &mesh.positions {
+            let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z);
+        }
+        for [a, b, c] in &mesh.triangles {
+            let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+        }
+        fs::write(path, text).unwrap();
+    }
+
+    fn wave(x: u32, y: u32) -> u8 {
+        let turn = |v: u32| (f64::from(v) / 16.0 * std::f64::consts::TAU).sin();
+        (128.0 + 60.0 * turn(x) + 60.0 * turn(x + 2 * y)) as u8
+    }
+
+    fn material(folder: &Path) {
+        fs::create_dir_all(folder).unwrap();
+        let save = |image: GrayImage, name: &str| image.save(folder.join(name)).unwrap();
+        save(
+            GrayImage::from_fn(32, 32, |x, y| Luma([wave(x, y)])),
+            "height.png",
+        );
+        save(GrayImage::from_pixel(32, 32, Luma([150])), "roughness.png");
+        let albedo = RgbImage::from_fn(32, 32, |x, y| Rgb([wave(x, y), 90, 60]));
+        albedo.save(folder.join("albedo.png")).unwrap();
+    }
+
+    fn photograph(path: &Path, shift: u32) {
+        let image = RgbImage::from_fn(24, 16, |x, y| Rgb([wave(x + shift, y), 100, 80]));
+        image.save(path).unwrap();
+    }
+
+    fn capture(folder: &Path) {
+        fs::create_dir_all(folder).unwrap();
+        let mut list = String::from("6\n");
+        for light in 0..6u32 {
+            photograph(&folder.join(format!("{light}.png")), light);
+            let (y, x) = f64::from(light).sin_cos();
+            let _ = writeln!(list, "{light}.png {} {} 0.8", 0.6 * x, 0.6 * y);
+        }
+        fs::write(folder.join("dirs.lp"), list).unwrap();
+    }
+
+    fn felt(folder: &Path) {
+        fs::create_dir_all(folder).unwrap();
+        let mut table =
+            String::from("file,view_theta_deg,view_phi_deg,light_theta_deg,light_phi_deg\n");
+        for image in 0..12u32 {
+            photograph(&folder.join(format!("{image}.png")), image);
+            let _ = writeln!(
+                table,
+                "{image}.png,{},0,30,{}",
+                20 * (image / 4),
+                90 * (image % 4)
+            );
+        }
+        fs::write(folder.join("angles.csv"), table).unwrap();
+    }
+}
