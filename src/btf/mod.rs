@@ -1,5 +1,6 @@
 //! The BTF sample: directions, storage, and how samples come to be (measured or baked).
 
+pub mod bake;
 pub mod direction;
 pub mod direction_set;
 pub mod import;

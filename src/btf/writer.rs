@@ -52,6 +52,11 @@ impl SampleWriter {
         Ok(writer)
     }
 
+    /// What is being written; the id is not known yet.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
     /// Adds the next image: row-major (height, width, RGB), linear radiance.
     pub fn push(&mut self, image: &[f32]) -> Result<()> {
         let length = self.description.grid().len() * 3;

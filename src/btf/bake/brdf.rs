@@ -1,0 +1,374 @@
+//! How a surface point reflects: a microfacet coat over a diffuse base.
+//!
+//! GGX distribution (Walter 2007) with height-correlated Smith masking (Heitz 2014) and Schlick's
+//! Fresnel; below it Lambert or Oren-Nayar (1994, the qualitative model) times what the coat lets
+//! in and out, (1 − F(θv))(1 − F(θl))/(1 − F̄) with F̄ the mean over the hemisphere (Kelemen and
+//! Szirmay-Kalos 2001), and times 1 − metallic. α is the roughness squared. Every term is symmetric in view and light
+//! (Helmholtz). Not handled: anisotropy, transmission, several layers.
+
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+use glam::Vec3;
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::random::Stream;
+
+/// The least α: below it a highlight falls between any directions one samples.
+const LEAST_ALPHA: f32 = 1e-3;
+
+/// The diffuse base.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Diffuse {
+    /// The same radiance in all directions.
+    #[default]
+    Lambert,
+    /// Rough diffuse facets; σ, the standard deviation of their slope angle, in radians.
+    OrenNayar(f32),
+}
+
+/// The microfacet coat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    /// Roughness, 0 (mirror) to 1; α is its square.
+    pub roughness: f32,
+    /// Dielectric reflectance at normal incidence; 0.04 is a refractive index of 1.5.
+    pub reflectance: f32,
+}
+
+/// What one point reflects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reflection {
+    /// Base colour: linear albedo of the diffuse base, reflectance of metal.
+    pub albedo: Vec3,
+    /// 0 dielectric, 1 metal.
+    pub metallic: f32,
+    /// The diffuse base.
+    pub diffuse: Diffuse,
+    /// The coat; none on a matte surface.
+    pub coat: Option<Coat>,
+}
+
+/// A reflection with its normal and the direction it is looked at from, ready for many lights.
+#[derive(Clone, Copy, Debug)]
+pub struct Lobe {
+    normal: Vec3,
+    view: Vec3,
+    cos_view: f32,
+    base: Vec3,
+    diffuse: Diffuse,
+    specular: Option<Specular>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Specular {
+    alpha: f32,
+    normal_reflectance: Vec3,
+    grazing_reflectance: f32,
+    /// What the base sees of the light: (1 − F(θv))/(1 − F̄).
+    let_through: Vec3,
+}
+
+impl Reflection {
+    /// The lobe towards `view`; both unit vectors, `normal`·`view` ≥ 0.
+    pub fn towards(&self, normal: Vec3, view: Vec3) -> Lobe {
+        let cos_view = normal.dot(view).max(0.0);
+        let specular = self.coat.map(|coat| {
+            let dielectric = Vec3::splat(coat.reflectance);
+            let normal_reflectance = dielectric.lerp(self.albedo, self.metallic);
+            Specular::new(coat.roughness, normal_reflectance, cos_view)
+        });
+        Lobe {
+            normal,
+            view,
+            cos_view,
+            base: self.albedo * ((1.0 - self.metallic) * FRAC_1_PI),
+            diffuse: self.diffuse,
+            specular,
+        }
+    }
+}
+
+impl Lobe {
+    /// Reflected radiance for unit irradiance at normal incidence from `light`: f · cos θ.
+    #[inline]
+    pub fn radiance(&self, light: Vec3) -> Vec3 {
+        let cos_light = self.normal.dot(light);
+        if cos_light <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let base = match self.diffuse {
+            Diffuse::Lambert => self.base,
+            Diffuse::OrenNayar(sigma) => self.base * self.oren_nayar(light, cos_light, sigma),
+        };
+        let Some(specular) = &self.specular else {
+            return base * cos_light;
+        };
+        let half = (light + self.view).normalize_or_zero();
+        let fresnel = specular.fresnel(half.dot(light).clamp(0.0, 1.0));
+        let facets = specular.facets(self.normal.dot(half).max(0.0), self.cos_view, cos_light);
+        let let_in = Vec3::ONE - specular.fresnel(cos_light.min(1.0));
+        (base * let_in * specular.let_through + fresnel * facets) * cos_light
+    }
+
+    /// Oren and Nayar 1994, equation 30: A + B max(0, cos Δφ) sin α tan β.
+    fn oren_nayar(&self, light: Vec3, cos_light: f32, sigma: f32) -> f32 {
+        let squared = sigma * sigma;
+        let a = 1.0 - 0.5 * squared / (squared + 0.33);
+        let b = 0.45 * squared / (squared + 0.09);
+        // sin θ_v sin θ_l cos Δφ is what the directions share beyond the normal.
+        let shared = light.dot(self.view) - cos_light * self.cos_view;
+        // sin α tan β = sin θ_v sin θ_l / max(cos θ_v, cos θ_l)
+        a + b * shared.max(0.0) / cos_light.max(self.cos_view).max(1e-6)
+    }
+
+    /// Draws a direction to continue a path in; returns it with f · cos θ / density, or `None` where
+    /// the path ends.
+    pub fn sample(&self, random: &mut Stream) -> Option<(Vec3, Vec3)> {
+        let share = self.specular_share();
+        let direction = if random.r#gen::<f32>() < share {
+            self.sample_facets(random)
+        } else {
+            frame_to_world(self.normal, cosine_weighted(random))
+        };
+        if self.normal.dot(direction) <= 0.0 {
+            return None;
+        }
+        let density = self.density(direction, share);
+        (density > 0.0).then(|| (direction, self.radiance(direction) / density))
+    }
+
+    /// How often the coat is sampled instead of the base.
+    fn specular_share(&self) -> f32 {
+        let Some(specular) = &self.specular else {
+            return 0.0;
+        };
+        let coat = specular.fresnel(self.cos_view).max_element();
+        let base = (self.base * PI).max_element();
+        (coat / (coat + base).max(1e-6)).clamp(0.1, 1.0)
+    }
+
+    fn density(&self, direction: Vec3, share: f32) -> f32 {
+        let cosine = self.normal.dot(direction) * FRAC_1_PI;
+        let Some(specular) = &self.specular else {
+            return cosine;
+        };
+        let half = (direction + self.view).normalize_or_zero();
+        let visible = specular.distribution(self.normal.dot(half).max(0.0))
+            * smith(self.cos_view, specular.alpha)
+            / (4.0 * self.cos_view.max(1e-6));
+        share * visible + (1.0 - share) * cosine
+    }
+
+    /// A mirror direction about a visible facet (Dupuy and Benyoub 2023, spherical caps).
+    fn sample_facets(&self, random: &mut Stream) -> Vec3 {
+        let alpha = self.specular.as_ref().map_or(1.0, |s| s.alpha);
+        let (tangent, bitangent) = self.normal.any_orthonormal_pair();
+        let local = |w: Vec3| Vec3::new(w.dot(tangent), w.dot(bitangent), w.dot(self.normal));
+        let view = local(self.view);
+        let stretched = Vec3::new(alpha * view.x, alpha * view.y, view.z.max(0.0)).normalize();
+        let phi = TAU * random.r#gen::<f32>();
+        let z = (1.0 - random.r#gen::<f32>()) * (1.0 + stretched.z) - stretched.z;
+        let radius = (1.0 - z * z).max(0.0).sqrt();
+        let cap = Vec3::new(radius * phi.cos(), radius * phi.sin(), z);
+        let half = cap + stretched;
+        let half = Vec3::new(alpha * half.x, alpha * half.y, half.z.max(1e-6)).normalize();
+        let facet = frame_to_world(self.normal, half);
+        facet * (2.0 * self.view.dot(facet)) - self.view
+    }
+}
+
+impl Specular {
+    fn new(roughness: f32, normal_reflectance: Vec3, cos_view: f32) -> Self {
+        let mut specular = Self {
+            alpha: (roughness * roughness).max(LEAST_ALPHA),
+            normal_reflectance,
+            // Below 2 % no material reflects: fade to none (Lagarde and de Rousiers 2014).
+            grazing_reflectance: (50.0 * normal_reflectance.max_element()).min(1.0),
+            let_through: Vec3::ZERO,
+        };
+        // ∫ (1 − cos θ)⁵ cos θ dω / π = 1/21
+        let grazing = Vec3::splat(specular.grazing_reflectance) - normal_reflectance;
+        let mean = normal_reflectance + grazing / 21.0;
+        let escaping = (Vec3::ONE - mean).max(Vec3::splat(1e-6));
+        specular.let_through = (Vec3::ONE - specular.fresnel(cos_view.min(1.0))) / escaping;
+        specular
+    }
+
+    /// Schlick 1994.
+    #[inline]
+    fn fresnel(&self, cos: f32) -> Vec3 {
+        let weight = (1.0 - cos).powi(5);
+        self.normal_reflectance
+            + (Vec3::splat(self.grazing_reflectance) - self.normal_reflectance) * weight
+    }
+
+    /// GGX, Walter 2007 equation 33.
+    #[inline]
+    fn distribution(&self, cos_half: f32) -> f32 {
+        let squared = self.alpha * self.alpha;
+        let denominator = cos_half * cos_half * (squared - 1.0) + 1.0;
+        squared / (PI * denominator * denominator)
+    }
+
+    /// D·G / (4 cos θv cos θl), Heitz 2014 equation 99 with the cosines cancelled.
+    #[inline]
+    fn facets(&self, cos_half: f32, cos_view: f32, cos_light: f32) -> f32 {
+        let squared = self.alpha * self.alpha;
+        let stretch = |cos: f32| (squared + (1.0 - squared) * cos * cos).sqrt();
+        let both = cos_light * stretch(cos_view) + cos_view * stretch(cos_light);
+        self.distribution(cos_half) * 0.5 / both.max(1e-9)
+    }
+}
+
+/// Smith's G1 of GGX: the share of facets seen from `cos`.
+fn smith(cos: f32, alpha: f32) -> f32 {
+    let squared = alpha * alpha;
+    2.0 * cos / (cos + (squared + (1.0 - squared) * cos * cos).sqrt()).max(1e-9)
+}
+
+fn cosine_weighted(random: &mut Stream) -> Vec3 {
+    let (height, phi) = (random.r#gen::<f32>(), TAU * random.r#gen::<f32>());
+    let radius = height.sqrt();
+    Vec3::new(
+        radius * phi.cos(),
+        radius * phi.sin(),
+        (1.0 - height).max(0.0).sqrt(),
+    )
+}
+
+fn frame_to_world(normal: Vec3, local: Vec3) -> Vec3 {
+    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    local.x * tangent + local.y * bitangent + local.z * normal
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random;
+
+    fn direction(theta: f32, phi: f32) -> Vec3 {
+        Vec3::new(
+            theta.sin() * phi.cos(),
+            theta.sin() * phi.sin(),
+            theta.cos(),
+        )
+    }
+
+    fn coated(roughness: f32, metallic: f32) -> Reflection {
+        Reflection {
+            albedo: Vec3::new(0.9, 0.5, 0.2),
+            metallic,
+            diffuse: Diffuse::OrenNayar(0.4),
+            coat: Some(Coat {
+                roughness,
+                reflectance: 0.04,
+            }),
+        }
+    }
+
+    /// ∫ f cos θ dω over the hemisphere by the midpoint rule.
+    fn reflected(reflection: &Reflection, view: Vec3) -> Vec3 {
+        let lobe = reflection.towards(Vec3::Z, view);
+        let (rows, columns) = (400, 800);
+        let mut sum = Vec3::ZERO;
+        for row in 0..rows {
+            let cos = (row as f32 + 0.5) / rows as f32;
+            for column in 0..columns {
+                let phi = TAU * (column as f32 + 0.5) / columns as f32;
+                sum += lobe.radiance(direction(cos.acos(), phi));
+            }
+        }
+        sum * (TAU / (rows * columns) as f32)
+    }
+
+    #[test]
+    fn lambert_is_albedo_cosine_over_pi() {
+        let white = Reflection {
+            albedo: Vec3::ONE,
+            metallic: 0.0,
+            diffuse: Diffuse::Lambert,
+            coat: None,
+        };
+        let lobe = white.towards(Vec3::Z, direction(1.0, 2.0));
+        for theta in [0.0, 0.5, 1.5] {
+            let value = lobe.radiance(direction(theta, 0.3)).x;
+            assert!((value - theta.cos() / PI).abs() < 1e-7);
+        }
+        assert_eq!(lobe.radiance(-Vec3::Z), Vec3::ZERO);
+        let rough = Reflection {
+            diffuse: Diffuse::OrenNayar(0.0),
+            ..white
+        };
+        let light = direction(0.7, 1.0);
+        let (a, b) = (rough.towards(Vec3::Z, light), white.towards(Vec3::Z, light));
+        assert!((a.radiance(light) - b.radiance(light)).length() < 1e-6);
+    }
+
+    #[test]
+    fn reflection_is_reciprocal() {
+        for (roughness, metallic) in [(0.2, 0.0), (0.6, 0.5), (1.0, 1.0)] {
+            let reflection = coated(roughness, metallic);
+            for (a, b) in [((0.3, 0.0), (1.2, 2.0)), ((0.9, 1.0), (0.5, 1.3))] {
+                let (a, b) = (direction(a.0, a.1), direction(b.0, b.1));
+                let forth = reflection.towards(Vec3::Z, a).radiance(b) / b.z;
+                let back = reflection.towards(Vec3::Z, b).radiance(a) / a.z;
+                assert!(
+                    (forth - back).length() < 1e-5 * forth.length(),
+                    "{forth} {back}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_reflects_more_than_it_gets() {
+        for roughness in [0.15, 0.4, 0.8] {
+            for theta in [0.1, 0.8, 1.3] {
+                let white = Reflection {
+                    albedo: Vec3::ONE,
+                    diffuse: Diffuse::Lambert,
+                    ..coated(roughness, 0.0)
+                };
+                let total = reflected(&white, direction(theta, 0.0)).max_element();
+                assert!((0.8..1.02).contains(&total), "{roughness} {theta}: {total}");
+            }
+        }
+    }
+
+    #[test]
+    fn facets_are_normalised() {
+        // ∫ D(h) (n·h) dω = 1 (Walter 2007 equation 4).
+        for alpha in [0.05_f32, 0.3, 0.9] {
+            let specular = Specular::new(alpha.sqrt(), Vec3::ONE, 1.0);
+            let steps = 200_000;
+            let integral: f64 = (0..steps)
+                .map(|i| {
+                    let cos = (i as f32 + 0.5) / steps as f32;
+                    f64::from(specular.distribution(cos) * cos * TAU)
+                })
+                .sum::<f64>()
+                / f64::from(steps);
+            assert!((integral - 1.0).abs() < 1e-3, "{alpha}: {integral}");
+        }
+    }
+
+    #[test]
+    fn sampling_finds_the_same_integral() {
+        for (roughness, metallic) in [(0.3, 0.0), (0.5, 1.0), (0.9, 0.3)] {
+            let reflection = coated(roughness, metallic);
+            let view = direction(0.9, 0.4);
+            let lobe = reflection.towards(Vec3::Z, view);
+            let mut random = random::stream(1, "test", 0, 0);
+            let count = 200_000;
+            let sum: glam::DVec3 = (0..count)
+                .filter_map(|_| lobe.sample(&mut random))
+                .map(|(_, weight)| weight.as_dvec3())
+                .sum();
+            let (found, wanted) = (sum / f64::from(count), reflected(&reflection, view));
+            let off = (found.as_vec3() - wanted).length() / wanted.length();
+            assert!(off < 0.01, "{roughness} {metallic}: {found} {wanted}");
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! Baking: a BTF sample ray-traced from height, colour and roughness.
+//!
+//! In: a [`Material`] (from maps, a folder, or a [preset](presets)) and [`BakeOptions`]. Out: a
+//! sample folder whose texel (row, col) in the image of view v and light l is the radiance of what
+//! the ray through the mean-plane point (row, col) towards v meets first: parallax, masking, shadows and
+//! interreflections are in the value. Written image by image, so a sample may be larger than memory.
+//! Not handled: transmission, translucency, overhangs (a height field has none).
+
+pub mod brdf;
+pub mod height_field;
+pub mod material;
+pub mod presets;
+mod shade;
+mod trace;
+
+use std::path::Path;
+
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use crate::btf::bake::material::Material;
+use crate::btf::bake::shade::{Scene, View};
+use crate::btf::direction::Direction;
+use crate::btf::direction_set::DirectionSet;
+use crate::btf::sample::{DType, Description, FORMAT, Layout, VERSION};
+use crate::btf::writer::SampleWriter;
+use crate::error::{Error, Result};
+use crate::format::id::ContentId;
+use crate::progress::Progress;
+
+/// Memory for images under way, in bytes.
+const SLAB: usize = 64 << 20;
+/// Views closer to the horizon see the surface from the side only.
+const LEAST_VIEW_COSINE: f64 = 1e-3;
+
+/// From which directions, how finely, and with which light a material is baked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BakeOptions {
+    /// View directions: 12x5, bonn81, bonn151, fibonacci:N, rings:THETA:COUNT[:OFFSET],… or FILE.csv
+    #[arg(long, value_name = "SET", default_value_t = BakeOptions::default().views)]
+    pub views: DirectionSet,
+    /// Light directions, as for --views.
+    #[arg(long, value_name = "SET", default_value_t = BakeOptions::default().lights)]
+    pub lights: DirectionSet,
+    /// Number type of the sample.
+    #[arg(long, value_enum, default_value_t = BakeOptions::default().dtype)]
+    pub dtype: DType,
+    /// View rays a texel, 1 to 65536: one through its centre, more spread over its area.
+    #[arg(long, default_value_t = BakeOptions::default().samples)]
+    pub samples: u32,
+    /// How often light may be reflected within the surface before it reaches the eye's first point, 0 to
+    /// 1000; 0 is direct light only. Drawn at random: raise --samples with it.
+    #[arg(long, default_value_t = BakeOptions::default().bounces)]
+    pub bounces: u32,
+    /// Angle the light's disc is seen under, in degrees, 0 to 90; 0 gives hard shadows, more soft ones
+    /// (raise --samples with it).
+    #[arg(long, value_name = "DEGREES", default_value_t = BakeOptions::default().light_diameter)]
+    pub light_diameter: f64,
+    /// Seed of what is drawn at random.
+    #[arg(skip)]
+    pub seed: u64,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self {
+            views: DirectionSet::Tong12x5,
+            lights: DirectionSet::Tong12x5,
+            dtype: DType::F2,
+            samples: 1,
+            bounces: 0,
+            light_diameter: 0.0,
+            seed: 0,
+        }
+    }
+}
+
+impl BakeOptions {
+    /// Refuses what cannot be baked.
+    pub fn validate(&self) -> Result<()> {
+        let range = |option: &str, value: u32, low: u32, high: u32| {
+            if (low..=high).contains(&value) {
+                return Ok(());
+            }
+            Err(Error::option(
+                option,
+                value.to_string(),
+                format!("{low} to {high}"),
+            ))
+        };
+        range("samples", self.samples, 1, 65_536)?;
+        range("bounces", self.bounces, 0, 1000)?;
+        if !(0.0..=90.0).contains(&self.light_diameter) {
+            return Err(Error::option(
+                "light-diameter",
+                self.light_diameter.to_string(),
+                "0 to 90 degrees",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// What a bake did.
+#[derive(Clone, Debug)]
+pub struct Baked {
+    /// The sample's description, as written.
+    pub description: Description,
+    /// View, shadow and path rays traced.
+    pub rays: u64,
+}
+
+/// Bakes `material` into the sample folder `target`.
+pub fn bake(
+    material: &Material,
+    options: &BakeOptions,
+    target: &Path,
+    progress: &Progress,
+) -> Result<Baked> {
+    options.validate()?;
+    material.check()?;
+    let description = describe(material, options)?;
+    let scene = Scene {
+        material,
+        surface: material.surface(),
+        samples: options.samples,
+        bounces: options.bounces,
+        light_radius: 0.5 * options.light_diameter.to_radians(),
+        seed: options.seed,
+    };
+    let mut writer = SampleWriter::create(target, description)?;
+    let rays = write_images(&scene, &mut writer, progress)?;
+    Ok(Baked {
+        description: writer.finish()?,
+        rays,
+    })
+}
+
+fn describe(material: &Material, options: &BakeOptions) -> Result<Description> {
+    let views = options.views.directions()?;
+    if let Some(low) = views.iter().position(|v| v.cos_theta() < LEAST_VIEW_COSINE) {
+        return Err(Error::option(
+            "views",
+            format!(
+                "view {low} lies {:.3}° from the normal",
+                views[low].theta().to_degrees()
+            ),
+            "views above the horizon, by 0.06° or more",
+        ));
+    }
+    let description = Description {
+        format: FORMAT.into(),
+        version: VERSION,
+        name: material.name.clone(),
+        width: material.grid.width,
+        height: material.grid.height,
+        channels: 3,
+        dtype: options.dtype,
+        texel_mm: material.texel_mm,
+        layout: Layout::Product,
+        views,
+        lights: options.lights.directions()?,
+        pairs: None,
+        tileable: material.grid.tileable,
+        id: ContentId::of_bytes(b""),
+        source: json!({
+            "kind": "bake",
+            "material": material.id(),
+            "samples": options.samples,
+            "bounces": options.bounces,
+            "light-diameter": options.light_diameter,
+            "seed": options.seed,
+        }),
+    };
+    description.check()?;
+    Ok(description)
+}
+
+/// One view and a run of lights: what is rendered at once.
+#[derive(Clone)]
+struct Slab {
+    view: View,
+    lights: std::ops::Range<usize>,
+}
+
+/// Images of one slab: row after row, in it light after light, (width) RGB each.
+struct Rendered {
+    slab: Slab,
+    rows: Vec<Vec3>,
+    rays: u64,
+}
+
+/// Renders slab after slab, writing each while the next is rendered.
+fn write_images(scene: &Scene, writer: &mut SampleWriter, progress: &Progress) -> Result<u64> {
+    let description = writer.description().clone();
+    progress.begin("bake", description.image_count() as u64);
+    let mut rays = 0;
+    let mut finished: Option<Rendered> = None;
+    for slab in slabs(&description) {
+        progress.check()?;
+        let (written, rendered) = rayon::join(
+            || write(finished.as_ref(), writer, progress),
+            || render(scene, slab, &description.lights),
+        );
+        written?;
+        rays += rendered.rays;
+        finished = Some(rendered);
+    }
+    write(finished.as_ref(), writer, progress)?;
+    progress.end();
+    Ok(rays)
+}
+
+/// The images in the order of the file, cut so that a slab fits the memory for it.
+fn slabs(description: &Description) -> Vec<Slab> {
+    let image = description.grid().len() * size_of::<Vec3>();
+    let at_once = (SLAB / image).max(1);
+    let lights = description.lights.len();
+    let cut = |(index, &direction): (usize, &Direction)| {
+        let view = View { index, direction };
+        (0..lights).step_by(at_once).map(move |first| Slab {
+            view,
+            lights: first..lights.min(first + at_once),
+        })
+    };
+    description.views.iter().enumerate().flat_map(cut).collect()
+}
+
+fn render(scene: &Scene, slab: Slab, lights: &[Direction]) -> Rendered {
+    let width = scene.material.grid.width as usize;
+    let height = scene.material.grid.height as usize;
+    let lights = &lights[slab.lights.clone()];
+    let mut rows = vec![Vec3::ZERO; height * lights.len() * width];
+    let rays = rows
+        .par_chunks_mut(lights.len() * width)
+        .enumerate()
+        .map(|(row, images)| render_row(scene, slab.view, row, lights, images))
+        .sum();
+    Rendered { slab, rows, rays }
+}
+
+/// One row of every image of a slab.
+fn render_row(
+    scene: &Scene,
+    view: View,
+    row: usize,
+    lights: &[Direction],
+    images: &mut [Vec3],
+) -> u64 {
+    let width = scene.material.grid.width as usize;
+    let mut sums = vec![Vec3::ZERO; lights.len()];
+    let mut rays = 0;
+    for col in 0..width {
+        sums.fill(Vec3::ZERO);
+        rays += scene.shade_texel(view, (row, col), lights, &mut sums);
+        for (light, sum) in sums.iter().enumerate() {
+            images[light * width + col] = *sum / scene.samples as f32;
+        }
+    }
+    rays
+}
+
+/// Hands the images of a slab to the writer.
+fn write(
+    rendered: Option<&Rendered>,
+    writer: &mut SampleWriter,
+    progress: &Progress,
+) -> Result<()> {
+    let Some(Rendered { slab, rows, .. }) = rendered else {
+        return Ok(());
+    };
+    let width = writer.description().width as usize;
+    let count = slab.lights.len();
+    for light in 0..count {
+        let image: Vec<Vec3> = rows
+            .chunks_exact(count * width)
+            .flat_map(|row| &row[light * width..(light + 1) * width])
+            .copied()
+            .collect();
+        writer.push(bytemuck::cast_slice(&image))?;
+        progress.advance(1)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,145 @@
+//! Built-in procedural materials: small, readable, tileable at any size, with relief one sees.
+//!
+//! Each is a function from a place on the [`Tile`] to height, colour and roughness there; features
+//! span about 8 to 24 texels, and vary at random so that a tile does not repeat inside itself. Sizes in
+//! texels; one texel is taken as ½ mm.
+
+mod cloth;
+mod hide;
+mod mineral;
+mod tile;
+
+use clap::ValueEnum;
+use glam::Vec2;
+use serde::{Deserialize, Serialize};
+
+use crate::btf::bake::brdf::Diffuse;
+use crate::btf::bake::material::Material;
+use crate::btf::bake::presets::tile::{Facet, Tile};
+use crate::error::{Error, Result};
+use crate::grid::TexelGrid;
+
+/// Side of a preset's texel, in millimetres.
+const TEXEL_MM: f64 = 0.5;
+
+/// A built-in material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// Plain weave of thick two-coloured threads.
+    Weave,
+    /// Velvety ribs.
+    Corduroy,
+    /// Stocking stitch: columns of V-shaped loops.
+    Knit,
+    /// Willow rods woven round stakes.
+    Wicker,
+    /// Rounded stones in dark mortar.
+    Cobbles,
+    /// Bricks in running bond.
+    Bricks,
+    /// Overlapping glossy scales.
+    Scales,
+    /// Pebbled, creased, waxed.
+    Leather,
+    /// Sheet metal beaten with a round hammer.
+    Hammered,
+    /// Deep wavy ridges along the trunk.
+    Bark,
+}
+
+impl Preset {
+    /// The material on size × size texels.
+    pub fn material(self, size: u32, seed: u64) -> Result<Material> {
+        if !(16..=8192).contains(&size) {
+            return Err(Error::option("size", size.to_string(), "16 to 8192 texels"));
+        }
+        let tile = Tile::new(size, seed);
+        let facets: Vec<Facet> = (0..size * size)
+            .map(|texel| {
+                // Texel centres, y upwards.
+                let (col, up) = (texel % size, size - 1 - texel / size);
+                self.facet(&tile, Vec2::new(col as f32 + 0.5, up as f32 + 0.5))
+            })
+            .collect();
+        let metal = self == Self::Hammered;
+        Ok(Material {
+            name: self.name(),
+            grid: TexelGrid {
+                width: size,
+                height: size,
+                tileable: true,
+            },
+            texel_mm: Some(TEXEL_MM),
+            heights: facets.iter().map(|facet| facet.height).collect(),
+            albedo: facets.iter().map(|facet| facet.albedo).collect(),
+            roughness: Some(facets.iter().map(|facet| facet.roughness).collect()),
+            metallic: metal.then(|| vec![1.0; facets.len()]),
+            reflectance: 0.04,
+            diffuse: match self {
+                Self::Weave | Self::Corduroy | Self::Knit => Diffuse::OrenNayar(0.35),
+                _ => Diffuse::Lambert,
+            },
+        })
+    }
+
+    fn facet(self, tile: &Tile, at: Vec2) -> Facet {
+        match self {
+            Self::Weave => cloth::weave(tile, at),
+            Self::Corduroy => cloth::corduroy(tile, at),
+            Self::Knit => cloth::knit(tile, at),
+            Self::Wicker => cloth::wicker(tile, at),
+            Self::Cobbles => mineral::cobbles(tile, at),
+            Self::Bricks => mineral::bricks(tile, at),
+            Self::Hammered => mineral::hammered(tile, at),
+            Self::Scales => hide::scales(tile, at),
+            Self::Leather => hide::leather(tile, at),
+            Self::Bark => hide::bark(tile, at),
+        }
+    }
+
+    /// Its name on the command line.
+    pub fn name(self) -> String {
+        self.to_possible_value()
+            .map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_preset_is_sound_tileable_and_has_relief() {
+        for &preset in Preset::value_variants() {
+            for size in [16, 61, 96] {
+                let material = preset.material(size, 5).unwrap();
+                material.check().unwrap();
+                let (low, high) = material
+                    .heights
+                    .iter()
+                    .fold((f32::MAX, f32::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+                assert!(
+                    (1.0..20.0).contains(&(high - low)),
+                    "{preset:?}: {low} {high}"
+                );
+            }
+            // Across the border the surface goes on as it does inside.
+            let tile = Tile::new(61, 5);
+            for y in 0..61 {
+                let at = |x: f32| preset.facet(&tile, Vec2::new(x, y as f32 + 0.5));
+                let (a, b) = (at(0.25), at(61.25));
+                assert!((a.height - b.height).abs() < 0.02, "{preset:?} {y}");
+                assert!((a.albedo - b.albedo).length() < 0.02, "{preset:?} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_seed_decides_the_details() {
+        let heights = |seed| Preset::Cobbles.material(32, seed).unwrap().heights;
+        assert_eq!(heights(1), heights(1));
+        assert_ne!(heights(1), heights(2));
+        assert!(Preset::Weave.material(8, 0).is_err());
+    }
+}
