@@ -1,1 +1,46 @@
-//! Synthesis of the surface texton map (Tong 2002 §5): order, candidates, metric, passes.
+//! The synthesis engine (Tong 2002 §5): from an exemplar and a hierarchy of sites to a texture
+//! coordinate and a texton for every site.
+//!
+//! In: [`Space`](crate::exemplar::space::Space), [`NeighborTable`](crate::exemplar::neighbor_table::NeighborTable)
+//! and [`SiteHierarchy`](crate::mesh::hierarchy::SiteHierarchy) — of a mesh, or of the
+//! [flat grid](grid_target). Out: [`LevelMap`](engine::LevelMap)s, and [`quality`] figures.
+//!
+//! The engine is a few small ideas, a file each, and a paper is a choice of each:
+//!
+//! | idea | file |
+//! | --- | --- |
+//! | the exemplar's texels, windows, neighbours | [`exemplar_level`], [`windows`] |
+//! | what a site's neighbourhood holds | [`site_samples`] |
+//! | distance of a site's and a texel's neighbourhood | [`metric`]: [`gram`] (through Φ), [`embedded`] (through a factor of it) |
+//! | which texels to try | [`candidates`], [`full_search`] |
+//! | which of them to take | [`choice`] |
+//! | in which order to visit | [`order`] (growing), [`coloring`] (in parallel) |
+//! | how a level starts and is refined | [`passes`] |
+//!
+//! Not handled here: preparing meshes (`mesh`), building neighbour tables (`exemplar`), drawing
+//! and files other than the [checkpoint](checkpoint) of an interrupted run.
+
+pub mod candidates;
+pub mod check;
+pub mod checkpoint;
+pub mod choice;
+pub mod coloring;
+pub mod embedded;
+pub mod embedding;
+pub mod engine;
+pub mod exemplar_level;
+pub mod full_search;
+pub mod gram;
+pub mod grid_target;
+pub mod metric;
+pub mod options;
+pub mod order;
+pub mod passes;
+pub mod quality;
+pub mod site_samples;
+pub mod windows;
+
+#[cfg(test)]
+mod fixtures;
+#[cfg(test)]
+mod oracles;

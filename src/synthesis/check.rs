@@ -1,0 +1,308 @@
+//! Whether exemplar, sites and options fit together, before any work is done; and what follows
+//! from them.
+
+use ndarray::Array2;
+
+use crate::error::{Error, Result};
+use crate::exemplar::neighbor_table::{NeighborTable, Neighborhood};
+use crate::exemplar::space::{Features, Space, SpaceLevel};
+use crate::format::id;
+use crate::mesh::hierarchy::{SiteHierarchy, SiteLevel};
+use crate::synthesis::engine::Inputs;
+use crate::synthesis::options::{MetricKind, SynthesisOptions};
+
+/// Options as the inputs complete them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Levels that are synthesized.
+    pub levels: usize,
+    /// Neighbours a texel that are used.
+    pub k: usize,
+}
+
+/// Checks everything and completes the options.
+pub fn plan(inputs: Inputs<'_>, options: &SynthesisOptions) -> Result<Plan> {
+    options.validate()?;
+    exemplar(inputs.space, inputs.table)?;
+    let plan = complete(inputs.space, inputs.table, options)?;
+    if options.metric == MetricKind::Gram {
+        inputs
+            .space
+            .levels
+            .iter()
+            .try_for_each(|level| gram(level).map(drop))?;
+    }
+    sites(inputs, &plan)?;
+    Ok(plan)
+}
+
+/// Checks options against the exemplar alone: k, levels, neighbourhood. What `synth` must know
+/// before it prepares a surface.
+pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
+    options.validate()?;
+    let k = options.k.unwrap_or(table.k);
+    if k > table.k {
+        return Err(Error::option(
+            "k",
+            format!("{k} neighbours a texel, but the table lists {}", table.k),
+            format!("at most {}, or a table made with knn --k {k}", table.k),
+        ));
+    }
+    let most = table.levels.len();
+    let levels = options.levels.map_or(most, |levels| levels as usize);
+    if levels > most {
+        return Err(Error::option(
+            "levels",
+            format!("{levels}, but the sample has {most}"),
+            format!("at most {most}, or a vocabulary made with textons --levels {levels}"),
+        ));
+    }
+    neighborhood_width(table, options)?;
+    template_fits_the_sample(space, table, levels)?;
+    Ok(Plan { levels, k })
+}
+
+fn neighborhood_width(table: &NeighborTable, options: &SynthesisOptions) -> Result<()> {
+    let Some(asked) = options.neighborhood else {
+        return Ok(());
+    };
+    let width = window_width(&table.levels[0].neighborhood.offsets);
+    if asked == width {
+        return Ok(());
+    }
+    Err(Error::option(
+        "neighborhood",
+        format!("{asked}, but the table's is {width}"),
+        format!("{width}, or a table made with knn --neighborhood {asked}"),
+    ))
+}
+
+/// The full width of a window: twice its reach and the centre.
+pub fn window_width(offsets: &[[i32; 2]]) -> u32 {
+    let reach = offsets.iter().flatten().map(|offset| offset.unsigned_abs());
+    2 * reach.max().unwrap_or(0) + 1
+}
+
+fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize) -> Result<()> {
+    let coarsest = levels - 1;
+    let grid = space.levels[coarsest].grid;
+    let width = window_width(&table.levels[coarsest].neighborhood.offsets);
+    if width <= grid.width.min(grid.height) {
+        return Ok(());
+    }
+    let fitting = (0..levels).take_while(|&level| {
+        let grid = space.levels[level].grid;
+        width <= grid.width.min(grid.height)
+    });
+    Err(Error::option(
+        "levels",
+        format!(
+            "{levels}: a neighbourhood {width} texels wide on the sample's coarsest level of {}×{}",
+            grid.width, grid.height
+        ),
+        match fitting.count() {
+            0 => "a smaller knn --neighborhood".to_owned(),
+            count => format!("at most {count}, or a smaller knn --neighborhood"),
+        },
+    ))
+}
+
+/// Checks that a space and a table are sound and describe the same texels; ids are for
+/// [`same_run`].
+pub fn exemplar(space: &Space, table: &NeighborTable) -> Result<()> {
+    if space.levels.is_empty() || space.levels.len() != table.levels.len() {
+        return Err(differ(
+            format!("{} levels", table.levels.len()),
+            format!("{} levels, as the space has", space.levels.len()),
+        ));
+    }
+    for (index, (level, listed)) in space.levels.iter().zip(&table.levels).enumerate() {
+        space_level(level, index)?;
+        let (texels, k) = listed.neighbors.dim();
+        if texels != level.grid.len() || k != table.k || k == 0 {
+            return Err(differ(
+                format!("L{index}: neighbours of {texels} texels, {k} each"),
+                format!(
+                    "{} texels, as the space has, {} each",
+                    level.grid.len(),
+                    table.k.max(1)
+                ),
+            ));
+        }
+        if level.grid.tileable != table.tileable {
+            return Err(differ(
+                format!("tileable: {}", table.tileable),
+                format!("{}, as the space is", level.grid.tileable),
+            ));
+        }
+        let out = listed
+            .neighbors
+            .iter()
+            .find(|&&texel| texel as usize >= texels);
+        if let Some(texel) = out {
+            return Err(differ(
+                format!("L{index}: texel {texel} among the neighbours"),
+                format!("texels below {texels}"),
+            ));
+        }
+        neighborhood(&listed.neighborhood, index)?;
+    }
+    Ok(())
+}
+
+fn differ(found: String, expected: String) -> Error {
+    Error::data("neighbour table", found)
+        .expected(expected)
+        .advice("space and table are of different runs: make the table anew with knn")
+}
+
+fn space_level(level: &SpaceLevel, index: usize) -> Result<()> {
+    let texels = level.grid.len();
+    let place = format!("space, L{index}");
+    match &level.features {
+        Features::Textons { labels, gram } => {
+            let textons = gram.nrows();
+            if labels.len() != texels || textons < 2 || gram.ncols() != textons {
+                return Err(Error::data(
+                    place,
+                    format!("{} labels and a Gram matrix {:?}", labels.len(), gram.dim()),
+                )
+                .expected(format!("{texels} labels and a square Gram matrix")));
+            }
+            match labels
+                .iter()
+                .find(|&&label| usize::from(label) >= textons - 1)
+            {
+                Some(label) => Err(Error::data(place, format!("label {label}"))
+                    .expected(format!("labels below {}", textons - 1))),
+                None => Ok(()),
+            }
+        }
+        Features::Vectors(vectors) => {
+            let (height, width, dimensions) = vectors.dim();
+            if height * width == texels && dimensions > 0 && texels > 0 {
+                return Ok(());
+            }
+            Err(Error::data(place, format!("features {:?}", vectors.dim()))
+                .expected(format!("{texels} vectors of one number or more")))
+        }
+    }
+}
+
+fn neighborhood(neighborhood: &Neighborhood, index: usize) -> Result<()> {
+    let Neighborhood {
+        offsets,
+        weights,
+        coarse_offsets,
+        coarse_weights,
+    } = neighborhood;
+    let sound = |weight: &f32| *weight > 0.0 && weight.is_finite();
+    let matched = offsets.len() == weights.len() && coarse_offsets.len() == coarse_weights.len();
+    if !offsets.is_empty() && matched && weights.iter().chain(coarse_weights).all(sound) {
+        return Ok(());
+    }
+    Err(Error::data(
+        format!("neighbour table, L{index}: offsets and weights"),
+        format!(
+            "{} offsets with {} weights, {} coarse ones with {}",
+            offsets.len(),
+            weights.len(),
+            coarse_offsets.len(),
+            coarse_weights.len()
+        ),
+    )
+    .expected("a positive weight an offset"))
+}
+
+/// Checks that a table was made from a space, unless forced.
+pub fn same_run(space: &Space, table: &NeighborTable, force: bool) -> Result<()> {
+    id::check_same(
+        "neighbour table, id of its space",
+        &table.space,
+        &space.id,
+        force,
+    )
+}
+
+/// Φ of a level; an error for plain images, which have none.
+pub fn gram(level: &SpaceLevel) -> Result<&Array2<f32>> {
+    match &level.features {
+        Features::Textons { gram, .. } => Ok(gram),
+        Features::Vectors(_) => Err(Error::option(
+            "metric",
+            "gram, but a plain image has no Gram matrix",
+            "embedded",
+        )),
+    }
+}
+
+/// Checks the sites against the plan and the table.
+fn sites(inputs: Inputs<'_>, plan: &Plan) -> Result<()> {
+    let SiteHierarchy { levels } = inputs.sites;
+    if levels.len() < plan.levels {
+        return Err(Error::option(
+            "levels",
+            format!("{}, but the target has {}", plan.levels, levels.len()),
+            format!("at most {}", levels.len()),
+        ));
+    }
+    for index in 0..plan.levels {
+        let two_level = index + 1 < plan.levels;
+        let neighborhood = &inputs.table.levels[index].neighborhood;
+        let coarser = levels.get(index + 1).filter(|_| two_level);
+        site_level(&levels[index], coarser, neighborhood, index)?;
+    }
+    Ok(())
+}
+
+fn site_level(
+    sites: &SiteLevel,
+    coarser: Option<&SiteLevel>,
+    neighborhood: &Neighborhood,
+    index: usize,
+) -> Result<()> {
+    let place = format!("sites, level {index}");
+    if sites.site_count < neighborhood.offsets.len() {
+        return Err(Error::option(
+            "levels",
+            format!(
+                "level {index} of the target has {} sites, fewer than the neighbourhood's {} samples",
+                sites.site_count,
+                neighborhood.offsets.len()
+            ),
+            match index {
+                0 => "a finer target (mesh --vertices)".to_owned(),
+                _ => format!("at most {index}, or a finer target"),
+            },
+        ));
+    }
+    let samples = neighborhood.offsets.len();
+    let counts = (sites.fine.samples_per_site, sites.fine.samples.len());
+    if counts != (samples, samples * sites.site_count) {
+        return Err(Error::data(place, format!("{} samples a site", counts.0))
+            .expected(format!("{samples}, as the table's neighbourhood has")));
+    }
+    let Some(coarser) = coarser else {
+        return Ok(());
+    };
+    let per_site = sites
+        .coarse
+        .as_ref()
+        .map_or(0, |coarse| coarse.samples_per_site);
+    let parents = sites.parents.iter();
+    let sound = parents.filter(|parent| (parent.site as usize) < coarser.site_count);
+    if per_site != neighborhood.coarse_offsets.len() || sound.count() != sites.site_count {
+        return Err(Error::data(
+            place,
+            format!(
+                "{per_site} coarse samples a site, {} parents",
+                sites.parents.len()
+            ),
+        )
+        .expected(format!(
+            "{} coarse samples and a parent a site",
+            neighborhood.coarse_offsets.len()
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,105 @@
+//! Colour classes: sites of one class read nothing of each other, so that they can be refined
+//! together, and the result is that of visiting class after class, site after site.
+
+use crate::mesh::hierarchy::SiteLevel;
+
+/// The classes of a level, each its sites ascending.
+///
+/// Sites are coloured greedily in their order, each with the first colour that neither a site it
+/// reads nor one that reads it has.
+pub fn color_classes(level: &SiteLevel) -> Vec<Vec<u32>> {
+    let mut words = 2;
+    loop {
+        if let Some(colors) = greedy_colors(level, words) {
+            return classes(&colors);
+        }
+        words *= 2;
+    }
+}
+
+/// The colours of all sites, `None` when 64 · `words` are too few.
+fn greedy_colors(level: &SiteLevel, words: usize) -> Option<Vec<u32>> {
+    const UNCOLORED: u32 = u32::MAX;
+    let mut colors = vec![UNCOLORED; level.site_count];
+    let mut taken = vec![0u64; level.site_count * words];
+    let mut near = Vec::new();
+    for site in 0..level.site_count {
+        collect_read(level, site, &mut near);
+        let own = &mut taken[site * words..][..words];
+        for &other in &near {
+            let color = colors[other as usize];
+            if color != UNCOLORED {
+                own[color as usize / 64] |= 1 << (color % 64);
+            }
+        }
+        let color = first_free(own)?;
+        colors[site] = color;
+        for &other in &near {
+            taken[other as usize * words + color as usize / 64] |= 1 << (color % 64);
+        }
+    }
+    Some(colors)
+}
+
+fn first_free(taken: &[u64]) -> Option<u32> {
+    let word = taken.iter().position(|&word| word != u64::MAX)?;
+    Some(64 * word as u32 + taken[word].trailing_ones())
+}
+
+/// The other sites that choosing at `site` reads, on its level.
+fn collect_read(level: &SiteLevel, site: usize, read: &mut Vec<u32>) {
+    read.clear();
+    let neighbors = level.neighbors.of_site(site).iter();
+    read.extend(neighbors.map(|neighbor| neighbor.site));
+    for &sample in level.fine.of_site(site) {
+        if let Some((sites, _)) = level.fine.resolve(sample) {
+            read.extend(sites.iter().filter(|&&other| other as usize != site));
+        }
+    }
+}
+
+fn classes(colors: &[u32]) -> Vec<Vec<u32>> {
+    let count = colors.iter().max().map_or(0, |&most| most as usize + 1);
+    let mut classes = vec![Vec::new(); count];
+    for (site, &color) in colors.iter().enumerate() {
+        classes[color as usize].push(site as u32);
+    }
+    classes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthesis::fixtures;
+
+    #[test]
+    fn no_site_reads_another_of_its_class() {
+        let level = fixtures::random_sites(7, 300, 5);
+        let classes = color_classes(&level);
+        let total: usize = classes.iter().map(Vec::len).sum();
+        assert_eq!(total, 300);
+        let mut color = [0; 300];
+        for (index, class) in classes.iter().enumerate() {
+            assert!(class.is_sorted());
+            for &site in class {
+                color[site as usize] = index;
+            }
+        }
+        let mut read = Vec::new();
+        for site in 0..300 {
+            collect_read(&level, site, &mut read);
+            assert!(!read.is_empty());
+            assert!(
+                read.iter()
+                    .all(|&other| color[other as usize] != color[site])
+            );
+        }
+    }
+
+    #[test]
+    fn more_colors_than_a_word_has() {
+        // Everyone reads everyone.
+        let level = fixtures::random_sites(1, 150, 149);
+        assert_eq!(color_classes(&level).len(), 150);
+    }
+}

@@ -1,0 +1,392 @@
+//! The embedded metric: neighbourhoods as short dense vectors, a distance as one loop over lanes.
+//!
+//! A site's samples are blended once into its pattern; a texel's samples are read from the level's
+//! table of feature vectors, which stays in the cache, so no neighbourhood is ever stored. Sums run
+//! over fixed lanes in fixed order, whatever the processor: the same distances everywhere.
+
+use multiversion::multiversion;
+
+use crate::synthesis::candidates::Candidate;
+use crate::synthesis::choice::{Pick, smallest};
+use crate::synthesis::embedding::{Block, Embedding, LANES};
+use crate::synthesis::exemplar_level::ExemplarLevel;
+use crate::synthesis::full_search::ProjectedWindows;
+use crate::synthesis::metric::Metric;
+use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
+
+/// Samples after which a growing distance is compared with the best so far.
+const RUN: usize = 12;
+
+/// The metric of one level.
+#[derive(Debug)]
+pub struct EmbeddedMetric<'a> {
+    exemplar: &'a ExemplarLevel<'a>,
+    fine: &'a Embedding,
+    coarse: Option<&'a Embedding>,
+    projected: Option<ProjectedWindows>,
+}
+
+/// What a site's neighbourhood holds, embedded.
+#[derive(Clone, Debug, Default)]
+pub struct EmbeddedPattern {
+    /// Samples on the site's own level.
+    pub fine: PatternPart,
+    /// Samples on the coarser level.
+    pub coarse: PatternPart,
+    /// Whether every sample of the windows counts.
+    complete: bool,
+    bounds: Vec<f32>,
+}
+
+/// The samples of one window that count.
+#[derive(Clone, Debug, Default)]
+pub struct PatternPart {
+    /// Their feature vectors, one after the other.
+    pub values: Vec<Block>,
+    /// Where a texel's window holds the same samples.
+    deltas: Vec<u32>,
+    /// Where runs of samples of one weight end, and the weight.
+    runs: Vec<(u32, f32)>,
+}
+
+impl<'a> EmbeddedMetric<'a> {
+    /// The metric of a level. `coarse` is the parent level's embedding where two levels are compared.
+    pub fn new(
+        exemplar: &'a ExemplarLevel<'a>,
+        fine: &'a Embedding,
+        coarse: Option<&'a Embedding>,
+    ) -> Self {
+        Self {
+            exemplar,
+            fine,
+            coarse: coarse.filter(|_| exemplar.coarse.is_some()),
+            projected: None,
+        }
+    }
+
+    /// Prepares the bounds that spare a full search most of its distances.
+    #[must_use]
+    pub fn with_projected_windows(mut self, seed: u64, level: u32) -> Self {
+        self.projected = Some(ProjectedWindows::new(&self, self.exemplar, seed, level));
+        self
+    }
+
+    /// The pattern a texel's own window would be, for [`ProjectedWindows`].
+    pub fn pattern_of_texel(&self, texel: u32, pattern: &mut EmbeddedPattern) {
+        let neighborhood = self.exemplar.neighborhood;
+        let (window, windows) = (self.exemplar.fine.window(texel), &self.exemplar.fine);
+        let part = &mut pattern.fine;
+        part.read_window(self.fine, window, windows.deltas(), &neighborhood.weights);
+        pattern.coarse.clear();
+        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse) {
+            let window = coarse.windows.window(coarse.parents[texel as usize]);
+            let (part, weights) = (&mut pattern.coarse, &neighborhood.coarse_weights);
+            part.read_window(embedding, window, coarse.windows.deltas(), weights);
+        }
+        pattern.complete = true;
+    }
+
+    #[inline(always)]
+    fn distance_inline(&self, pattern: &EmbeddedPattern, texel: u32, limit: f32) -> f32 {
+        let window = self.exemplar.fine.window(texel);
+        let fine = pattern.fine.distance(self.fine, window, 0.0, limit);
+        match (&self.exemplar.coarse, self.coarse) {
+            (Some(coarse), Some(embedding)) if fine <= limit => {
+                let window = coarse.windows.window(coarse.parents[texel as usize]);
+                pattern.coarse.distance(embedding, window, fine, limit)
+            }
+            _ => fine,
+        }
+    }
+}
+
+impl PatternPart {
+    fn clear(&mut self) {
+        self.values.clear();
+        self.deltas.clear();
+        self.runs.clear();
+    }
+
+    /// Counts one more sample, at `delta` in a texel's window.
+    #[inline(always)]
+    fn count(&mut self, delta: u32, weight: f32) {
+        let begin = match self.runs.len() {
+            0 | 1 => 0,
+            runs => self.runs[runs - 2].0,
+        };
+        self.deltas.push(delta);
+        let end = self.deltas.len() as u32;
+        match self.runs.last_mut() {
+            Some(run) if run.1 == weight && end - begin <= RUN as u32 => run.0 = end,
+            _ => self.runs.push((end, weight)),
+        }
+    }
+
+    /// Holds what a texel's window does.
+    fn read_window(
+        &mut self,
+        embedding: &Embedding,
+        window: &[u32],
+        deltas: &[u32],
+        weights: &[f32],
+    ) {
+        self.clear();
+        for (&delta, &weight) in deltas.iter().zip(weights) {
+            let vector = embedding.vector(window[delta as usize]);
+            self.values.extend_from_slice(vector);
+            self.count(delta, weight);
+        }
+    }
+
+    /// The weight of every sample in turn.
+    pub fn weights(&self) -> impl Iterator<Item = f32> + '_ {
+        let mut begin = 0;
+        self.runs.iter().flat_map(move |&(end, weight)| {
+            let run = std::mem::replace(&mut begin, end)..end;
+            run.map(move |_| weight)
+        })
+    }
+
+    #[inline(always)]
+    fn read(
+        &mut self,
+        sites: &SampledSites<'_>,
+        site: usize,
+        embedding: &Embedding,
+        deltas: &[u32],
+        weights: &[f32],
+    ) {
+        self.clear();
+        for (place, held) in sites.of_site(site) {
+            match held {
+                Held::Default => {
+                    let values = self.values.len() + embedding.blocks;
+                    self.values.resize(values, [0.0; LANES]);
+                }
+                Held::Blend(rows, blend) => {
+                    let [a, b, c] = rows.map(|row| embedding.vector(row));
+                    let corners = a.iter().zip(b).zip(c);
+                    let blended = corners.map(|((a, b), c)| blended_block(a, b, c, blend));
+                    self.values.extend(blended);
+                }
+            }
+            self.count(deltas[place], weights[place]);
+        }
+    }
+
+    /// `sum` and the distance to a texel's window; infinity once they exceed `limit`.
+    #[inline(always)]
+    fn distance(&self, embedding: &Embedding, window: &[u32], mut sum: f32, limit: f32) -> f32 {
+        let blocks = embedding.blocks;
+        let mut begin = 0;
+        for &(end, weight) in &self.runs {
+            let end = end as usize;
+            let values = &self.values[begin * blocks..end * blocks];
+            sum += weight * run_distance(values, embedding, window, &self.deltas[begin..end]);
+            if sum > limit {
+                return f32::INFINITY;
+            }
+            begin = end;
+        }
+        sum
+    }
+}
+
+#[inline(always)]
+fn blended_block(a: &Block, b: &Block, c: &Block, blend: [f32; 3]) -> Block {
+    let mut block = [0.0; LANES];
+    for lane in 0..LANES {
+        block[lane] = blend[0] * a[lane] + blend[1] * b[lane] + blend[2] * c[lane];
+    }
+    block
+}
+
+/// Σ ‖value − vector‖² over a run of samples, even and odd ones summed apart.
+#[inline(always)]
+fn run_distance(values: &[Block], embedding: &Embedding, window: &[u32], deltas: &[u32]) -> f32 {
+    let blocks = embedding.blocks;
+    let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
+    for (pair, held) in deltas.chunks(2).zip(values.chunks(2 * blocks)) {
+        let (first, second) = held.split_at(blocks);
+        add_squares(&mut even, first, embedding.vector(window[pair[0] as usize]));
+        if let Some(&delta) = pair.get(1) {
+            add_squares(&mut odd, second, embedding.vector(window[delta as usize]));
+        }
+    }
+    sum_of_lanes(&even) + sum_of_lanes(&odd)
+}
+
+#[inline(always)]
+fn add_squares(sums: &mut Block, values: &[Block], vector: &[Block]) {
+    for (a, b) in values.iter().zip(vector) {
+        for lane in 0..LANES {
+            let difference = a[lane] - b[lane];
+            sums[lane] += difference * difference;
+        }
+    }
+}
+
+/// The sum of a block's lanes, as a tree.
+#[inline(always)]
+pub fn sum_of_lanes(block: &Block) -> f32 {
+    let mut sums = *block;
+    let mut half = LANES / 2;
+    while half > 0 {
+        for lane in 0..half {
+            sums[lane] += sums[lane + half];
+        }
+        half /= 2;
+    }
+    sums[0]
+}
+
+impl Metric for EmbeddedMetric<'_> {
+    type Pattern = EmbeddedPattern;
+
+    fn read(&self, site: &SiteNeighborhood<'_>, pattern: &mut EmbeddedPattern) {
+        read_pattern(self, site, pattern);
+    }
+
+    fn distance(&self, pattern: &EmbeddedPattern, texel: u32, limit: f64) -> f64 {
+        f64::from(self.distance_inline(pattern, texel, limit as f32))
+    }
+
+    fn best(
+        &self,
+        pattern: &EmbeddedPattern,
+        candidates: &[Candidate],
+        coherence: f64,
+    ) -> Option<Pick> {
+        best_candidate(self, pattern, candidates, coherence)
+    }
+
+    fn best_of_all(
+        &self,
+        pattern: &mut EmbeddedPattern,
+        coherent: &[Candidate],
+        coherence: f64,
+    ) -> Option<Pick> {
+        let first = best_candidate(self, pattern, coherent, coherence);
+        match &self.projected {
+            Some(projected) if pattern.complete => {
+                let mut bounds = std::mem::take(&mut pattern.bounds);
+                projected.bounds(pattern, &mut bounds);
+                let pick = best_within_bounds(self, pattern, &bounds, first, coherence);
+                pattern.bounds = bounds;
+                pick
+            }
+            _ => best_of_whole(self, pattern, first, coherence),
+        }
+    }
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn read_pattern(
+    metric: &EmbeddedMetric<'_>,
+    site: &SiteNeighborhood<'_>,
+    pattern: &mut EmbeddedPattern,
+) {
+    let neighborhood = metric.exemplar.neighborhood;
+    let deltas = metric.exemplar.fine.deltas();
+    let part = &mut pattern.fine;
+    part.read(
+        &site.fine,
+        site.site,
+        metric.fine,
+        deltas,
+        &neighborhood.weights,
+    );
+    pattern.coarse.clear();
+    let coarse = (site.coarse, metric.coarse, &metric.exemplar.coarse);
+    if let (Some(sites), Some(embedding), Some(coarse)) = coarse {
+        let (part, weights) = (&mut pattern.coarse, &neighborhood.coarse_weights);
+        part.read(
+            &sites,
+            site.site,
+            embedding,
+            coarse.windows.deltas(),
+            weights,
+        );
+    }
+    pattern.complete = pattern.fine.deltas.len() == neighborhood.offsets.len();
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn best_candidate(
+    metric: &EmbeddedMetric<'_>,
+    pattern: &EmbeddedPattern,
+    candidates: &[Candidate],
+    coherence: f64,
+) -> Option<Pick> {
+    smallest(candidates, coherence, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
+}
+
+/// The better of `first` and every whole texel.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn best_of_whole(
+    metric: &EmbeddedMetric<'_>,
+    pattern: &EmbeddedPattern,
+    first: Option<Pick>,
+    factor: f64,
+) -> Option<Pick> {
+    let mut best = first;
+    for &texel in &metric.exemplar.whole_texels {
+        let limit = best.map_or(f64::INFINITY, |best| best.score / factor);
+        let score = factor * f64::from(metric.distance_inline(pattern, texel, limit as f32));
+        let pick = Pick { texel, score };
+        if best.is_none_or(|best| pick.beats(&best)) {
+            best = Some(pick);
+        }
+    }
+    best
+}
+
+/// As [`best_of_whole`], skipping texels whose lower bound is above the best so far; the most
+/// promising comes first.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn best_within_bounds(
+    metric: &EmbeddedMetric<'_>,
+    pattern: &EmbeddedPattern,
+    bounds: &[f32],
+    first: Option<Pick>,
+    factor: f64,
+) -> Option<Pick> {
+    let texels = &metric.exemplar.whole_texels;
+    let mut best = first;
+    let mut consider = |texel: u32| {
+        let limit = best.map_or(f64::INFINITY, |best| best.score / factor) as f32;
+        let distance = metric.distance_inline(pattern, texel, limit);
+        let score = factor * f64::from(distance);
+        let pick = Pick { texel, score };
+        if best.is_none_or(|best| pick.beats(&best)) {
+            best = Some(pick);
+        }
+        best.map_or(f64::INFINITY, |best| best.score / factor) as f32
+    };
+    let promising = (0..texels.len()).min_by(|&a, &b| bounds[a].total_cmp(&bounds[b]))?;
+    let mut limit = consider(texels[promising]);
+    for (&texel, &bound) in texels.iter().zip(bounds) {
+        if bound <= limit {
+            limit = consider(texel);
+        }
+    }
+    best
+}

@@ -1,0 +1,182 @@
+//! The options of synthesis, as read from the command line and from a scene file.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+
+/// Which texels are tried at a site.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Search {
+    /// The forward-shifted texels of the neighbours, and the nearest texels of each (Tong 2002 §5.2).
+    #[default]
+    KCoherence,
+    /// Every whole texel.
+    Full,
+}
+
+/// How the neighbourhoods of a site and a texel are compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum MetricKind {
+    /// Through the Gram matrix Φ, in double precision (Tong 2002 §5.1): the reference.
+    Gram,
+    /// Through a factor of the centred Φ: the same distances as short dense vectors.
+    #[default]
+    Embedded,
+}
+
+/// The order in which a level grows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// Where most neighbours are done first.
+    #[default]
+    Constrained,
+    /// Along the orientation field (Turk 2001).
+    Field,
+}
+
+/// What synthesis can be asked; `Default` is the paper's choice.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[command(next_help_heading = "Synthesis")]
+pub struct SynthesisOptions {
+    /// Texels each coherent texel brings along, itself included; 1 suits natural textures
+    /// [default: the table's]
+    #[arg(long)]
+    pub k: Option<usize>,
+    /// Levels of the pyramid, the finest included; 1 grows the finest level from one random
+    /// site [default: the table's]
+    #[arg(long)]
+    pub levels: Option<u32>,
+    /// Width of the neighbourhood; it is the table's, and stating another is an error
+    #[arg(long)]
+    pub neighborhood: Option<u32>,
+    /// Which texels are tried at a site
+    #[arg(long, value_enum, default_value_t = Self::default().search)]
+    pub search: Search,
+    /// How neighbourhoods are compared
+    #[arg(long, value_enum, default_value_t = Self::default().metric)]
+    pub metric: MetricKind,
+    /// Share of the centred Gram matrix's spectrum that the embedded metric keeps (above 0, to 1);
+    /// plain images are always kept whole
+    #[arg(long, default_value_t = Self::default().energy)]
+    pub energy: f64,
+    /// Prefer the coherent texels: the distances of others are multiplied by this (1 is the paper)
+    #[arg(long, default_value_t = Self::default().coherence)]
+    pub coherence: f64,
+    /// Passes a level: 1 only copies from the coarser level, 2 also compares two-level
+    /// neighbourhoods (Tong 2002), each more repeats the second
+    #[arg(long, default_value_t = Self::default().passes)]
+    pub passes: u32,
+    /// Sweeps over the coarsest level after its random start
+    #[arg(long, default_value_t = Self::default().start_passes)]
+    pub start_passes: u32,
+    /// The order in which the coarsest level, or the only one, grows; finer levels are refined in
+    /// parallel by colour classes
+    #[arg(long, value_enum, default_value_t = Self::default().order)]
+    pub order: Order,
+    /// Seed of everything drawn at random.
+    #[arg(skip)]
+    pub seed: u64,
+}
+
+impl Default for SynthesisOptions {
+    fn default() -> Self {
+        Self {
+            k: None,
+            levels: None,
+            neighborhood: None,
+            search: Search::default(),
+            metric: MetricKind::default(),
+            energy: 0.97,
+            coherence: 1.0,
+            passes: 2,
+            start_passes: 2,
+            order: Order::default(),
+            seed: 0,
+        }
+    }
+}
+
+impl SynthesisOptions {
+    /// Checks every field by itself; [`check`](super::check) holds them against the inputs.
+    pub fn validate(&self) -> Result<()> {
+        let at_least_one = |option: &str, value: u64| {
+            if value >= 1 {
+                return Ok(());
+            }
+            Err(Error::option(option, value.to_string(), "1 or more"))
+        };
+        at_least_one("k", self.k.map_or(1, |k| k as u64))?;
+        at_least_one("levels", self.levels.map_or(1, u64::from))?;
+        at_least_one("passes", u64::from(self.passes))?;
+        at_least_one("start-passes", u64::from(self.start_passes))?;
+        check_neighborhood(self.neighborhood)?;
+        if !(self.energy > 0.0 && self.energy <= 1.0) {
+            return Err(Error::option(
+                "energy",
+                self.energy.to_string(),
+                "a share above 0, at most 1",
+            ));
+        }
+        if !(self.coherence >= 1.0 && self.coherence.is_finite()) {
+            return Err(Error::option(
+                "coherence",
+                self.coherence.to_string(),
+                "a factor of 1 or more",
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn check_neighborhood(width: Option<u32>) -> Result<()> {
+    match width {
+        Some(width) if width % 2 == 0 => Err(Error::option(
+            "neighborhood",
+            width.to_string(),
+            "an odd width, as 5 or 7",
+        )),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(change: impl FnOnce(&mut SynthesisOptions)) -> String {
+        let mut options = SynthesisOptions::default();
+        change(&mut options);
+        options.validate().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_defaults_are_valid() {
+        SynthesisOptions::default().validate().unwrap();
+    }
+
+    #[test]
+    fn every_field_is_checked() {
+        assert!(message(|o| o.k = Some(0)).contains("--k: 0"));
+        assert!(message(|o| o.levels = Some(0)).contains("--levels: 0"));
+        assert!(message(|o| o.neighborhood = Some(6)).contains("an odd width"));
+        assert!(message(|o| o.energy = 0.0).contains("--energy: 0"));
+        assert!(message(|o| o.energy = f64::NAN).contains("--energy: NaN"));
+        assert!(message(|o| o.coherence = 0.5).contains("--coherence: 0.5"));
+        assert!(message(|o| o.passes = 0).contains("--passes: 0"));
+        assert!(message(|o| o.start_passes = 0).contains("--start-passes: 0"));
+    }
+
+    #[test]
+    fn a_scene_file_states_the_same_fields() {
+        let options: SynthesisOptions =
+            toml::from_str("k = 5\nsearch = \"full\"\nmetric = \"gram\"\norder = \"field\"")
+                .unwrap();
+        assert_eq!(options.k, Some(5));
+        assert_eq!(options.search, Search::Full);
+        assert!(toml::from_str::<SynthesisOptions>("kk = 5").is_err());
+    }
+}

@@ -1,0 +1,197 @@
+//! The order in which a level grows from nothing: where most neighbours are done, or along the
+//! orientation field.
+
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, VecDeque};
+
+use crate::mesh::hierarchy::NeighborLists;
+use crate::synthesis::options::Order;
+
+/// All sites in the order of their visit, from `start` on; a further connected part begins at its
+/// first site.
+pub fn growing_order(neighbors: &NeighborLists, start: usize, order: Order) -> Vec<u32> {
+    match order {
+        Order::Constrained => most_constrained(neighbors, start),
+        Order::Field => along_the_field(neighbors, start),
+    }
+}
+
+/// Seeds of connected parts: `start`, then every site in turn.
+fn seeds(neighbors: &NeighborLists, start: usize) -> impl Iterator<Item = usize> + use<> {
+    std::iter::once(start).chain(0..neighbors.starts.len() - 1)
+}
+
+/// The site with most visited neighbours comes next; among equals the one reached first.
+fn most_constrained(neighbors: &NeighborLists, start: usize) -> Vec<u32> {
+    let sites = neighbors.starts.len() - 1;
+    let mut visited = vec![false; sites];
+    let mut reached: Vec<(u32, u32)> = vec![(0, 0); sites];
+    let mut order = Vec::with_capacity(sites);
+    let (mut queue, mut clock) = (BinaryHeap::new(), 0);
+    for seed in seeds(neighbors, start) {
+        queue.push((0, Reverse(0), seed as u32));
+        while let Some((count, _, site)) = queue.pop() {
+            let site = site as usize;
+            if visited[site] || count < reached[site].0 {
+                continue;
+            }
+            visited[site] = true;
+            order.push(site as u32);
+            for neighbor in neighbors.of_site(site) {
+                let (count, since) = &mut reached[neighbor.site as usize];
+                if *count == 0 {
+                    clock += 1;
+                    *since = clock;
+                }
+                *count += 1;
+                if !visited[neighbor.site as usize] {
+                    queue.push((*count, Reverse(*since), neighbor.site));
+                }
+            }
+        }
+    }
+    order
+}
+
+/// Of the sites next to visited ones, the one that lies least far along the field comes next
+/// (Turk 2001 §4): a site's sweep distance is the mean of what its known neighbours say, theirs
+/// plus the way along s from them to it.
+fn along_the_field(neighbors: &NeighborLists, start: usize) -> Vec<u32> {
+    let sweep = sweep_distances(neighbors, start);
+    let mut queued = vec![false; sweep.len()];
+    let mut order = Vec::with_capacity(sweep.len());
+    let mut frontier = BinaryHeap::new();
+    for seed in seeds(neighbors, start) {
+        if queued[seed] {
+            continue;
+        }
+        queued[seed] = true;
+        frontier.push(Reverse((Along(sweep[seed]), seed as u32)));
+        while let Some(Reverse((_, site))) = frontier.pop() {
+            order.push(site);
+            for neighbor in neighbors.of_site(site as usize) {
+                let there = neighbor.site as usize;
+                if !std::mem::replace(&mut queued[there], true) {
+                    frontier.push(Reverse((Along(sweep[there]), neighbor.site)));
+                }
+            }
+        }
+    }
+    order
+}
+
+/// A sweep distance, ordered.
+#[derive(PartialEq)]
+struct Along(f32);
+
+impl Eq for Along {}
+
+impl PartialOrd for Along {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Along {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// The sweep distance of every site, breadth first from `start`, and from 0 in every further part.
+fn sweep_distances(neighbors: &NeighborLists, start: usize) -> Vec<f32> {
+    let sites = neighbors.starts.len() - 1;
+    let mut sweep: Vec<Option<f32>> = vec![None; sites];
+    for seed in seeds(neighbors, start) {
+        if sweep[seed].is_none() {
+            spread(neighbors, seed, &mut sweep);
+        }
+    }
+    sweep.into_iter().map(Option::unwrap_or_default).collect()
+}
+
+/// Fills in the connected part of `seed`.
+fn spread(neighbors: &NeighborLists, seed: usize, sweep: &mut [Option<f32>]) {
+    let mut queued = VecDeque::from([seed as u32]);
+    sweep[seed] = Some(0.0);
+    while let Some(site) = queued.pop_front() {
+        let here = sweep[site as usize].unwrap_or_default();
+        for neighbor in neighbors.of_site(site as usize) {
+            let there = neighbor.site as usize;
+            if sweep[there].is_none() {
+                sweep[there] =
+                    Some(consensus(neighbors, there, sweep).unwrap_or(here + neighbor.x));
+                queued.push_back(neighbor.site);
+            }
+        }
+    }
+}
+
+/// What the known neighbours of a site say of its sweep distance, on average.
+fn consensus(neighbors: &NeighborLists, site: usize, sweep: &[Option<f32>]) -> Option<f32> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for neighbor in neighbors.of_site(site) {
+        if let Some(there) = sweep[neighbor.site as usize] {
+            sum += there - neighbor.x;
+            count += 1.0;
+        }
+    }
+    (count > 0.0).then(|| sum / count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthesis::grid_target::GridTarget;
+
+    fn lists(width: u32, height: u32, toroidal: bool) -> NeighborLists {
+        let target = GridTarget {
+            width,
+            height,
+            toroidal,
+        };
+        let neighborhoods = [crate::synthesis::fixtures::square_neighborhood(3, None)];
+        let mut hierarchy = target.hierarchy(&neighborhoods).unwrap();
+        hierarchy.levels.remove(0).neighbors
+    }
+
+    fn is_permutation(order: &[u32], sites: usize) -> bool {
+        let mut sorted = order.to_vec();
+        sorted.sort_unstable();
+        sorted.iter().copied().eq(0..sites as u32)
+    }
+
+    #[test]
+    fn every_site_is_visited_once() {
+        for order in [Order::Constrained, Order::Field] {
+            for start in [0, 17, 41] {
+                let visited = growing_order(&lists(7, 6, false), start, order);
+                assert!(is_permutation(&visited, 42));
+                assert_eq!(visited[0] as usize, start);
+            }
+        }
+    }
+
+    #[test]
+    fn the_most_constrained_comes_next() {
+        let neighbors = lists(9, 9, true);
+        let order = growing_order(&neighbors, 40, Order::Constrained);
+        let mut done = [false; 81];
+        for &site in &order {
+            let count = |site: usize| {
+                let list = neighbors.of_site(site).iter();
+                list.filter(|n| done[n.site as usize]).count()
+            };
+            let most = (0..81).filter(|&s| !done[s]).map(count).max().unwrap();
+            assert_eq!(count(site as usize), most);
+            done[site as usize] = true;
+        }
+    }
+
+    #[test]
+    fn the_field_order_sweeps_along_s() {
+        let order = growing_order(&lists(8, 5, false), 0, Order::Field);
+        let columns: Vec<u32> = order.iter().map(|site| site % 8).collect();
+        assert!(columns.is_sorted());
+    }
+}

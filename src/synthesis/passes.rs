@@ -1,0 +1,265 @@
+//! What happens to a level: a random start, growth from one site, a first guess from the coarser
+//! level, and refinement of what is there (Tong 2002 §5.1).
+
+use std::sync::{Mutex, PoisonError};
+
+use rand::Rng;
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::grid::{TexCoord, TexelGrid};
+use crate::index::TexelIndex;
+use crate::mesh::hierarchy::{Parent, SiteLevel};
+use crate::progress::Progress;
+use crate::random;
+use crate::synthesis::candidates::CandidateList;
+use crate::synthesis::coloring::color_classes;
+use crate::synthesis::exemplar_level::ExemplarLevel;
+use crate::synthesis::metric::Metric;
+use crate::synthesis::options::{Search, SynthesisOptions};
+use crate::synthesis::order::growing_order;
+use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
+
+/// Sites a thread takes at a time.
+const BATCH: usize = 64;
+
+/// What the sites of a level hold.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LevelState {
+    /// Texture coordinates, in texels of the level.
+    pub coords: Vec<TexCoord>,
+    /// The feature row of the texel that holds each.
+    pub rows: Vec<u32>,
+}
+
+/// One level while it is synthesized.
+pub struct LevelPass<'a, M> {
+    /// Its index, 0 the finest.
+    pub level: u32,
+    /// The exemplar's level.
+    pub exemplar: &'a ExemplarLevel<'a>,
+    /// The sites.
+    pub sites: &'a SiteLevel,
+    /// What the coarser level holds, where there is one.
+    pub coarser: Option<&'a LevelState>,
+    /// How neighbourhoods are compared.
+    pub metric: &'a M,
+    /// What was asked.
+    pub options: &'a SynthesisOptions,
+}
+
+/// Working memory of one thread.
+struct Scratch<P> {
+    candidates: CandidateList,
+    pattern: P,
+}
+
+impl<P: Default> Default for Scratch<P> {
+    fn default() -> Self {
+        Self {
+            candidates: CandidateList::default(),
+            pattern: P::default(),
+        }
+    }
+}
+
+impl LevelState {
+    /// Every site holds the centre of a texel.
+    pub fn of_texels(exemplar: &ExemplarLevel<'_>, texels: impl Iterator<Item = u32>) -> Self {
+        let mut state = Self::default();
+        for texel in texels {
+            state.coords.push(exemplar.grid.centre(TexelIndex(texel)));
+            state.rows.push(exemplar.rows[texel as usize]);
+        }
+        state
+    }
+
+    /// Every site holds a coordinate, wrapped or clamped to the grid.
+    pub fn of_coords(exemplar: &ExemplarLevel<'_>, coords: Vec<TexCoord>) -> Self {
+        let row = |&at: &TexCoord| exemplar.rows[exemplar.grid.texel_nearest(at).index()];
+        Self {
+            rows: coords.iter().map(row).collect(),
+            coords,
+        }
+    }
+
+    fn set(&mut self, exemplar: &ExemplarLevel<'_>, site: usize, texel: u32) {
+        self.coords[site] = exemplar.grid.centre(TexelIndex(texel));
+        self.rows[site] = exemplar.rows[texel as usize];
+    }
+}
+
+/// The texture coordinate a site takes from its parent (DESIGN's first pass): with u the coarse site
+/// at offset (x, y) from the parent point, s = 2(s_u − x) and H − t = 2(H′ − (t_u − y)), wrapped or
+/// clamped to the finer grid.
+pub fn first_guess(fine: TexelGrid, coarser: &[TexCoord], parent: &Parent) -> TexCoord {
+    let at = coarser[parent.site as usize];
+    let coarse_height = fine.coarser().height as f32;
+    let s = 2.0 * (at.s - parent.x);
+    let down = 2.0 * (coarse_height - (at.t - parent.y));
+    let (width, height) = (fine.width as f32, fine.height as f32);
+    if fine.tileable {
+        let wrapped = |value: f32, side: f32| {
+            let rest = value.rem_euclid(side);
+            // The remainder of a tiny negative number rounds up to the side itself.
+            if rest < side { rest } else { 0.0 }
+        };
+        return TexCoord {
+            s: wrapped(s, width),
+            t: height - wrapped(down, height),
+        };
+    }
+    TexCoord {
+        s: s.clamp(0.0, width.next_down()),
+        t: height - down.clamp(0.0, height.next_down()),
+    }
+}
+
+impl<M: Metric> LevelPass<'_, M> {
+    /// A random whole texel at every site.
+    pub fn random_start(&self) -> LevelState {
+        let mut stream = random::stream(self.options.seed, "random start", self.level, 0);
+        let whole = &self.exemplar.whole_texels;
+        let texels = (0..self.sites.site_count).map(|_| whole[stream.gen_range(0..whole.len())]);
+        LevelState::of_texels(self.exemplar, texels)
+    }
+
+    /// Visits every site once in growing order, each seeing what all others hold by then.
+    pub fn sweep(&self, state: &mut LevelState, sweep: u64, progress: Progress<'_>) -> Result<()> {
+        let mut scratch = Scratch::<M::Pattern>::default();
+        for (visit, site) in self.visiting_order(sweep).into_iter().enumerate() {
+            tell(progress, visit)?;
+            let texel = self.choose(site as usize, state, None, &mut scratch);
+            state.set(self.exemplar, site as usize, texel);
+        }
+        Ok(())
+    }
+
+    /// Grows the level from one random texel at one random site: only what is done counts.
+    pub fn grow(&self, progress: Progress<'_>) -> Result<LevelState> {
+        let mut state = self.random_start();
+        let mut done = vec![false; self.sites.site_count];
+        let mut scratch = Scratch::<M::Pattern>::default();
+        for (visit, site) in self.visiting_order(0).into_iter().enumerate() {
+            tell(progress, visit)?;
+            let site = site as usize;
+            let neighbors = self.sites.neighbors.of_site(site);
+            if neighbors.iter().any(|near| done[near.site as usize]) {
+                let texel = self.choose(site, &state, Some(&done), &mut scratch);
+                state.set(self.exemplar, site, texel);
+            }
+            done[site] = true;
+        }
+        Ok(state)
+    }
+
+    /// The first pass: every site takes its coordinate from its parent.
+    pub fn from_coarser(&self, coarser: &LevelState) -> LevelState {
+        let grid = self.exemplar.grid;
+        let guess = |parent: &Parent| first_guess(grid, &coarser.coords, parent);
+        let coords = self.sites.parents.par_iter().map(guess).collect();
+        LevelState::of_coords(self.exemplar, coords)
+    }
+
+    /// The second pass: every site chooses anew, colour class after colour class.
+    pub fn refine(
+        &self,
+        state: &mut LevelState,
+        classes: &[Vec<u32>],
+        progress: Progress<'_>,
+    ) -> Result<()> {
+        let pool = Mutex::new(Vec::<Scratch<M::Pattern>>::new());
+        let mut chosen = Vec::new();
+        for class in classes {
+            chosen.clear();
+            chosen.resize(class.len(), 0);
+            let batches = chosen.par_chunks_mut(BATCH).zip(class.par_chunks(BATCH));
+            batches.for_each(|(chosen, sites)| {
+                let taken = pool.lock().unwrap_or_else(PoisonError::into_inner).pop();
+                let mut scratch = taken.unwrap_or_default();
+                for (texel, &site) in chosen.iter_mut().zip(sites) {
+                    *texel = self.choose(site as usize, state, None, &mut scratch);
+                }
+                pool.lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .push(scratch);
+            });
+            for (&site, &texel) in class.iter().zip(&chosen) {
+                state.set(self.exemplar, site as usize, texel);
+            }
+            progress.advance(class.len() as u64)?;
+        }
+        Ok(())
+    }
+
+    /// The colour classes of the level's sites.
+    pub fn classes(&self) -> Vec<Vec<u32>> {
+        color_classes(self.sites)
+    }
+
+    fn visiting_order(&self, sweep: u64) -> Vec<u32> {
+        let sites = self.sites.site_count;
+        let mut stream = random::stream(self.options.seed, "growth start", self.level, sweep);
+        let start = stream
+            .gen_range(0..sites.max(1))
+            .min(sites.saturating_sub(1));
+        growing_order(&self.sites.neighbors, start, self.options.order)
+    }
+
+    /// The texel a site should hold, given what the others do. Where no candidate is whole, all
+    /// whole texels are searched.
+    fn choose(
+        &self,
+        site: usize,
+        state: &LevelState,
+        done: Option<&[bool]>,
+        scratch: &mut Scratch<M::Pattern>,
+    ) -> u32 {
+        let own = done.is_none().then(|| state.coords[site]);
+        let neighbors = self.sites.neighbors.of_site(site);
+        let counts = |other: usize| done.is_none_or(|done| done[other]);
+        let candidates = &mut scratch.candidates;
+        candidates.collect_coherent(self.exemplar, own, neighbors, &state.coords, counts);
+        let neighborhood = self.neighborhood(site, state, done);
+        self.metric.read(&neighborhood, &mut scratch.pattern);
+        let coherence = self.options.coherence;
+        if self.options.search == Search::KCoherence {
+            candidates.add_nearest(self.exemplar);
+            let candidates = candidates.candidates();
+            if let Some(pick) = self.metric.best(&scratch.pattern, candidates, coherence) {
+                return pick.texel;
+            }
+        }
+        let candidates = candidates.candidates();
+        let pick = self
+            .metric
+            .best_of_all(&mut scratch.pattern, candidates, coherence);
+        pick.map_or(self.exemplar.whole_texels[0], |pick| pick.texel)
+    }
+
+    fn neighborhood<'s>(
+        &'s self,
+        site: usize,
+        state: &'s LevelState,
+        done: Option<&'s [bool]>,
+    ) -> SiteNeighborhood<'s> {
+        let coarse = self.sites.coarse.as_ref().zip(self.coarser);
+        SiteNeighborhood {
+            site,
+            fine: SampledSites {
+                done,
+                ..SampledSites::all(&self.sites.fine, &state.rows)
+            },
+            coarse: coarse.map(|(stencils, held)| SampledSites::all(stencils, &held.rows)),
+        }
+    }
+}
+
+/// Reports a sequential pass now and then.
+fn tell(progress: Progress<'_>, visit: usize) -> Result<()> {
+    const STEP: usize = 256;
+    if visit % STEP == STEP - 1 {
+        progress.advance(STEP as u64)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,274 @@
+//! Neighbourhood distances of a map: against a random map, and against the best there is.
+//!
+//! At some seeded sites, with the level-0 fine window without its centre, exactly: through Φ, or
+//! through the whole vectors of a plain image.
+
+use rand::Rng;
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::exemplar::space::Features;
+use crate::grid::TexCoord;
+use crate::random;
+use crate::synthesis::check;
+use crate::synthesis::embedded::{EmbeddedMetric, EmbeddedPattern};
+use crate::synthesis::embedding::Embedding;
+use crate::synthesis::engine::Inputs;
+use crate::synthesis::exemplar_level::ExemplarLevel;
+use crate::synthesis::gram::{GramMetric, GramPattern};
+use crate::synthesis::metric::Metric;
+use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
+
+/// Sites that are measured, where there are as many.
+pub const SITES: usize = 1000;
+
+/// The distances at one site.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SiteEnergy {
+    /// The site.
+    pub site: u32,
+    /// Of the texel it holds.
+    pub chosen: f64,
+    /// Of the best whole texel, the rest of the map fixed.
+    pub best: f64,
+    /// Of its texel in a map with a random texel at every site.
+    pub random: f64,
+}
+
+/// The distances at all measured sites.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Energies {
+    /// Site by site.
+    pub sites: Vec<SiteEnergy>,
+}
+
+impl Energies {
+    /// Mean distance over that of the random map.
+    pub fn over_random(&self) -> f64 {
+        self.ratio(|site| site.chosen, |site| site.random)
+    }
+
+    /// Mean distance over that of the best texels.
+    pub fn over_best(&self) -> f64 {
+        self.ratio(|site| site.chosen, |site| site.best)
+    }
+
+    /// A ratio of sums; 1 where both are nothing.
+    fn ratio(&self, above: impl Fn(&SiteEnergy) -> f64, below: impl Fn(&SiteEnergy) -> f64) -> f64 {
+        let above: f64 = self.sites.iter().map(above).sum();
+        let below: f64 = self.sites.iter().map(below).sum();
+        match (above > 0.0, below > 0.0) {
+            (false, false) => 1.0,
+            (true, false) => f64::MAX,
+            _ => above / below,
+        }
+    }
+}
+
+/// Measures a map of level 0 at [`SITES`] seeded sites.
+pub fn measure(inputs: Inputs<'_>, coords: &[TexCoord], seed: u64) -> Result<Energies> {
+    let sites = measured_sites(&inputs.sites.levels[0].areas, seed);
+    at_sites(inputs, coords, &sites, seed)
+}
+
+/// Distances at every site, chosen only: what the energy picture shows.
+pub fn of_every_site(inputs: Inputs<'_>, coords: &[TexCoord]) -> Result<Vec<f64>> {
+    let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, inputs.table.k, false);
+    let map = Map::new(&exemplar, inputs, coords.to_vec());
+    let all: Vec<u32> = (0..coords.len() as u32).collect();
+    with_exact_metric(inputs, &exemplar, ChosenOnly { map: &map }, &all)
+}
+
+/// Distances at given sites.
+pub fn at_sites(
+    inputs: Inputs<'_>,
+    coords: &[TexCoord],
+    sites: &[u32],
+    seed: u64,
+) -> Result<Energies> {
+    let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, inputs.table.k, false);
+    let map = Map::new(&exemplar, inputs, coords.to_vec());
+    let random = Map::new(
+        &exemplar,
+        inputs,
+        random_coords(&exemplar, coords.len(), seed),
+    );
+    let work = AllThree {
+        map: &map,
+        random: &random,
+    };
+    let sites = with_exact_metric(inputs, &exemplar, work, sites)?;
+    Ok(Energies { sites })
+}
+
+/// Sites on the surface drawn at random, each once; all when there are few.
+fn measured_sites(areas: &[f32], seed: u64) -> Vec<u32> {
+    let mut sites: Vec<u32> = (0..areas.len() as u32)
+        .filter(|&site| areas[site as usize] > 0.0)
+        .collect();
+    let mut stream = random::stream(seed, "quality sites", 0, 0);
+    let count = sites.len().min(SITES);
+    for drawn in 0..count {
+        let other = stream.gen_range(drawn..sites.len());
+        sites.swap(drawn, other);
+    }
+    sites.truncate(count);
+    sites
+}
+
+fn random_coords(exemplar: &ExemplarLevel<'_>, sites: usize, seed: u64) -> Vec<TexCoord> {
+    let mut stream = random::stream(seed, "random map", 0, 0);
+    let whole = &exemplar.whole_texels;
+    let texel = |_| crate::index::TexelIndex(whole[stream.gen_range(0..whole.len())]);
+    (0..sites)
+        .map(texel)
+        .map(|texel| exemplar.grid.centre(texel))
+        .collect()
+}
+
+/// A map whose neighbourhoods are measured.
+struct Map<'a> {
+    inputs: Inputs<'a>,
+    /// The texel of each site, and its feature row.
+    texels: Vec<u32>,
+    rows: Vec<u32>,
+    centre: Option<usize>,
+}
+
+impl<'a> Map<'a> {
+    fn new(exemplar: &ExemplarLevel<'_>, inputs: Inputs<'a>, coords: Vec<TexCoord>) -> Self {
+        let texels: Vec<u32> = coords
+            .iter()
+            .map(|&at| exemplar.grid.texel_nearest(at).0)
+            .collect();
+        let offsets = &exemplar.neighborhood.offsets;
+        Self {
+            inputs,
+            rows: texels
+                .iter()
+                .map(|&texel| exemplar.rows[texel as usize])
+                .collect(),
+            texels,
+            centre: offsets.iter().position(|&offset| offset == [0, 0]),
+        }
+    }
+
+    fn neighborhood(&self, site: u32) -> SiteNeighborhood<'_> {
+        let stencils = &self.inputs.sites.levels[0].fine;
+        SiteNeighborhood {
+            site: site as usize,
+            fine: SampledSites {
+                left_out: self.centre,
+                ..SampledSites::all(stencils, &self.rows)
+            },
+            coarse: None,
+        }
+    }
+
+    fn distance<M: Metric>(&self, metric: &M, site: u32, pattern: &mut M::Pattern) -> f64 {
+        metric.read(&self.neighborhood(site), pattern);
+        metric.distance(pattern, self.texels[site as usize], f64::INFINITY)
+    }
+}
+
+/// A metric that is exact, and tells the distance of the best whole texel.
+trait ExactMetric: Metric {
+    fn best_distance(&self, pattern: &mut Self::Pattern) -> f64;
+}
+
+impl ExactMetric for GramMetric<'_> {
+    fn best_distance(&self, pattern: &mut GramPattern) -> f64 {
+        let distances = self.distances_to_all(pattern);
+        distances.into_iter().fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl ExactMetric for EmbeddedMetric<'_> {
+    fn best_distance(&self, pattern: &mut EmbeddedPattern) -> f64 {
+        let best = self.best_of_all(pattern, &[], 1.0);
+        best.map_or(f64::INFINITY, |best| best.score)
+    }
+}
+
+/// What is measured at a site, whatever the metric.
+trait Measurement: Sync {
+    type Found: Send;
+    fn at_site<M: ExactMetric>(
+        &self,
+        metric: &M,
+        site: u32,
+        pattern: &mut M::Pattern,
+    ) -> Self::Found;
+}
+
+struct ChosenOnly<'a> {
+    map: &'a Map<'a>,
+}
+
+impl Measurement for ChosenOnly<'_> {
+    type Found = f64;
+    fn at_site<M: ExactMetric>(&self, metric: &M, site: u32, pattern: &mut M::Pattern) -> f64 {
+        self.map.distance(metric, site, pattern)
+    }
+}
+
+struct AllThree<'a> {
+    map: &'a Map<'a>,
+    random: &'a Map<'a>,
+}
+
+impl Measurement for AllThree<'_> {
+    type Found = SiteEnergy;
+    fn at_site<M: ExactMetric>(
+        &self,
+        metric: &M,
+        site: u32,
+        pattern: &mut M::Pattern,
+    ) -> SiteEnergy {
+        let random = self.random.distance(metric, site, pattern);
+        let chosen = self.map.distance(metric, site, pattern);
+        SiteEnergy {
+            site,
+            chosen,
+            // A texel that is not whole may be better than every whole one.
+            best: metric.best_distance(pattern).min(chosen),
+            random,
+        }
+    }
+}
+
+/// Measures all sites in parallel, through Φ or through a plain image's vectors.
+fn with_exact_metric<W: Measurement>(
+    inputs: Inputs<'_>,
+    exemplar: &ExemplarLevel<'_>,
+    work: W,
+    sites: &[u32],
+) -> Result<Vec<W::Found>> {
+    let level = &inputs.space.levels[0];
+    Ok(match &level.features {
+        Features::Textons { .. } => {
+            let metric = GramMetric::new(exemplar, check::gram(level)?, None);
+            over_sites(&metric, &work, sites)
+        }
+        Features::Vectors(_) => {
+            let embedding = Embedding::new(level, 1.0);
+            over_sites(
+                &EmbeddedMetric::new(exemplar, &embedding, None),
+                &work,
+                sites,
+            )
+        }
+    })
+}
+
+fn over_sites<M: ExactMetric, W: Measurement>(
+    metric: &M,
+    work: &W,
+    sites: &[u32],
+) -> Vec<W::Found> {
+    let init = M::Pattern::default;
+    let found = sites
+        .par_iter()
+        .map_init(init, |pattern, &site| work.at_site(metric, site, pattern));
+    found.collect()
+}

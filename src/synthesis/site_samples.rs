@@ -1,0 +1,72 @@
+//! What the samples of a site's neighbourhood hold: a blend of at most three sites' features
+//! (Tong 2002 eq. 1), the default, or nothing yet.
+
+use crate::mesh::stencil::Stencils;
+
+/// What one sample holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Held {
+    /// The default texton: the sample lies outside every patch triangle.
+    Default,
+    /// A surface texton: feature rows and their weights, which sum to 1.
+    Blend([u32; 3], [f32; 3]),
+}
+
+/// The sites of one level, sampled through its stencils.
+#[derive(Clone, Copy, Debug)]
+pub struct SampledSites<'a> {
+    /// Where the samples fall.
+    pub stencils: &'a Stencils,
+    /// The feature row each site holds.
+    pub rows: &'a [u32],
+    /// Which sites are synthesized, while a level grows; `None` when all hold something.
+    pub done: Option<&'a [bool]>,
+    /// A sample that is left out, as the centre is from the quality figures.
+    pub left_out: Option<usize>,
+}
+
+impl<'a> SampledSites<'a> {
+    /// All sites hold something, every sample counts.
+    pub fn all(stencils: &'a Stencils, rows: &'a [u32]) -> Self {
+        Self {
+            stencils,
+            rows,
+            done: None,
+            left_out: None,
+        }
+    }
+
+    /// The samples of a site that count, each with its place in the template. A sample counts
+    /// only when all sites that weigh in it are done.
+    #[inline(always)]
+    pub fn of_site(&self, site: usize) -> impl Iterator<Item = (usize, Held)> + '_ {
+        let samples = self.stencils.of_site(site).iter().enumerate();
+        samples.filter_map(|(place, &sample)| {
+            if self.left_out == Some(place) {
+                return None;
+            }
+            let Some((sites, weights)) = self.stencils.resolve(sample) else {
+                return Some((place, Held::Default));
+            };
+            if let Some(done) = self.done {
+                let counts = |(&site, &weight)| weight == 0.0 || done[site as usize];
+                if !sites.iter().zip(&weights).all(counts) {
+                    return None;
+                }
+            }
+            let rows = sites.map(|site| self.rows[site as usize]);
+            Some((place, Held::Blend(rows, weights)))
+        })
+    }
+}
+
+/// A site with its samples on its own level and, where two levels are compared, on the coarser.
+#[derive(Clone, Copy, Debug)]
+pub struct SiteNeighborhood<'a> {
+    /// The site.
+    pub site: usize,
+    /// Samples on its own level.
+    pub fine: SampledSites<'a>,
+    /// Samples round its parent point.
+    pub coarse: Option<SampledSites<'a>>,
+}
