@@ -116,7 +116,7 @@ impl GridTarget {
                     "a larger grid, or fewer --levels",
                 ));
             }
-            let halves = (grid.width | grid.height) % 2 == 0;
+            let halves = grid.width.is_multiple_of(2) && grid.height.is_multiple_of(2);
             if self.toroidal && level + 1 < neighborhoods.len() && !halves {
                 return Err(Error::option(
                     "grid",
