@@ -1,36 +1,52 @@
 //! `mesotex bake`: a material, from maps or built in, to a sample folder.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 
+use crate::btf::bake::maps::{self, MapOptions, read_recipe};
 use crate::btf::bake::material::Material;
 use crate::btf::bake::presets::Preset;
 use crate::btf::bake::{BakeOptions, Baked, bake};
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::lock::OutputLock;
 
 /// Ray-trace a BTF from height, colour and roughness.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   mesotex bake --preset weave --size 64 -o weave.sample
-  mesotex bake --preset cobbles --size 128 --views bonn81 --lights bonn81 -o cobbles.sample
-  mesotex bake bark.toml --size 128 --views fibonacci:50 --lights fibonacci:50 -o bark.sample")]
+  mesotex bake --preset cobbles --views bonn81 --lights bonn81 -o cobbles.sample
+  mesotex bake bark.toml --size 128 --views fibonacci:50 --lights fibonacci:50 -o bark.sample
+  mesotex bake Bricks075_2K-PNG/ --depth 0.03 --samples 4 -o bricks.sample
+
+A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR beside it:
+  height = \"height.png\"        # white is high
+  height-mm = 12               # of white over black
+  width-mm = 200               # of the whole map
+  albedo = \"albedo.png\"        # or [0.5, 0.4, 0.3], linear
+  roughness = 0.6              # or a map; without it the surface is matte (Lambert)
+docs/bake.md lists all fields.")]
 pub struct Arguments {
+    /// A material file (TOML), or a folder of maps with the names that ambientCG and Poly Haven use.
+    #[arg(required_unless_present = "preset", conflicts_with = "preset")]
+    pub material: Option<PathBuf>,
     /// The sample folder to write, as bark.sample.
     #[arg(short, long)]
     pub output: PathBuf,
     /// A built-in procedural material.
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
-    /// Texels along the longer side.
+    /// Texels along the longer side; maps are brought to it by area means.
     #[arg(long, default_value_t = 128)]
     pub size: u32,
     #[command(flatten)]
     pub options: BakeOptions,
+    #[command(flatten)]
+    pub maps: MapOptions,
     #[command(flatten)]
     pub common: Common,
 }
@@ -38,23 +54,38 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _lock = session.claim(&self.output, &[])?;
         let options = BakeOptions {
             seed: session.seed(),
             ..self.options.clone()
         };
         options.validate()?;
-        let material = self.material(options.seed)?;
+        let (material, _lock) = self.material(session)?;
         let started = Instant::now();
         let baked = bake(&material, &options, &self.output, &session.progress())?;
         Ok(self.outcome(&material, &baked, started.elapsed().as_secs_f64()))
     }
 
-    fn material(&self, seed: u64) -> Result<Material> {
-        match self.preset {
-            Some(preset) => preset.material(self.size, seed),
-            None => Err(Error::option("preset", "none", "--preset NAME")),
+    /// The material, and the right to write the output, which must be none of its files.
+    fn material(&self, session: &Session) -> Result<(Material, OutputLock)> {
+        if let Some(preset) = self.preset {
+            if self.maps != MapOptions::default() {
+                return Err(Error::option(
+                    "preset",
+                    "given with options of maps",
+                    "a preset as it is, or a material with maps",
+                ));
+            }
+            let lock = session.claim(&self.output, &[])?;
+            return Ok((preset.material(self.size, session.seed())?, lock));
         }
+        let path = self.material.as_deref().unwrap_or(Path::new(""));
+        let recipe = read_recipe(path)?;
+        let files = recipe.files();
+        let mut inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+        inputs.push(path);
+        let lock = session.claim(&self.output, &inputs)?;
+        let material = maps::material(&recipe, &self.maps, self.size, &session.progress())?;
+        Ok((material, lock))
     }
 
     fn outcome(&self, material: &Material, baked: &Baked, seconds: f64) -> Outcome {

@@ -8,6 +8,7 @@
 
 pub mod brdf;
 pub mod height_field;
+pub mod maps;
 pub mod material;
 pub mod presets;
 mod shade;

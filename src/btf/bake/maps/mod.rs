@@ -1,0 +1,278 @@
+//! Materials from image maps: a TOML recipe or a folder, read, brought to one texel grid, checked.
+//!
+//! In: a [`Recipe`] and [`MapOptions`]. Out: a [`Material`]. Colour maps are decoded from sRGB unless
+//! the recipe or the file (floats) says otherwise; height, roughness, metallic and normal maps are used
+//! as they stand. Everything is resampled to the texel grid by area means, heights after their terraces
+//! and normals after their integration.
+
+mod folder;
+mod normals;
+mod recipe;
+mod relief;
+mod resample;
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+pub use crate::btf::bake::maps::normals::NormalY;
+pub use crate::btf::bake::maps::recipe::{Color, Recipe, Scalar};
+
+use crate::btf::bake::brdf::Diffuse;
+use crate::btf::bake::maps::resample::resampled;
+use crate::btf::bake::material::Material;
+use crate::error::{Error, Result};
+use crate::format::image::{self, Encoding, FloatImage};
+use crate::grid::TexelGrid;
+use crate::progress::Progress;
+
+/// Relief of a material that does not say how deep it is, as a share of its width.
+const DEFAULT_DEPTH: f64 = 0.05;
+
+/// What the borders of the maps mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tiling {
+    /// Opposite borders continue each other.
+    Wrap,
+    /// They do not: beyond a border the material is mirrored, and the sample is not tileable.
+    Mirror,
+}
+
+/// What to do about the steps of an 8-bit height map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Terraces {
+    /// Leave them.
+    #[default]
+    Keep,
+    /// Smooth the map within half a step of what it says.
+    Smooth,
+}
+
+/// How maps become a material; what is not given is taken from the recipe.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
+#[command(next_help_heading = "Options of maps")]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct MapOptions {
+    /// Height of map value 1 over map value 0, in millimetres (with --width-mm).
+    #[arg(long, value_name = "MM")]
+    pub height_mm: Option<f64>,
+    /// Width of the whole map in millimetres.
+    #[arg(long, value_name = "MM")]
+    pub width_mm: Option<f64>,
+    /// Height of map value 1 over map value 0 as a share of the map's width, instead of --height-mm.
+    #[arg(long, value_name = "SHARE")]
+    pub depth: Option<f64>,
+    /// Whether opposite borders continue each other.
+    #[arg(long, value_enum)]
+    pub tiling: Option<Tiling>,
+    /// Where green points in a normal map.
+    #[arg(long, value_enum)]
+    pub normal_y: Option<NormalY>,
+    /// What to do about the steps of an 8-bit height map.
+    #[arg(long, value_enum, default_value_t = MapOptions::default().terraces)]
+    pub terraces: Terraces,
+}
+
+impl MapOptions {
+    /// Refuses numbers that are no lengths, and two ways to say one.
+    pub fn validate(&self) -> Result<()> {
+        for (option, value) in [
+            ("height-mm", self.height_mm),
+            ("width-mm", self.width_mm),
+            ("depth", self.depth),
+        ] {
+            if let Some(value) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
+                return Err(Error::option(option, value.to_string(), "a number > 0"));
+            }
+        }
+        if self.depth.is_some() && self.height_mm.is_some() {
+            return Err(Error::option(
+                "depth",
+                "given with --height-mm",
+                "one of both",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The recipe with what was asked on the command line put over it.
+    fn over(&self, recipe: &Recipe) -> Recipe {
+        let mut recipe = recipe.clone();
+        if self.depth.is_some() {
+            (recipe.depth, recipe.height_mm) = (self.depth, None);
+        }
+        if self.height_mm.is_some() {
+            (recipe.height_mm, recipe.depth) = (self.height_mm, None);
+        }
+        if self.width_mm.is_some() {
+            (recipe.width_mm, recipe.texel_mm) = (self.width_mm, None);
+        }
+        if let Some(tiling) = self.tiling {
+            recipe.tileable = tiling == Tiling::Wrap;
+        }
+        recipe.normal_y = self.normal_y.unwrap_or(recipe.normal_y);
+        recipe
+    }
+}
+
+/// Reads a recipe: a TOML file, a folder with `material.toml`, or a folder of maps with the names that
+/// ambientCG, Poly Haven and others give them.
+pub fn read_recipe(path: &Path) -> Result<Recipe> {
+    let inside = path.join("material.toml");
+    if path.is_dir() && !inside.is_file() {
+        folder::recognise(path)
+    } else if path.is_dir() {
+        recipe::read(&inside)
+    } else {
+        recipe::read(path)
+    }
+}
+
+/// The material of a recipe, `size` texels along its longer side.
+pub fn material(
+    recipe: &Recipe,
+    options: &MapOptions,
+    size: u32,
+    progress: &Progress,
+) -> Result<Material> {
+    options.validate()?;
+    if !(2..=16_384).contains(&size) {
+        return Err(Error::option("size", size.to_string(), "2 to 16384 texels"));
+    }
+    let recipe = options.over(recipe);
+    let relief = relief::read(&recipe, options.terraces, size, progress)?;
+    let (width, height) = resample::fitted(relief.width, relief.height, size);
+    let loader = Loader {
+        recipe: &recipe,
+        source: (relief.width, relief.height),
+        target: (width, height),
+        progress,
+    };
+    let heights = relief.resampled(width, height);
+    Ok(Material {
+        name: recipe.name.clone(),
+        grid: TexelGrid {
+            width,
+            height,
+            tileable: recipe.tileable,
+        },
+        texel_mm: recipe
+            .width_of(relief.width)?
+            .map(|mm| mm / f64::from(width)),
+        heights,
+        albedo: loader.albedo()?,
+        roughness: loader.scalar("roughness", recipe.roughness.as_ref())?,
+        metallic: loader.scalar("metallic", recipe.metallic.as_ref())?,
+        reflectance: recipe.reflectance,
+        diffuse: match recipe.oren_nayar_deg {
+            Some(degrees) => Diffuse::OrenNayar(degrees.to_radians()),
+            None => Diffuse::Lambert,
+        },
+    })
+}
+
+/// Reads maps onto the texel grid.
+struct Loader<'a> {
+    recipe: &'a Recipe,
+    /// Sides of the height map, which the others should share.
+    source: (u32, u32),
+    target: (u32, u32),
+    progress: &'a Progress<'a>,
+}
+
+impl Loader<'_> {
+    fn texels(&self) -> usize {
+        self.target.0 as usize * self.target.1 as usize
+    }
+
+    fn albedo(&self) -> Result<Vec<Vec3>> {
+        let file = match &self.recipe.albedo {
+            Color::Constant(rgb) => return Ok(vec![Vec3::from_array(*rgb); self.texels()]),
+            Color::Map(file) => file,
+        };
+        let path = self.recipe.folder.join(file);
+        let mut image = image::read(&path)?;
+        image.encoding = self
+            .recipe
+            .albedo_encoding
+            .unwrap_or(image.encoding.into())
+            .into();
+        let image = self.on_grid(image.into_linear().into_rgb(), &path)?;
+        let colors = image.data.chunks_exact(3);
+        Ok(colors
+            .map(|c| Vec3::new(c[0], c[1], c[2]).clamp(Vec3::ZERO, Vec3::ONE))
+            .collect())
+    }
+
+    fn scalar(&self, name: &str, scalar: Option<&Scalar>) -> Result<Option<Vec<f32>>> {
+        Ok(match scalar {
+            None => None,
+            Some(Scalar::Constant(number)) => Some(vec![*number; self.texels()]),
+            Some(Scalar::Map(file)) => {
+                let path = self.recipe.folder.join(file);
+                let image = self.on_grid(image::read(&path)?.into_gray(), &path)?;
+                if let Some(&bad) = image.data.iter().find(|v| !(0.0..=1.0).contains(*v)) {
+                    return Err(Error::data(name, bad.to_string())
+                        .expected("0 to 1")
+                        .in_file(&path));
+                }
+                Some(image.data)
+            }
+        })
+    }
+
+    /// Checks a map and resamples it; says so when it has other sides than the height map.
+    fn on_grid(&self, image: FloatImage, path: &Path) -> Result<FloatImage> {
+        image.check_finite().map_err(|error| error.in_file(path))?;
+        let (width, height) = self.source;
+        if (image.width, image.height) != self.source {
+            check_same_shape(&image, self.source).map_err(|error| error.in_file(path))?;
+            self.progress.warn(format!(
+                "{}: {} × {} texels where the relief has {width} × {height}; resampled",
+                path.display(),
+                image.width,
+                image.height
+            ));
+        }
+        Ok(resampled(&image, self.target.0, self.target.1))
+    }
+}
+
+/// Refuses a map of another aspect ratio: it cannot belong to the relief.
+fn check_same_shape(image: &FloatImage, (width, height): (u32, u32)) -> Result<()> {
+    let across = u64::from(image.width) * u64::from(height);
+    let down = u64::from(image.height) * u64::from(width);
+    if across.abs_diff(down) * 100 > across.max(down) {
+        return Err(
+            Error::data("size", format!("{} × {}", image.width, image.height))
+                .expected(format!("the proportions of the relief, {width} × {height}"))
+                .advice("crop the map so that all maps show the same piece of material"),
+        );
+    }
+    Ok(())
+}
+
+impl From<Encoding> for recipe::ColorEncoding {
+    fn from(encoding: Encoding) -> Self {
+        match encoding {
+            Encoding::Srgb => Self::Srgb,
+            Encoding::Linear => Self::Linear,
+        }
+    }
+}
+
+impl From<recipe::ColorEncoding> for Encoding {
+    fn from(encoding: recipe::ColorEncoding) -> Self {
+        match encoding {
+            recipe::ColorEncoding::Srgb => Self::Srgb,
+            recipe::ColorEncoding::Linear => Self::Linear,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
