@@ -1,0 +1,156 @@
+//! Retiling: as many vertices as asked, spread evenly over the same surface (the aim of Turk 1992).
+//!
+//! In: a manifold mesh. Out: another on the same surface, with the same components, boundaries and
+//! genus; boundaries and creases keep their lines and corners. Deviation: where Turk repels random
+//! points and re-triangulates, edges are split, collapsed and turned in place and vertices relaxed
+//! (Botsch and Kobbelt 2004), which keeps the topology by construction.
+
+pub mod features;
+pub mod order;
+pub mod passes;
+pub mod relax;
+pub mod surgery;
+
+use crate::error::{Error, Result};
+use crate::mesh::retile::features::Features;
+use crate::mesh::retile::relax::Target;
+use crate::mesh::retile::surgery::Surgery;
+use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::progress::Progress;
+
+/// Rounds of split, collapse, turn and relax.
+const ROUNDS: usize = 8;
+/// Rounds of turn and relax after the count is met.
+const FINAL_ROUNDS: usize = 3;
+
+/// The edge length at which `vertices` equilateral triangles' corners cover an area.
+pub fn edge_length(area: f64, vertices: usize) -> f64 {
+    (2.0 * area / (3f64.sqrt() * vertices as f64)).sqrt()
+}
+
+/// Retiles a manifold mesh to `vertices` vertices; `crease` in radians.
+pub fn retile(
+    mesh: &TriangleMesh,
+    vertices: usize,
+    crease: f64,
+    progress: Progress<'_>,
+) -> Result<TriangleMesh> {
+    let features = Features::find(mesh, crease);
+    let area = mesh.area();
+    if area <= 0.0 {
+        return Err(Error::data("mesh", "no triangle has an area"));
+    }
+    let mut surgery = Surgery::new(mesh, features.sharp.clone(), features.freedom.clone());
+    let target = Target {
+        tree: SurfaceTree::new(mesh),
+        features,
+    };
+    progress.begin("retiling", (ROUNDS + FINAL_ROUNDS) as u64);
+    let mut length = edge_length(area, vertices) as f32;
+    for _ in 0..ROUNDS {
+        passes::split_long(&mut surgery, length * 4.0 / 3.0, usize::MAX);
+        while passes::collapse_short(&mut surgery, length * 0.8, length * 4.0 / 3.0, 0)
+            > surgery.vertex_count() / 50
+        {}
+        surgery = order::spatially(&surgery);
+        passes::even_out_valence(&mut surgery);
+        relax::relax(&mut surgery, &target);
+        let ratio = surgery.vertex_count() as f32 / vertices as f32;
+        length *= ratio.sqrt().clamp(0.8, 1.25);
+        progress.advance(1)?;
+    }
+    meet_count(&mut surgery, vertices);
+    for _ in 0..FINAL_ROUNDS {
+        passes::even_out_valence(&mut surgery);
+        relax::relax(&mut surgery, &target);
+        progress.advance(1)?;
+    }
+    while passes::make_delaunay(&mut surgery) > 0 {
+        progress.check()?;
+    }
+    progress.end();
+    Ok(order::spatially(&surgery).finish())
+}
+
+/// Splits the longest or collapses the shortest edges until the count is met, or nothing more can
+/// be collapsed.
+fn meet_count(surgery: &mut Surgery, vertices: usize) {
+    let mut rings = [Vec::new(), Vec::new()];
+    for _ in 0..8 {
+        let count = surgery.vertex_count();
+        if count == vertices {
+            return;
+        }
+        let mut edges: Vec<(u32, u32)> = (0..surgery.opposite.len() as u32)
+            .filter(|&h| surgery.stands_for_edge(h))
+            .map(|h| (surgery.length_squared(h).to_bits(), h))
+            .collect();
+        edges.sort_unstable();
+        if count < vertices {
+            for &(_, half_edge) in edges.iter().rev().take(vertices - count) {
+                let [a, b] = surgery.ends(half_edge).map(|v| surgery.positions[v as usize]);
+                surgery.split(half_edge, a.midpoint(b));
+            }
+        } else {
+            for &(_, half_edge) in &edges {
+                if surgery.vertex_count() <= vertices {
+                    break;
+                }
+                if surgery.is_alive(half_edge) {
+                    passes::try_collapse(surgery, half_edge, f32::INFINITY, &mut rings);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::mesh::topology::Topology;
+    use glam::Vec3;
+
+    fn evenness(mesh: &TriangleMesh) -> f32 {
+        let lengths: Vec<f32> = mesh
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+            .map(|(a, b)| mesh.positions[a as usize].distance(mesh.positions[b as usize]))
+            .collect();
+        let mean = lengths.iter().sum::<f32>() / lengths.len() as f32;
+        let variance = lengths.iter().map(|l| (l - mean).powi(2)).sum::<f32>();
+        (variance / lengths.len() as f32).sqrt() / mean
+    }
+
+    #[test]
+    fn the_count_is_met_evenly_and_the_topology_kept() {
+        for mesh in [
+            shapes::torus(40, 12, 1.0, 0.4),
+            shapes::icosphere(3),
+            shapes::cylinder(24, 10, 1.0, 0.4),
+            shapes::grid(6, 4, 1.0),
+        ] {
+            let shape = Topology::new(&mesh.triangles).shape(&mesh);
+            for count in [300, 2000] {
+                let even = retile(&mesh, count, 0.7, Progress::silent()).unwrap();
+                assert_eq!(Topology::new(&even.triangles).shape(&even), shape);
+                let off = (even.positions.len() as f32 / count as f32 - 1.0).abs();
+                assert!(off <= 0.02, "{} of {count}", even.positions.len());
+                let evenness = evenness(&even);
+                assert!(evenness < 0.2, "{evenness} at {count}");
+            }
+        }
+    }
+
+    #[test]
+    fn corners_and_borders_of_a_plate_stay() {
+        let mesh = shapes::grid(6, 4, 1.0);
+        let even = retile(&mesh, 500, 0.7, Progress::silent()).unwrap();
+        for corner in [Vec3::ZERO, Vec3::new(6.0, 4.0, 0.0)] {
+            assert!(even.positions.contains(&corner));
+        }
+        assert!((even.area() - 24.0).abs() < 1e-4);
+    }
+}

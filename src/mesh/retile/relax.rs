@@ -1,0 +1,89 @@
+//! The pass that spreads vertices evenly: each moves to the middle of its surroundings, within the
+//! tangent plane, and back onto the surface (Botsch and Kobbelt 2004 §4, area-weighted).
+//!
+//! All vertices move at once, from the positions before the pass, so that the result does not
+//! depend on the number of threads.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::mesh::retile::features::Features;
+use crate::mesh::retile::surgery::{Freedom, Surgery};
+use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::topology::NONE;
+
+/// The surface that vertices are kept on.
+pub struct Target {
+    /// Its triangles.
+    pub tree: SurfaceTree,
+    /// Its lines.
+    pub features: Features,
+}
+
+/// Moves every vertex to the middle of its surroundings and onto the target.
+pub fn relax(surgery: &mut Surgery, target: &Target) {
+    let moved: Vec<Vec3> = (0..surgery.positions.len() as u32)
+        .into_par_iter()
+        .with_min_len(1024)
+        .map(|vertex| relaxed(surgery, target, vertex))
+        .collect();
+    surgery.positions = moved;
+}
+
+fn relaxed(surgery: &Surgery, target: &Target, vertex: u32) -> Vec3 {
+    let position = surgery.positions[vertex as usize];
+    if surgery.leaving[vertex as usize] == NONE {
+        return position;
+    }
+    match surgery.freedom[vertex as usize] {
+        Freedom::Fixed => position,
+        Freedom::Line => along_line(surgery, vertex)
+            .and_then(|middle| target.features.nearest(middle))
+            .unwrap_or(position),
+        Freedom::Surface => on_surface(surgery, target, vertex, position),
+    }
+}
+
+fn on_surface(surgery: &Surgery, target: &Target, vertex: u32, position: Vec3) -> Vec3 {
+    let (mut normal, mut sum, mut area, mut reach) = (Vec3::ZERO, Vec3::ZERO, 0.0, 0.0f32);
+    surgery.each_leaving(vertex, |half_edge| {
+        let triangle = surgery.triangles[half_edge as usize / 3];
+        let [a, b, c] = triangle.map(|v| surgery.positions[v as usize]);
+        let area_normal = (b - a).cross(c - a);
+        let weight = area_normal.length();
+        normal += area_normal;
+        sum += weight * ((a - position) + (b - position) + (c - position)) / 3.0;
+        area += weight;
+        let far = surgery.ends(half_edge)[1];
+        reach = reach.max(surgery.positions[far as usize].distance_squared(position));
+    });
+    let (Some(n), true) = (normal.try_normalize(), area > 0.0) else {
+        return position;
+    };
+    // The middle of the triangles' centroids pulls two thirds of the way to that of the cell.
+    let step = 1.5 * sum / area;
+    let wanted = position + (step - n * n.dot(step));
+    let facing = |corners: &[Vec3; 3]| {
+        (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(n) > 0.0
+    };
+    let found = target.tree.nearest_accepted(wanted, reach.sqrt(), facing);
+    found.map_or(position, |point| point.position)
+}
+
+/// The middle between a vertex's two neighbours along its line.
+fn along_line(surgery: &Surgery, vertex: u32) -> Option<Vec3> {
+    let mut ends = Vec::with_capacity(2);
+    surgery.each_leaving(vertex, |half_edge| {
+        let incoming = crate::mesh::topology::previous(half_edge);
+        if surgery.sharp[half_edge as usize] {
+            ends.push(surgery.ends(half_edge)[1]);
+        }
+        if surgery.sharp[incoming as usize] && surgery.opposite[incoming as usize] == NONE {
+            ends.push(surgery.ends(incoming)[0]);
+        }
+    });
+    match ends[..] {
+        [a, b] => Some(surgery.positions[a as usize].midpoint(surgery.positions[b as usize])),
+        _ => None,
+    }
+}
