@@ -4,10 +4,16 @@
 //! sizes, ranges and versions before it allocates, and says file, field, found and expected.
 
 pub mod atomic;
+pub mod gltf;
 pub mod id;
 pub mod image;
 pub mod json;
 pub mod lock;
 pub mod npy;
 pub mod npz;
+pub mod obj;
+pub mod off;
 pub mod ply;
+pub mod polygon_mesh;
+pub mod source;
+pub mod stl;

@@ -102,8 +102,11 @@ impl ChartGrower {
             }
         }
         let key = |p: &Placed| (p.position.length_squared(), p.vertex);
-        self.placed
-            .sort_unstable_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal));
+        self.placed.sort_unstable_by(|a, b| {
+            key(a)
+                .partial_cmp(&key(b))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
         &self.placed
     }
 

@@ -41,8 +41,10 @@ impl Connection {
             .flat_map_iter(|vertex| {
                 rings.edges.range(vertex).map(move |entry| {
                     let edge = rings.edges.entries[entry];
-                    let turn = rings.transport(entry) - angles[vertex] + angles[edge.target as usize];
-                    let arm = DVec2::from_angle(edge.angle - angles[vertex]) * f64::from(edge.length);
+                    let turn =
+                        rings.transport(entry) - angles[vertex] + angles[edge.target as usize];
+                    let arm =
+                        DVec2::from_angle(edge.angle - angles[vertex]) * f64::from(edge.length);
                     Spoke {
                         target: edge.target,
                         triangle: edge.triangle,
@@ -89,7 +91,9 @@ mod tests {
     fn frames_of_a_plane_agree_once_their_angles_do() {
         let mesh = shapes::grid(5, 5, 1.0);
         let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
-        let along_x: Vec<f64> = (0..36).map(|v| rings.angle_of(v, Vec3::X).unwrap()).collect();
+        let along_x: Vec<f64> = (0..36)
+            .map(|v| rings.angle_of(v, Vec3::X).unwrap())
+            .collect();
         let connection = Connection::new(&rings, &along_x);
         for vertex in 0..36 {
             assert!((connection.frames[vertex].s - Vec3::X).length() < 1e-6);

@@ -3,15 +3,23 @@
 
 pub mod builtin;
 pub mod chart;
+pub mod cleaning;
 pub mod connection;
+pub mod field;
 pub mod frame;
 pub mod hierarchy;
+pub mod parents;
+pub mod patches;
+pub mod reading;
 pub mod retile;
 pub mod rings;
 pub mod rows;
 pub mod sampling;
 pub mod shapes;
 pub mod stencil;
+pub mod surface;
 pub mod surface_tree;
 pub mod topology;
 pub mod triangle_mesh;
+pub mod triangulation;
+pub mod writing;

@@ -78,7 +78,10 @@ impl Rings {
     /// The angle of a direction in space projected on a vertex's tangent plane; `None` when it
     /// stands on it.
     pub fn angle_of(&self, vertex: usize, direction: Vec3) -> Option<f64> {
-        let (n, axis) = (self.normals[vertex].as_dvec3(), self.axes[vertex].as_dvec3());
+        let (n, axis) = (
+            self.normals[vertex].as_dvec3(),
+            self.axes[vertex].as_dvec3(),
+        );
         let unit = direction.as_dvec3().try_normalize()?;
         let (x, y) = (unit.dot(axis), unit.dot(n.cross(axis)));
         (x.hypot(y) > 1e-4).then(|| y.atan2(x))
@@ -185,7 +188,10 @@ fn link_reverse(edges: &mut Rows<RingEdge>) {
             let edges = &*edges;
             edges.row(vertex).iter().map(move |edge| {
                 let far = edge.target as usize;
-                let place = edges.row(far).iter().position(|e| e.target == vertex as u32);
+                let place = edges
+                    .row(far)
+                    .iter()
+                    .position(|e| e.target == vertex as u32);
                 place.map_or(NONE, |place| edges.starts[far] + place as u32)
             })
         })
@@ -208,7 +214,12 @@ pub fn vertex_normals(mesh: &TriangleMesh) -> Vec<Vec3> {
             sums[vertex as usize] += normal;
         }
     }
-    let unit = |sum: DVec3| sum.try_normalize().unwrap_or(DVec3::Z).as_vec3().normalize();
+    let unit = |sum: DVec3| {
+        sum.try_normalize()
+            .unwrap_or(DVec3::Z)
+            .as_vec3()
+            .normalize()
+    };
     sums.into_par_iter().map(unit).collect()
 }
 
@@ -271,7 +282,9 @@ mod tests {
     fn angles_and_directions_are_inverse() {
         let rings = rings(&shapes::icosphere(1));
         for vertex in 0..rings.normals.len() {
-            let angle = rings.angle_of(vertex, rings.direction(vertex, 0.7)).unwrap();
+            let angle = rings
+                .angle_of(vertex, rings.direction(vertex, 0.7))
+                .unwrap();
             assert!((angle - 0.7).abs() < 1e-5);
             assert_eq!(rings.angle_of(vertex, rings.normals[vertex]), None);
         }

@@ -77,7 +77,11 @@ mod tests {
 
     #[test]
     fn rows_keep_their_order_across_blocks() {
-        let rows = Rows::collect(5000, || (), |(), row, out| out.extend((0..row % 3).map(|k| row + k)));
+        let rows = Rows::collect(
+            5000,
+            || (),
+            |(), row, out| out.extend((0..row % 3).map(|k| row + k)),
+        );
         assert_eq!(rows.len(), 5000);
         for row in 0..5000 {
             let expected: Vec<_> = (0..row % 3).map(|k| row + k).collect();

@@ -115,6 +115,14 @@ pub struct SampleCounts {
     pub folded: u32,
 }
 
+impl std::ops::AddAssign for SampleCounts {
+    fn add_assign(&mut self, more: Self) {
+        self.valued += more.valued;
+        self.outside += more.outside;
+        self.folded += more.folded;
+    }
+}
+
 /// Finds the samples of a template in charts; keeps its memory from one to the next.
 pub struct Sampler<'a> {
     mesh: &'a TriangleMesh,

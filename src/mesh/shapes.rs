@@ -72,7 +72,12 @@ pub fn icosphere(subdivisions: u32) -> TriangleMesh {
 fn icosahedron() -> TriangleMesh {
     let golden = f32::midpoint(1.0, 5f32.sqrt());
     let mut positions = Vec::new();
-    for (one, other) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
+    for (one, other) in [
+        (1.0, golden),
+        (-1.0, golden),
+        (1.0, -golden),
+        (-1.0, -golden),
+    ] {
         positions.push(Vec3::new(0.0, one, other).normalize());
         positions.push(Vec3::new(one, other, 0.0).normalize());
         positions.push(Vec3::new(other, 0.0, one).normalize());

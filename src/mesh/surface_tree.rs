@@ -47,7 +47,11 @@ impl SurfaceTree {
             SortPrecision::U64,
             1,
         );
-        let corners = bvh.primitive_indices.iter().map(|&t| all[t as usize]).collect();
+        let corners = bvh
+            .primitive_indices
+            .iter()
+            .map(|&t| all[t as usize])
+            .collect();
         Self { bvh, corners }
     }
 
@@ -84,9 +88,17 @@ impl SurfaceTree {
                 }
             } else {
                 let left = node.first_index;
-                let d = [left, left + 1]
-                    .map(|child| (box_distance(&self.bvh.nodes[child as usize].aabb, at), child));
-                let (near, far) = if d[0].0 <= d[1].0 { (d[0], d[1]) } else { (d[1], d[0]) };
+                let d = [left, left + 1].map(|child| {
+                    (
+                        box_distance(&self.bvh.nodes[child as usize].aabb, at),
+                        child,
+                    )
+                });
+                let (near, far) = if d[0].0 <= d[1].0 {
+                    (d[0], d[1])
+                } else {
+                    (d[1], d[0])
+                };
                 stack.push(far);
                 stack.push(near);
             }
@@ -228,7 +240,11 @@ mod tests {
         for _ in 0..200 {
             let point = Vec3::from_array(std::array::from_fn(|_| random.gen_range(-2.0..2.0)));
             let slow = (0..mesh.triangles.len())
-                .map(|t| nearest_in_triangle(point, &mesh.corners(t)).1.distance(point))
+                .map(|t| {
+                    nearest_in_triangle(point, &mesh.corners(t))
+                        .1
+                        .distance(point)
+                })
                 .fold(f32::INFINITY, f32::min);
             let found = tree.nearest(point).unwrap();
             assert!((found.position.distance(point) - slow).abs() < 1e-5);

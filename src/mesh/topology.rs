@@ -23,7 +23,7 @@ pub fn next(half_edge: u32) -> u32 {
 /// The half-edge before another in its triangle.
 #[inline]
 pub fn previous(half_edge: u32) -> u32 {
-    if half_edge % 3 == 0 {
+    if half_edge.is_multiple_of(3) {
         half_edge + 2
     } else {
         half_edge - 1

@@ -81,8 +81,6 @@ impl TriangleMesh {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     fn areas_sum_to_the_surface() {
         let mesh = crate::mesh::shapes::grid(4, 3, 0.5);

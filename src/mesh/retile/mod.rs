@@ -15,7 +15,6 @@ use crate::error::{Error, Result};
 use crate::mesh::retile::features::Features;
 use crate::mesh::retile::relax::Target;
 use crate::mesh::retile::surgery::Surgery;
-use crate::mesh::surface_tree::SurfaceTree;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 
@@ -36,16 +35,24 @@ pub fn retile(
     crease: f64,
     progress: Progress<'_>,
 ) -> Result<TriangleMesh> {
-    let features = Features::find(mesh, crease);
+    retile_onto(mesh, &Target::new(mesh, crease), vertices, crease, progress)
+}
+
+/// Retiles a manifold mesh to `vertices` vertices that lie on `target`, a surface close to it;
+/// `crease` in radians.
+pub fn retile_onto(
+    mesh: &TriangleMesh,
+    target: &Target,
+    vertices: usize,
+    crease: f64,
+    progress: Progress<'_>,
+) -> Result<TriangleMesh> {
     let area = mesh.area();
     if area <= 0.0 {
         return Err(Error::data("mesh", "no triangle has an area"));
     }
-    let mut surgery = Surgery::new(mesh, features.sharp.clone(), features.freedom.clone());
-    let target = Target {
-        tree: SurfaceTree::new(mesh),
-        features,
-    };
+    let features = Features::find(mesh, crease);
+    let mut surgery = Surgery::new(mesh, features.sharp, features.freedom);
     progress.begin("retiling", (ROUNDS + FINAL_ROUNDS) as u64);
     let mut length = edge_length(area, vertices) as f32;
     for _ in 0..ROUNDS {
@@ -55,7 +62,7 @@ pub fn retile(
         {}
         surgery = order::spatially(&surgery);
         passes::even_out_valence(&mut surgery);
-        relax::relax(&mut surgery, &target);
+        relax::relax(&mut surgery, target);
         let ratio = surgery.vertex_count() as f32 / vertices as f32;
         length *= ratio.sqrt().clamp(0.8, 1.25);
         progress.advance(1)?;
@@ -63,7 +70,7 @@ pub fn retile(
     meet_count(&mut surgery, vertices);
     for _ in 0..FINAL_ROUNDS {
         passes::even_out_valence(&mut surgery);
-        relax::relax(&mut surgery, &target);
+        relax::relax(&mut surgery, target);
         progress.advance(1)?;
     }
     while passes::make_delaunay(&mut surgery) > 0 {
@@ -73,35 +80,70 @@ pub fn retile(
     Ok(order::spatially(&surgery).finish())
 }
 
-/// Splits the longest or collapses the shortest edges until the count is met, or nothing more can
-/// be collapsed.
+/// Splits the longest or collapses the shortest edges, no two of them near each other in one sweep,
+/// until the count is met or nothing more can be collapsed.
 fn meet_count(surgery: &mut Surgery, vertices: usize) {
     let mut rings = [Vec::new(), Vec::new()];
-    for _ in 0..8 {
-        let count = surgery.vertex_count();
-        if count == vertices {
+    for _ in 0..40 {
+        let before = surgery.vertex_count();
+        let edges = edges_by_length(surgery);
+        let mut touched = vec![false; surgery.positions.len()];
+        let grow = before < vertices;
+        let candidates: Box<dyn Iterator<Item = &u32>> = if grow {
+            Box::new(edges.iter().rev())
+        } else {
+            Box::new(edges.iter())
+        };
+        for &half_edge in candidates {
+            let count = surgery.vertex_count();
+            if count == vertices {
+                return;
+            }
+            // A sweep works on the extreme edges only; the next one measures again.
+            if count.abs_diff(before) > before / 50 + 1 {
+                break;
+            }
+            if !surgery.is_alive(half_edge) || is_touched(surgery, half_edge, &touched) {
+                continue;
+            }
+            let ends = surgery.ends(half_edge);
+            if grow {
+                let [a, b] = ends.map(|v| surgery.positions[v as usize]);
+                surgery.split(half_edge, a.midpoint(b));
+            } else if !passes::try_collapse(surgery, half_edge, f32::INFINITY, &mut rings) {
+                continue;
+            }
+            touch(surgery, ends, &mut touched);
+        }
+        if surgery.vertex_count() == before {
             return;
         }
-        let mut edges: Vec<(u32, u32)> = (0..surgery.opposite.len() as u32)
-            .filter(|&h| surgery.stands_for_edge(h))
-            .map(|h| (surgery.length_squared(h).to_bits(), h))
-            .collect();
-        edges.sort_unstable();
-        if count < vertices {
-            for &(_, half_edge) in edges.iter().rev().take(vertices - count) {
-                let [a, b] = surgery.ends(half_edge).map(|v| surgery.positions[v as usize]);
-                surgery.split(half_edge, a.midpoint(b));
+    }
+}
+
+fn edges_by_length(surgery: &Surgery) -> Vec<u32> {
+    let mut edges: Vec<(u32, u32)> = (0..surgery.opposite.len() as u32)
+        .filter(|&h| surgery.stands_for_edge(h))
+        .map(|h| (surgery.length_squared(h).to_bits(), h))
+        .collect();
+    edges.sort_unstable();
+    edges.into_iter().map(|(_, half_edge)| half_edge).collect()
+}
+
+fn is_touched(surgery: &Surgery, half_edge: u32, touched: &[bool]) -> bool {
+    let touched = |&v: &u32| touched.get(v as usize).copied().unwrap_or(true);
+    surgery.ends(half_edge).iter().any(touched)
+}
+
+/// Marks what is left of an edge's ends, and their neighbours.
+fn touch(surgery: &Surgery, ends: [u32; 2], touched: &mut [bool]) {
+    for end in ends {
+        touched[end as usize] = true;
+        surgery.each_leaving(end, |leaving| {
+            if let Some(flag) = touched.get_mut(surgery.ends(leaving)[1] as usize) {
+                *flag = true;
             }
-        } else {
-            for &(_, half_edge) in &edges {
-                if surgery.vertex_count() <= vertices {
-                    break;
-                }
-                if surgery.is_alive(half_edge) {
-                    passes::try_collapse(surgery, half_edge, f32::INFINITY, &mut rings);
-                }
-            }
-        }
+        });
     }
 }
 

@@ -18,7 +18,14 @@ pub fn spatially(surgery: &Surgery) -> Surgery {
         .iter()
         .enumerate()
         .filter(|(_, triangle)| triangle[0] != NONE)
-        .map(|(index, t)| (t.map(|v| numbers[v as usize]).into_iter().fold(NONE, u32::min), index as u32))
+        .map(|(index, t)| {
+            (
+                t.map(|v| numbers[v as usize])
+                    .into_iter()
+                    .fold(NONE, u32::min),
+                index as u32,
+            )
+        })
         .collect();
     triangles.sort_unstable();
     surgery.renumbered(&alive, &numbers, &triangles)
@@ -32,7 +39,9 @@ fn keys(surgery: &Surgery) -> Vec<(u64, u32)> {
             .map(|(vertex, (_, &position))| (vertex as u32, position))
     };
     let first = points().next().map_or(Vec3::ZERO, |(_, p)| p);
-    let (low, high) = points().fold((first, first), |(low, high), (_, p)| (low.min(p), high.max(p)));
+    let (low, high) = points().fold((first, first), |(low, high), (_, p)| {
+        (low.min(p), high.max(p))
+    });
     let scale = 2_097_151.0 / (high - low).max_element().max(f32::MIN_POSITIVE);
     points()
         .map(|(vertex, p)| {

@@ -33,7 +33,9 @@ fn split_longer(surgery: &mut Surgery, limit: f32, most: usize) {
     let mut half_edge = 0;
     while (half_edge as usize) < surgery.opposite.len() && surgery.vertex_count() < most {
         if surgery.stands_for_edge(half_edge) && surgery.length_squared(half_edge) > limit * limit {
-            let [a, b] = surgery.ends(half_edge).map(|v| surgery.positions[v as usize]);
+            let [a, b] = surgery
+                .ends(half_edge)
+                .map(|v| surgery.positions[v as usize]);
             surgery.split(half_edge, a.midpoint(b));
         } else {
             half_edge += 1;
@@ -177,7 +179,11 @@ fn improves_valence(surgery: &Surgery, half_edge: u32, valence: &[i32]) -> bool 
         return false;
     }
     let excess = |vertex: u32, change: i32| {
-        let wanted = if surgery.freedom[vertex as usize] == Freedom::Surface { 6 } else { 4 };
+        let wanted = if surgery.freedom[vertex as usize] == Freedom::Surface {
+            6
+        } else {
+            4
+        };
         let excess = valence[vertex as usize] + change - wanted;
         excess * excess
     };
@@ -195,7 +201,8 @@ fn keeps_shape(surgery: &Surgery, half_edge: u32, delaunay: bool) -> bool {
     let new = [normal([a, d, c]), normal([d, b, c])];
     let around = (old[0] + old[1]).normalize_or_zero();
     let limit = if delaunay { 0.5 } else { 0.8 };
-    new.iter().all(|n| n.dot(around) > limit * n.length() && n.length_squared() > 0.0)
+    new.iter()
+        .all(|n| n.dot(around) > limit * n.length() && n.length_squared() > 0.0)
         && old.iter().all(|n| n.dot(around) > 0.5 * n.length())
 }
 

@@ -11,6 +11,7 @@ use crate::mesh::retile::features::Features;
 use crate::mesh::retile::surgery::{Freedom, Surgery};
 use crate::mesh::surface_tree::SurfaceTree;
 use crate::mesh::topology::NONE;
+use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// The surface that vertices are kept on.
 pub struct Target {
@@ -18,6 +19,16 @@ pub struct Target {
     pub tree: SurfaceTree,
     /// Its lines.
     pub features: Features,
+}
+
+impl Target {
+    /// A mesh, with the creases of `crease` radians and more.
+    pub fn new(mesh: &TriangleMesh, crease: f64) -> Self {
+        Self {
+            tree: SurfaceTree::new(mesh),
+            features: Features::find(mesh, crease),
+        }
+    }
 }
 
 /// Moves every vertex to the middle of its surroundings and onto the target.
@@ -60,11 +71,13 @@ fn on_surface(surgery: &Surgery, target: &Target, vertex: u32, position: Vec3) -
     let (Some(n), true) = (normal.try_normalize(), area > 0.0) else {
         return position;
     };
-    // The middle of the triangles' centroids pulls two thirds of the way to that of the cell.
-    let step = 1.5 * sum / area;
+    let step = sum / area;
     let wanted = position + (step - n * n.dot(step));
     let facing = |corners: &[Vec3; 3]| {
-        (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(n) > 0.0
+        (corners[1] - corners[0])
+            .cross(corners[2] - corners[0])
+            .dot(n)
+            > 0.0
     };
     let found = target.tree.nearest_accepted(wanted, reach.sqrt(), facing);
     found.map_or(position, |point| point.position)

@@ -171,7 +171,11 @@ impl Surgery {
         let middle = self.positions.len() as u32;
         self.positions.push(position);
         self.leaving.push(NONE);
-        self.freedom.push(if crease { Freedom::Line } else { Freedom::Surface });
+        self.freedom.push(if crease {
+            Freedom::Line
+        } else {
+            Freedom::Surface
+        });
         self.vertices += 1;
         let [near, far] = self.split_side(half_edge, middle, crease);
         if twin != NONE {
@@ -190,8 +194,18 @@ impl Surgery {
         let (twin_bc, twin_ca) = (self.opposite[bc], self.opposite[ca]);
         let (sharp_bc, sharp_ca) = (self.sharp[bc], self.sharp[ca]);
         let (old, new) = (half_edge / 3, self.add_triangle());
-        self.write(old, [a, middle, c], [NONE, NONE, twin_ca], [crease, false, sharp_ca]);
-        self.write(new, [middle, b, c], [NONE, twin_bc, old * 3 + 1], [crease, sharp_bc, false]);
+        self.write(
+            old,
+            [a, middle, c],
+            [NONE, NONE, twin_ca],
+            [crease, false, sharp_ca],
+        );
+        self.write(
+            new,
+            [middle, b, c],
+            [NONE, twin_bc, old * 3 + 1],
+            [crease, sharp_bc, false],
+        );
         [old * 3, new * 3]
     }
 
@@ -270,17 +284,33 @@ impl Surgery {
     pub fn flip(&mut self, half_edge: u32) {
         let twin = self.opposite[half_edge as usize];
         let ([a, b], c, d) = (self.ends(half_edge), self.apex(half_edge), self.apex(twin));
-        let outer = [next(half_edge), previous(half_edge), next(twin), previous(twin)];
+        let outer = [
+            next(half_edge),
+            previous(half_edge),
+            next(twin),
+            previous(twin),
+        ];
         let [bc, ca, ad, db] = outer.map(|h| (self.opposite[h as usize], self.sharp[h as usize]));
         let (one, two) = (half_edge / 3, twin / 3);
         self.write(one, [a, d, c], [ad.0, NONE, ca.0], [ad.1, false, ca.1]);
-        self.write(two, [d, b, c], [db.0, bc.0, one * 3 + 1], [db.1, bc.1, false]);
+        self.write(
+            two,
+            [d, b, c],
+            [db.0, bc.0, one * 3 + 1],
+            [db.1, bc.1, false],
+        );
     }
 
     /// Twice the area of a triangle times its normal, with one vertex moved.
     #[inline]
     pub fn area_normal_with(&self, triangle: [u32; 3], moved: u32, to: Vec3) -> Vec3 {
-        let [a, b, c] = triangle.map(|v| if v == moved { to } else { self.positions[v as usize] });
+        let [a, b, c] = triangle.map(|v| {
+            if v == moved {
+                to
+            } else {
+                self.positions[v as usize]
+            }
+        });
         (b - a).cross(c - a)
     }
 
@@ -303,13 +333,25 @@ impl Surgery {
         let sides = |old: u32| old as usize * 3..old as usize * 3 + 3;
         let olds = || triangles.iter().map(|&(_, old)| old);
         Self {
-            positions: vertices.iter().map(|&(_, v)| self.positions[v as usize]).collect(),
-            freedom: vertices.iter().map(|&(_, v)| self.freedom[v as usize]).collect(),
-            leaving: vertices.iter().map(|&(_, v)| half_edge(self.leaving[v as usize])).collect(),
+            positions: vertices
+                .iter()
+                .map(|&(_, v)| self.positions[v as usize])
+                .collect(),
+            freedom: vertices
+                .iter()
+                .map(|&(_, v)| self.freedom[v as usize])
+                .collect(),
+            leaving: vertices
+                .iter()
+                .map(|&(_, v)| half_edge(self.leaving[v as usize]))
+                .collect(),
             triangles: olds()
                 .map(|old| self.triangles[old as usize].map(|v| numbers[v as usize]))
                 .collect(),
-            opposite: olds().flat_map(sides).map(|h| half_edge(self.opposite[h])).collect(),
+            opposite: olds()
+                .flat_map(sides)
+                .map(|h| half_edge(self.opposite[h]))
+                .collect(),
             sharp: olds().flat_map(sides).map(|h| self.sharp[h]).collect(),
             vertices: self.vertices,
         }

@@ -1,0 +1,173 @@
+//! Stencils and neighbours of every vertex of a level: charts grown and sampled in parallel.
+
+use rayon::prelude::*;
+
+use crate::mesh::chart::{ChartGrower, Placed};
+use crate::mesh::connection::Connection;
+use crate::mesh::hierarchy::{Neighbor, NeighborLists, Parent};
+use crate::mesh::parents::{nearest_corner, seeds};
+use crate::mesh::rows::Rows;
+use crate::mesh::sampling::{BinnedTemplate, SampleCounts, Sampler};
+use crate::mesh::stencil::{PackedSample, Stencils, Template};
+use crate::mesh::surface_tree::SurfacePoint;
+use crate::mesh::triangle_mesh::TriangleMesh;
+
+/// Vertices a block: one grower serves them one after the other.
+const BLOCK: usize = 4096;
+
+/// One level's surface, ready to be walked on.
+#[derive(Clone, Copy)]
+pub struct Patches<'a> {
+    /// The level's mesh.
+    pub mesh: &'a TriangleMesh,
+    /// Its frames and edges.
+    pub connection: &'a Connection,
+    /// Texel of the level in mesh units, per vertex (its scale included).
+    pub texels: &'a [f32],
+}
+
+/// What the charts of a level gave.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LevelPatches {
+    /// The template's samples.
+    pub stencils: Stencils,
+    /// Vertices within the window.
+    pub neighbors: NeighborLists,
+    /// What became of the samples, over all vertices.
+    pub counts: SampleCounts,
+}
+
+/// The patches of consecutive vertices.
+#[derive(Default)]
+struct Block {
+    samples: Vec<PackedSample>,
+    neighbors: Vec<Neighbor>,
+    /// Where each vertex's neighbours end.
+    ends: Vec<u32>,
+    counts: SampleCounts,
+}
+
+impl Block {
+    fn take_neighbors(&mut self, vertex: usize, placed: &[Placed], texel: f32, half_window: f32) {
+        let others = placed.iter().filter(|p| p.vertex as usize != vertex);
+        let near = others.map(|p| Neighbor {
+            site: p.vertex,
+            x: p.position.x / texel,
+            y: p.position.y / texel,
+        });
+        self.neighbors
+            .extend(near.filter(|n| n.x.abs().max(n.y.abs()) <= half_window));
+        self.ends.push(self.neighbors.len() as u32);
+    }
+}
+
+impl Patches<'_> {
+    /// Stencils of a template round every vertex, and the neighbours within `half_window` texels
+    /// (max norm), nearest first, ties by index.
+    pub fn round_vertices(&self, template: &Template, half_window: f32) -> LevelPatches {
+        let binned = BinnedTemplate::new(template);
+        let radius = binned.radius().max(half_window * std::f32::consts::SQRT_2);
+        let centre = template
+            .positions
+            .iter()
+            .position(|p| *p == glam::Vec2::ZERO);
+        let count = self.mesh.positions.len();
+        let blocks: Vec<Block> = (0..count.div_ceil(BLOCK))
+            .into_par_iter()
+            .map(|block| {
+                let mut grower = ChartGrower::new(count);
+                let mut sampler = Sampler::new(self.mesh, self.connection, &binned);
+                let mut out = Block::default();
+                for vertex in block * BLOCK..((block + 1) * BLOCK).min(count) {
+                    let texel = self.texels[vertex];
+                    let placed = grower
+                        .round_vertex(self.connection, vertex as u32, radius * texel)
+                        .to_vec();
+                    out.counts += sampler.locate(&grower, &placed, texel, &mut out.samples);
+                    if let Some(centre) = centre {
+                        let slot = out.samples.len() - binned.len() + centre;
+                        out.samples[slot] = sampler.stands_on(vertex as u32);
+                    }
+                    out.take_neighbors(vertex, &placed, texel, half_window);
+                }
+                out
+            })
+            .collect();
+        self.join(binned.len(), blocks)
+    }
+
+    fn join(&self, samples_per_site: usize, blocks: Vec<Block>) -> LevelPatches {
+        let mut level = LevelPatches::default();
+        level.stencils.samples_per_site = samples_per_site;
+        level.stencils.cells.clone_from(&self.mesh.triangles);
+        let total = samples_per_site * self.mesh.positions.len();
+        level.stencils.samples.reserve_exact(total);
+        level.neighbors.starts.push(0);
+        for block in blocks {
+            let base = level.neighbors.entries.len() as u32;
+            level.stencils.samples.extend(block.samples);
+            level.neighbors.entries.extend(block.neighbors);
+            level
+                .neighbors
+                .starts
+                .extend(block.ends.into_iter().map(|end| base + end));
+            level.counts += block.counts;
+        }
+        level
+    }
+
+    /// Stencils of a template round the parent points of a finer level on this one, each in the
+    /// frame of its child, with the parents' nearest corners. `children` are the finer level's
+    /// frames; `texels` this level's texel at each child.
+    pub fn round_points(
+        &self,
+        template: &Template,
+        points: &[Option<SurfacePoint>],
+        children: &Connection,
+        texels: &[f32],
+    ) -> (Stencils, Vec<Parent>) {
+        let binned = BinnedTemplate::new(template);
+        let radius = binned.radius();
+        let count = points.len();
+        let parents: Vec<Parent> = (0..count)
+            .into_par_iter()
+            .map(|child| match &points[child] {
+                Some(point) => {
+                    let seeds = seeds(self.mesh, self.connection, point, &children.frames[child]);
+                    nearest_corner(point, &seeds, texels[child])
+                }
+                None => Parent {
+                    site: 0,
+                    x: 0.0,
+                    y: 0.0,
+                },
+            })
+            .collect();
+        let rows = Rows::collect(
+            count,
+            || {
+                (
+                    ChartGrower::new(self.mesh.positions.len()),
+                    Sampler::new(self.mesh, self.connection, &binned),
+                )
+            },
+            |(grower, sampler), child, out| match &points[child] {
+                Some(point) => {
+                    let seeds = seeds(self.mesh, self.connection, point, &children.frames[child]);
+                    let texel = texels[child];
+                    let placed = grower
+                        .grow(self.connection, &seeds, radius * texel)
+                        .to_vec();
+                    sampler.locate(grower, &placed, texel, out);
+                }
+                None => out.extend(std::iter::repeat_n(PackedSample::OUTSIDE, binned.len())),
+            },
+        );
+        let stencils = Stencils {
+            samples_per_site: binned.len(),
+            cells: self.mesh.triangles.clone(),
+            samples: rows.entries,
+        };
+        (stencils, parents)
+    }
+}

@@ -1,0 +1,413 @@
+//! A user's mesh from any file we read, cleaned, with what came with it and the way back to the
+//! file's own vertices.
+
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+
+use crate::error::{Error, Result};
+use crate::format::polygon_mesh::PolygonMesh;
+use crate::format::{gltf, obj, off, ply, source, stl};
+use crate::mesh::cleaning::{
+    RepairReport, Split, retain_triangles, split_non_manifold, useful_triangles, weld,
+    without_specks,
+};
+use crate::mesh::topology::NONE;
+use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::mesh::triangulation::triangulate;
+
+/// A mesh as the user gave it, made fit for work.
+///
+/// Vertices are the file's, in the file's order, with copies made by cleaning at the end; only
+/// formats that repeat vertices for every face or material (STL, glTF) are closed up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UserMesh {
+    /// The surface: manifold, consistently facing, without empty or repeated triangles.
+    pub mesh: TriangleMesh,
+    /// For every vertex of the file, the vertex of [`mesh`](Self::mesh) at its place.
+    pub from_file: Vec<u32>,
+    /// Wanted orientation per vertex (PLY `sx sy sz`); zero where there is none.
+    pub orientation: Option<Vec<Vec3>>,
+    /// Factor on the texel per vertex, above 0 (PLY `scale`).
+    pub scale: Option<Vec<f32>>,
+    /// Turn of the texture per vertex, in degrees counter-clockwise (PLY `rotation`).
+    pub rotation: Option<Vec<f32>>,
+    /// The file's normals per vertex; zero where it has none.
+    pub normals: Option<Vec<Vec3>>,
+    /// Texture coordinates of each triangle's corners; NaN where the file has none.
+    pub corner_uvs: Option<Vec<[Vec2; 3]>>,
+    /// What cleaning changed.
+    pub report: RepairReport,
+}
+
+/// How strictly a mesh is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CleaningOptions {
+    /// Refuse a mesh that needs repair.
+    pub strict: bool,
+    /// Drop components whose bounding box is smaller than this fraction of the mesh's, by diagonal.
+    pub specks: f64,
+}
+
+/// Reads and cleans a mesh, keeping every component.
+pub fn read(path: &Path) -> Result<UserMesh> {
+    read_with(path, &CleaningOptions::default())
+}
+
+/// Reads and cleans a mesh.
+pub fn read_with(path: &Path, options: &CleaningOptions) -> Result<UserMesh> {
+    let bytes = source::read(path)?;
+    parse(&bytes, path)
+        .and_then(|file| clean(file, options))
+        .map_err(|error| error.in_file(path))
+}
+
+/// Parses a mesh file's bytes; the format is told by the file's name (`.gz` set aside).
+pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
+    let name = path
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_ascii_lowercase();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    match name.rsplit('.').next() {
+        Some("obj") => obj::parse(bytes),
+        Some("off") => off::parse(bytes),
+        Some("stl") => stl::parse(bytes),
+        Some("ply") => polygons_of_ply(ply::parse(bytes)?),
+        Some("glb" | "gltf") => gltf::parse(bytes, path),
+        _ => Err(Error::data("file name", name)
+            .expected("a mesh: .obj, .ply, .stl, .off, .glb or .gltf, each also with .gz")),
+    }
+}
+
+fn polygons_of_ply(file: ply::PlyFile) -> Result<PolygonMesh> {
+    let axes = [file.require("x")?, file.require("y")?, file.require("z")?];
+    let triple = |columns: [&[f64]; 3], v: usize| columns.map(|column| column[v] as f32);
+    let positions = (0..file.vertex_count).map(|v| triple(axes, v)).collect();
+    let normals = match ["nx", "ny", "nz"].map(|name| file.column(name)) {
+        [Some(x), Some(y), Some(z)] => Some(
+            (0..file.vertex_count)
+                .map(|v| triple([x, y, z], v))
+                .collect(),
+        ),
+        _ => None,
+    };
+    let mut mesh = PolygonMesh {
+        positions,
+        normals,
+        columns: file.columns,
+        ..PolygonMesh::default()
+    };
+    for polygon in file.faces.iter().filter(|polygon| polygon.len() >= 3) {
+        mesh.faces.push(polygon);
+    }
+    let small = file.faces.sizes.len() - mesh.faces.sizes.len();
+    if small > 0 {
+        mesh.notes
+            .push(format!("{small} faces of fewer than 3 corners left out"));
+    }
+    if let Some(uvs) = vertex_uvs(&mesh) {
+        mesh.corner_uvs = Some(
+            mesh.faces
+                .corners
+                .iter()
+                .map(|&v| uvs[v as usize])
+                .collect(),
+        );
+    }
+    Ok(mesh)
+}
+
+/// Texture coordinates per vertex, under the names other programs write.
+fn vertex_uvs(mesh: &PolygonMesh) -> Option<Vec<[f32; 2]>> {
+    let names = [("u", "v"), ("texture_u", "texture_v"), ("s", "t")];
+    let found = names
+        .iter()
+        .find_map(|(u, v)| Some((mesh.column(u)?, mesh.column(v)?)));
+    // The map's own (s, t) are texels of a sample, no texture coordinates.
+    let (u, v) = found.filter(|_| mesh.column("texton").is_none())?;
+    Some(
+        u.iter()
+            .zip(v)
+            .map(|(&u, &v)| [u as f32, v as f32])
+            .collect(),
+    )
+}
+
+/// Makes a mesh of what a file holds fit for work.
+pub fn clean(file: PolygonMesh, options: &CleaningOptions) -> Result<UserMesh> {
+    check_positions(&file)?;
+    let mut report = RepairReport {
+        notes: file.notes.clone(),
+        ..RepairReport::default()
+    };
+    let positions: Vec<Vec3> = file
+        .positions
+        .iter()
+        .map(|&p| Vec3::from_array(p))
+        .collect();
+    let (mut mesh, mut uvs) = cut_polygons(&file, positions, &mut report);
+    let from_file = close_up(&mut mesh, file.splits_vertices, &mut report);
+    let keep = useful_triangles(&mesh, &mut report);
+    retain_triangles(&mut mesh, uvs.as_mut(), &keep);
+    if options.specks > 0.0 {
+        let keep = without_specks(&mesh, options.specks, &mut report);
+        retain_triangles(&mut mesh, uvs.as_mut(), &keep);
+    }
+    if mesh.triangles.is_empty() {
+        return Err(Error::data("faces", "none with an area").expected("a surface"));
+    }
+    let split = split_non_manifold(&mut mesh, &mut report);
+    turn_corners(uvs.as_mut(), &split);
+    report.unused_vertices = mesh.positions.len() - mesh.referenced_count();
+    if options.strict && !report.is_sound() {
+        return Err(refusal(&report));
+    }
+    attach(file, mesh, uvs, from_file, &split, report)
+}
+
+fn check_positions(file: &PolygonMesh) -> Result<()> {
+    let bad = |p: &[f32; 3]| p.iter().any(|c| !c.is_finite() || c.abs() > 1e15);
+    match file.positions.iter().position(bad) {
+        Some(vertex) => Err(Error::data(
+            format!("vertex {vertex}"),
+            format!("position {:?}", file.positions[vertex]),
+        )
+        .expected("finite numbers, none beyond 1e15")),
+        None => Ok(()),
+    }
+}
+
+fn refusal(report: &RepairReport) -> Error {
+    let mut found = report.lines().join("; ");
+    if let Some(first) = &report.first {
+        found.push_str(&format!("; first: {first}"));
+    }
+    Error::data("mesh", found)
+        .expected("a sound mesh, as --strict asks")
+        .advice("leave --strict away to have it repaired")
+}
+
+type CornerUvs = Option<Vec<[Vec2; 3]>>;
+
+fn cut_polygons(
+    file: &PolygonMesh,
+    positions: Vec<Vec3>,
+    report: &mut RepairReport,
+) -> (TriangleMesh, CornerUvs) {
+    let mut triangles = Vec::with_capacity(file.faces.sizes.len());
+    let mut uvs = file
+        .corner_uvs
+        .as_ref()
+        .map(|_| Vec::with_capacity(file.faces.sizes.len()));
+    let mut begin = 0;
+    for polygon in file.faces.iter() {
+        let corners: Vec<_> = polygon
+            .iter()
+            .map(|&v| positions[v as usize].as_dvec3())
+            .collect();
+        report.cut_polygons += usize::from(polygon.len() > 3);
+        for triangle in triangulate(&corners) {
+            triangles.push(triangle.map(|corner| polygon[corner]));
+            if let (Some(uvs), Some(all)) = (&mut uvs, &file.corner_uvs) {
+                uvs.push(triangle.map(|corner| Vec2::from_array(all[begin + corner])));
+            }
+        }
+        begin += polygon.len();
+    }
+    let mesh = TriangleMesh {
+        positions,
+        triangles,
+    };
+    (mesh, uvs)
+}
+
+/// Lets triangles share the vertices at one place; a split format's vertices are also renumbered
+/// without gaps. Hands back the vertex of each vertex of the file.
+fn close_up(mesh: &mut TriangleMesh, renumber: bool, report: &mut RepairReport) -> Vec<u32> {
+    let mut first = weld(&mesh.positions);
+    report.welded_vertices = first
+        .iter()
+        .enumerate()
+        .filter(|&(v, &first)| v as u32 != first)
+        .count();
+    if renumber {
+        let mut numbers = vec![NONE; mesh.positions.len()];
+        let mut positions = Vec::new();
+        for (vertex, &first) in first.iter().enumerate() {
+            if first == vertex as u32 {
+                numbers[vertex] = positions.len() as u32;
+                positions.push(mesh.positions[vertex]);
+            }
+        }
+        first.iter_mut().for_each(|v| *v = numbers[*v as usize]);
+        mesh.positions = positions;
+    }
+    for corner in mesh.triangles.iter_mut().flatten() {
+        *corner = first[*corner as usize];
+    }
+    first
+}
+
+fn turn_corners(uvs: Option<&mut Vec<[Vec2; 3]>>, split: &Split) {
+    let pairs = uvs.into_iter().flatten().zip(&split.turned);
+    pairs
+        .filter(|(_, turned)| **turned)
+        .for_each(|(uvs, _)| uvs.swap(1, 2));
+}
+
+/// Hangs the file's per-vertex numbers on the cleaned vertices.
+fn attach(
+    file: PolygonMesh,
+    mesh: TriangleMesh,
+    corner_uvs: CornerUvs,
+    from_file: Vec<u32>,
+    split: &Split,
+    report: RepairReport,
+) -> Result<UserMesh> {
+    let count = mesh.positions.len();
+    let originals = count - split.copies.len();
+    let mut sources = vec![NONE; count];
+    for (vertex, &ours) in from_file.iter().enumerate() {
+        if sources[ours as usize] == NONE {
+            sources[ours as usize] = vertex as u32;
+        }
+    }
+    if !file.splits_vertices {
+        sources[..originals]
+            .iter_mut()
+            .enumerate()
+            .for_each(|(v, source)| *source = v as u32);
+    }
+    for (copy, &original) in split.copies.iter().enumerate() {
+        sources[originals + copy] = sources[original as usize];
+    }
+    let scalar = |name: &str| {
+        let column = file.column(name)?;
+        Some(
+            sources
+                .iter()
+                .map(|&v| column[v as usize] as f32)
+                .collect::<Vec<f32>>(),
+        )
+    };
+    let vector = |names: [&str; 3]| {
+        let [x, y, z] = names.map(scalar);
+        let (x, y, z) = (x?, y?, z?);
+        Some(
+            (0..count)
+                .map(|v| Vec3::new(x[v], y[v], z[v]))
+                .collect::<Vec<Vec3>>(),
+        )
+    };
+    let file_normal = |normals: &Vec<[f32; 3]>| {
+        sources
+            .iter()
+            .map(|&v| Vec3::from_array(normals[v as usize]))
+            .collect()
+    };
+    let user = UserMesh {
+        orientation: vector(["sx", "sy", "sz"]),
+        scale: scalar("scale"),
+        rotation: scalar("rotation"),
+        normals: file.normals.as_ref().map(file_normal),
+        mesh,
+        from_file,
+        corner_uvs,
+        report,
+    };
+    check_properties(&user)?;
+    Ok(user)
+}
+
+fn check_properties(user: &UserMesh) -> Result<()> {
+    let fault = |vertex: usize, found: String, expected: &str| {
+        Err(Error::data(format!("vertex {vertex}"), found).expected(expected))
+    };
+    let scales = user.scale.iter().flatten().enumerate();
+    for (vertex, scale) in scales {
+        if !(scale.is_finite() && *scale > 0.0) {
+            return fault(vertex, format!("scale {scale}"), "a number above 0");
+        }
+    }
+    for (vertex, rotation) in user.rotation.iter().flatten().enumerate() {
+        if !rotation.is_finite() {
+            return fault(vertex, format!("rotation {rotation}"), "degrees");
+        }
+    }
+    for (vertex, s) in user.orientation.iter().flatten().enumerate() {
+        if !s.is_finite() {
+            return fault(vertex, format!("orientation {s}"), "a direction");
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn user(text: &str, name: &str) -> Result<UserMesh> {
+        clean(
+            parse(text.as_bytes(), Path::new(name))?,
+            &CleaningOptions::default(),
+        )
+    }
+
+    #[test]
+    fn the_files_order_is_kept() {
+        let text = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 1 0\nf 2 3 4 5\nf 2 6 3\n";
+        let user = user(text, "a.obj").unwrap();
+        assert_eq!(user.mesh.positions.len(), 6);
+        assert_eq!(user.mesh.positions[0], Vec3::splat(9.0));
+        assert_eq!(user.report.welded_vertices, 1);
+        assert_eq!(user.report.cut_polygons, 1);
+        assert_eq!(user.from_file[5], 3);
+        assert_eq!(user.report.unused_vertices, 2);
+    }
+
+    #[test]
+    fn split_formats_are_closed_up_with_a_way_back() {
+        let corner = |x: i32, y: i32| format!("vertex {x} {y} 0\n");
+        let facet = |a: String, b: String, c: String| {
+            format!("facet normal 0 0 1\nouter loop\n{a}{b}{c}endloop\nendfacet\n")
+        };
+        let text = format!(
+            "solid x\n{}{}endsolid x\n",
+            facet(corner(0, 0), corner(1, 0), corner(1, 1)),
+            facet(corner(0, 0), corner(1, 1), corner(0, 1))
+        );
+        let user = user(&text, "a.stl").unwrap();
+        assert_eq!(user.mesh.positions.len(), 4);
+        assert_eq!(user.from_file, [0, 1, 2, 0, 2, 3]);
+        assert_eq!(user.mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+    }
+
+    #[test]
+    fn bad_input_is_refused_with_its_place() {
+        let refused = |text: &str, name: &str| user(text, name).unwrap_err().to_string();
+        assert!(refused("v nan 0 0\n", "a.obj").contains("vertex 0"));
+        assert!(refused("v 0 0 0\n", "a.obj").contains("faces"));
+        assert!(refused("", "a.xyz").contains(".obj"));
+        let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+            property float z\nproperty float scale\nelement face 1\n\
+            property list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 -1\n0 1 0 1\n3 0 1 2\n";
+        assert!(refused(ply, "a.ply").contains("vertex 1: scale -1"));
+    }
+
+    #[test]
+    fn strictness_says_what_it_refuses() {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 3\n";
+        let file = parse(text.as_bytes(), Path::new("a.obj")).unwrap();
+        let strict = CleaningOptions {
+            strict: true,
+            ..CleaningOptions::default()
+        };
+        let error = clean(file, &strict).unwrap_err().to_string();
+        assert!(
+            error.contains("1 repeated triangles dropped") && error.contains("first"),
+            "{error}"
+        );
+    }
+}

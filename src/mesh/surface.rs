@@ -1,0 +1,481 @@
+//! The whole preparation of a surface: pyramid, orientation field, frames, patches, stencils.
+//!
+//! In: a user's mesh. Out: everything synthesis needs of it, per level; level 0 is the user's own
+//! vertices. Cached beside the mesh by the hash of all that went in.
+
+use std::path::Path;
+
+use clap::Args;
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::mesh::connection::Connection;
+use crate::mesh::field::{self, Constraint};
+use crate::mesh::frame::Frame;
+use crate::mesh::hierarchy::{SiteHierarchy, SiteLevel};
+use crate::mesh::parents::parent_points;
+use crate::mesh::patches::Patches;
+use crate::mesh::reading::UserMesh;
+use crate::mesh::retile::relax::Target;
+use crate::mesh::retile::retile_onto;
+use crate::mesh::rings::Rings;
+use crate::mesh::sampling::SampleCounts;
+use crate::mesh::stencil::Template;
+use crate::mesh::surface_tree::{SurfacePoint, SurfaceTree};
+use crate::mesh::topology::Topology;
+use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::progress::Progress;
+
+/// How a surface is prepared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Args)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct SurfaceOptions {
+    /// Levels of the mesh pyramid, each with a quarter of the vertices (Tong 2002 §5.1).
+    #[arg(long, default_value_t = SurfaceOptions::default().levels)]
+    pub levels: u32,
+    /// Width of the neighbourhood in texels, odd. Set by the neighbour table in synthesis.
+    #[arg(skip = SurfaceOptions::default().neighborhood)]
+    pub neighborhood: u32,
+    /// Width of the parent level's neighbourhood in texels, odd. Set by the neighbour table.
+    #[arg(skip = SurfaceOptions::default().coarse_neighborhood)]
+    pub coarse_neighborhood: u32,
+    /// Mesh units a texel of the finest level covers. Default: √(area / referenced vertices).
+    #[arg(long)]
+    pub texel: Option<f64>,
+    /// Edges whose triangles turn by more than so many degrees are creases: retiled levels keep
+    /// them.
+    #[arg(long, default_value_t = SurfaceOptions::default().crease)]
+    pub crease: f64,
+    /// Seed of everything drawn at random.
+    #[arg(skip)]
+    pub seed: u64,
+}
+
+impl Default for SurfaceOptions {
+    fn default() -> Self {
+        Self {
+            levels: 4,
+            neighborhood: 7,
+            coarse_neighborhood: 3,
+            texel: None,
+            crease: 40.0,
+            seed: 0,
+        }
+    }
+}
+
+impl SurfaceOptions {
+    /// Checks every field.
+    pub fn validate(&self) -> Result<()> {
+        if !(1..=12).contains(&self.levels) {
+            return Err(Error::option("levels", self.levels.to_string(), "1 to 12"));
+        }
+        for (name, width) in [
+            ("neighborhood", self.neighborhood),
+            ("coarse-neighborhood", self.coarse_neighborhood),
+        ] {
+            if width % 2 == 0 || width > 63 {
+                return Err(Error::option(
+                    name,
+                    width.to_string(),
+                    "an odd width, 1 to 63",
+                ));
+            }
+        }
+        if let Some(texel) = self.texel
+            && !(texel.is_finite() && texel > 0.0)
+        {
+            return Err(Error::option(
+                "texel",
+                texel.to_string(),
+                "a length above 0",
+            ));
+        }
+        check_crease(self.crease)
+    }
+}
+
+/// Checks a crease angle in degrees.
+pub fn check_crease(degrees: f64) -> Result<()> {
+    if degrees > 0.0 && degrees <= 180.0 {
+        return Ok(());
+    }
+    Err(Error::option(
+        "crease",
+        degrees.to_string(),
+        "an angle above 0 and up to 180 degrees",
+    ))
+}
+
+/// A surface ready for synthesis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Level 0 is the user's own vertices; each next level has about a quarter.
+    pub meshes: Vec<TriangleMesh>,
+    /// Per level the unit normals; (0, 0, 1) for a vertex in no triangle.
+    pub normals: Vec<Vec<Vec3>>,
+    /// Per level the texture frames, per-vertex rotation included; s is (1, 0, 0) for a vertex in
+    /// no triangle.
+    pub frames: Vec<Vec<Frame>>,
+    /// Stencils, neighbours and parents of all levels.
+    pub hierarchy: SiteHierarchy,
+    /// Mesh units a texel of the finest level covers.
+    pub texel: f64,
+    /// What became of the samples of the fine stencils, per level.
+    pub samples: Vec<SampleCounts>,
+}
+
+/// One level while it is being prepared.
+struct Level {
+    mesh: TriangleMesh,
+    rings: Rings,
+    connection: Connection,
+    texels: Vec<f32>,
+}
+
+/// Prepares a surface.
+pub fn prepare(
+    user: &UserMesh,
+    options: &SurfaceOptions,
+    cache: Option<&Path>,
+    progress: Progress<'_>,
+) -> Result<Surface> {
+    let _ = cache;
+    options.validate()?;
+    let area = user.mesh.area();
+    let referenced = user.mesh.referenced_count();
+    if area <= 0.0 || referenced == 0 {
+        return Err(Error::data("mesh", "no triangle has an area"));
+    }
+    let texel = options.texel.unwrap_or((area / referenced as f64).sqrt());
+    let target = Target::new(&user.mesh, options.crease.to_radians());
+    let meshes = pyramid(user, &target, options, progress)?;
+    progress.begin("orientation field", 1);
+    let levels = oriented_levels(user, meshes, &target.tree, texel)?;
+    progress.advance(1)?;
+    progress.end();
+    let surface = assemble(levels, options, texel, progress)?;
+    Ok(surface)
+}
+
+/// Level 0 and its retiled quarters.
+fn pyramid(
+    user: &UserMesh,
+    target: &Target,
+    options: &SurfaceOptions,
+    progress: Progress<'_>,
+) -> Result<Vec<TriangleMesh>> {
+    let mut meshes = vec![user.mesh.clone()];
+    for level in 1..options.levels {
+        let wanted = (user.mesh.referenced_count() >> (2 * level)).max(4);
+        let finer = &meshes[level as usize - 1];
+        let coarser = retile_onto(finer, target, wanted, options.crease.to_radians(), progress)?;
+        meshes.push(coarser);
+    }
+    Ok(meshes)
+}
+
+fn oriented_levels(
+    user: &UserMesh,
+    meshes: Vec<TriangleMesh>,
+    finest: &SurfaceTree,
+    texel: f64,
+) -> Result<Vec<Level>> {
+    let mut levels: Vec<Level> = Vec::with_capacity(meshes.len());
+    for (number, mesh) in meshes.into_iter().enumerate() {
+        let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
+        let (angles, scales) = match levels.first() {
+            None => (finest_angles(user, &rings)?, user.scale.clone()),
+            Some(first) => carried_down(&mesh, &rings, first, user.scale.as_deref(), finest),
+        };
+        let level_texel = (texel * f64::from(1u32 << number)) as f32;
+        let texels = match scales {
+            Some(scales) => scales.iter().map(|scale| scale * level_texel).collect(),
+            None => vec![level_texel; mesh.positions.len()],
+        };
+        levels.push(Level {
+            connection: Connection::new(&rings, &angles),
+            rings,
+            mesh,
+            texels,
+        });
+    }
+    Ok(levels)
+}
+
+/// The field at the user's vertices, guided where the user says, turned by the user's rotation.
+fn finest_angles(user: &UserMesh, rings: &Rings) -> Result<Vec<f64>> {
+    let constraints: Vec<Constraint> = user
+        .orientation
+        .iter()
+        .flatten()
+        .enumerate()
+        .filter_map(|(vertex, &direction)| {
+            let angle = rings.angle_of(vertex, direction)?;
+            Some(Constraint {
+                vertex: vertex as u32,
+                angle,
+            })
+        })
+        .collect();
+    let mut angles = field::orientation_field(rings, &constraints);
+    if let Some(rotation) = &user.rotation {
+        for (angle, degrees) in angles.iter_mut().zip(rotation) {
+            *angle += f64::from(*degrees).to_radians();
+        }
+    }
+    Ok(angles)
+}
+
+/// Directions and scales of a coarser level, read off the finest at the nearest point.
+fn carried_down(
+    mesh: &TriangleMesh,
+    rings: &Rings,
+    finest: &Level,
+    scales: Option<&[f32]>,
+    tree: &SurfaceTree,
+) -> (Vec<f64>, Option<Vec<f32>>) {
+    let points: Vec<Option<SurfacePoint>> = (0..mesh.positions.len())
+        .into_par_iter()
+        .map(|vertex| {
+            let normal = rings.normals[vertex];
+            let facing = |corners: &[Vec3; 3]| {
+                (corners[1] - corners[0])
+                    .cross(corners[2] - corners[0])
+                    .dot(normal)
+                    > 0.0
+            };
+            let position = mesh.positions[vertex];
+            tree.nearest_accepted(position, f32::INFINITY, facing)
+                .or_else(|| tree.nearest(position))
+        })
+        .collect();
+    let corners = |point: &SurfacePoint| finest.mesh.triangles[point.triangle as usize];
+    let angle = |(vertex, point): (usize, &Option<SurfacePoint>)| {
+        let point = point.as_ref()?;
+        let carried: Vec3 = corners(point)
+            .iter()
+            .zip(point.weights)
+            .map(|(&corner, weight)| finest.connection.frames[corner as usize].s * weight)
+            .sum();
+        rings.angle_of(vertex, carried)
+    };
+    let angles = points
+        .iter()
+        .enumerate()
+        .map(|at| angle(at).unwrap_or(0.0))
+        .collect();
+    let scale = |point: &Option<SurfacePoint>, scales: &[f32]| {
+        point.as_ref().map_or(1.0, |point| {
+            let terms = corners(point).into_iter().zip(point.weights);
+            terms
+                .map(|(corner, weight)| scales[corner as usize] * weight)
+                .sum()
+        })
+    };
+    let scales = scales.map(|scales| points.iter().map(|point| scale(point, scales)).collect());
+    (angles, scales)
+}
+
+fn assemble(
+    levels: Vec<Level>,
+    options: &SurfaceOptions,
+    texel: f64,
+    progress: Progress<'_>,
+) -> Result<Surface> {
+    progress.begin("patches", levels.len() as u64);
+    let fine_template = Template::square(options.neighborhood);
+    let coarse_template = Template::square(options.coarse_neighborhood);
+    let mut hierarchy = SiteHierarchy::default();
+    let mut samples = Vec::new();
+    for (number, level) in levels.iter().enumerate() {
+        let patches = level.patches();
+        let own = patches.round_vertices(&fine_template, options.neighborhood as f32 / 2.0);
+        let above = levels.get(number + 1).map(|coarser| {
+            let coarse_texels: Vec<f32> = level.texels.iter().map(|texel| 2.0 * texel).collect();
+            let coarse_texel = (texel * f64::from(2u32 << number)) as f32;
+            let tree = SurfaceTree::new(&coarser.mesh);
+            let points = parent_points(&level.mesh, &level.rings.normals, &tree, coarse_texel);
+            coarser.patches().round_points(
+                &coarse_template,
+                &points,
+                &level.connection,
+                &coarse_texels,
+            )
+        });
+        let (coarse, parents) = above.unzip();
+        samples.push(own.counts);
+        hierarchy.levels.push(SiteLevel {
+            site_count: level.mesh.positions.len(),
+            fine: own.stencils,
+            coarse,
+            neighbors: own.neighbors,
+            parents: parents.unwrap_or_default(),
+            areas: level.mesh.vertex_areas(),
+        });
+        progress.advance(1)?;
+    }
+    progress.end();
+    let mut surface = Surface {
+        meshes: Vec::new(),
+        normals: Vec::new(),
+        frames: Vec::new(),
+        hierarchy,
+        texel,
+        samples,
+    };
+    for level in levels {
+        surface.meshes.push(level.mesh);
+        surface.normals.push(level.rings.normals);
+        surface.frames.push(level.connection.frames);
+    }
+    Ok(surface)
+}
+
+impl Level {
+    fn patches(&self) -> Patches<'_> {
+        Patches {
+            mesh: &self.mesh,
+            connection: &self.connection,
+            texels: &self.texels,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use glam::Vec2;
+
+    fn user(mesh: TriangleMesh) -> UserMesh {
+        UserMesh {
+            from_file: (0..mesh.positions.len() as u32).collect(),
+            mesh,
+            ..UserMesh::default()
+        }
+    }
+
+    fn prepared(user: &UserMesh, levels: u32) -> Surface {
+        let options = SurfaceOptions {
+            levels,
+            ..SurfaceOptions::default()
+        };
+        prepare(user, &options, None, Progress::silent()).unwrap()
+    }
+
+    /// A flat grid guided along x, one texel a step.
+    fn flat(side: u32, levels: u32) -> (TriangleMesh, Surface) {
+        let mesh = shapes::grid(side, side, 0.5);
+        let mut user = user(mesh.clone());
+        user.orientation = Some(vec![Vec3::X; mesh.positions.len()]);
+        let options = SurfaceOptions {
+            levels,
+            texel: Some(0.5),
+            ..SurfaceOptions::default()
+        };
+        (
+            mesh,
+            prepare(&user, &options, None, Progress::silent()).unwrap(),
+        )
+    }
+
+    #[test]
+    fn the_stencil_of_a_flat_grid_is_the_grid() {
+        let (mesh, surface) = flat(12, 1);
+        let template = Template::square(7);
+        let level = &surface.hierarchy.levels[0];
+        let centre = 6 * 13 + 6;
+        for (sample, offset) in level.fine.of_site(centre).iter().zip(&template.positions) {
+            let (sites, weights) = level.fine.resolve(*sample).unwrap();
+            let at: Vec3 = (0..3)
+                .map(|k| mesh.positions[sites[k] as usize] * weights[k])
+                .sum();
+            let expected = mesh.positions[centre] + offset.extend(0.0) * 0.5;
+            assert!((at - expected).length() < 1e-3, "{at} {expected}");
+        }
+        assert_eq!(level.neighbors.of_site(centre).len(), 48);
+        assert_eq!(level.neighbors.of_site(0).len(), 15);
+        let nearest = level.neighbors.of_site(centre)[0];
+        assert_eq!(nearest.site as usize, centre - 13);
+        assert!((Vec2::new(nearest.x, nearest.y) - Vec2::new(0.0, -1.0)).length() < 1e-4);
+        let corner = level.fine.of_site(0);
+        let valued = corner.iter().filter(|s| s.cell != u32::MAX).count();
+        assert_eq!(valued, 16);
+    }
+
+    #[test]
+    fn coarse_stencils_and_parents_lie_where_they_should() {
+        let (mesh, surface) = flat(24, 2);
+        let template = Template::square(3);
+        let level = &surface.hierarchy.levels[0];
+        let coarse = level.coarse.as_ref().unwrap();
+        let above = &surface.meshes[1];
+        let centre = 12 * 25 + 12;
+        for (sample, offset) in coarse.of_site(centre).iter().zip(&template.positions) {
+            let (sites, weights) = coarse.resolve(*sample).unwrap();
+            let at: Vec3 = (0..3)
+                .map(|k| above.positions[sites[k] as usize] * weights[k])
+                .sum();
+            let expected = mesh.positions[centre] + offset.extend(0.0);
+            assert!((at - expected).length() < 2e-3, "{at} {expected}");
+        }
+        for (vertex, parent) in level.parents.iter().enumerate() {
+            let at = above.positions[parent.site as usize] - mesh.positions[vertex];
+            let expected = Vec2::new(parent.x, parent.y);
+            assert!(
+                (at.truncate() - expected).length() < 2e-3,
+                "{vertex}: {at} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn stray_vertices_have_no_neighbours_and_default_frames() {
+        let mut mesh = shapes::icosphere(3);
+        mesh.positions.insert(0, Vec3::splat(7.0));
+        mesh.triangles.iter_mut().flatten().for_each(|v| *v += 1);
+        let surface = prepared(&user(mesh), 2);
+        let level = &surface.hierarchy.levels[0];
+        assert!(level.neighbors.of_site(0).is_empty());
+        assert!(level.fine.of_site(0).iter().all(|s| s.cell == u32::MAX));
+        assert!(
+            level
+                .coarse
+                .as_ref()
+                .unwrap()
+                .of_site(0)
+                .iter()
+                .all(|s| s.cell == u32::MAX)
+        );
+        assert_eq!(level.areas[0], 0.0);
+        assert_eq!(
+            (surface.normals[0][0], surface.frames[0][0].s),
+            (Vec3::Z, Vec3::X)
+        );
+    }
+
+    #[test]
+    fn bad_options_are_refused_by_name() {
+        let mesh = user(shapes::grid(2, 2, 1.0));
+        let refused = |options: SurfaceOptions| {
+            let error = prepare(&mesh, &options, None, Progress::silent()).unwrap_err();
+            error.to_string()
+        };
+        let base = SurfaceOptions::default;
+        for texel in [0.0, -1.0, f64::NAN] {
+            let text = refused(SurfaceOptions {
+                texel: Some(texel),
+                ..base()
+            });
+            assert!(text.contains("--texel"), "{text}");
+        }
+        let text = refused(SurfaceOptions {
+            neighborhood: 6,
+            ..base()
+        });
+        assert!(text.contains("--neighborhood"), "{text}");
+    }
+}
