@@ -1,21 +1,60 @@
 //! `mesotex gram`.
 
+use std::path::PathBuf;
+
 use clap::Args;
+use serde_json::json;
 
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::exemplar::space::{self, Features};
+use crate::texton::Vocabulary;
 
-/// Dot-product matrix: the surface texton space.
-#[derive(Debug, Args)]
+/// Turn a vocabulary into the surface texton space: dot products in place of appearance vectors.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Example:
+  mesotex gram weave.textons.npz -o weave.space.npz")]
 pub struct Arguments {
+    /// The vocabulary, NAME.textons.npz.
+    pub textons: PathBuf,
+    /// The space to write, NAME.space.npz.
+    #[arg(long, short)]
+    pub output: PathBuf,
     #[command(flatten)]
     pub common: Common,
 }
 
 impl Arguments {
     /// Runs the command.
-    pub fn run(&self, _session: &Session) -> Result<Outcome> {
-        Err(Error::data("mesotex gram", "not built yet"))
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        let _lock = session.claim(&self.output, &[&self.textons])?;
+        let vocabulary = Vocabulary::read(&self.textons)?;
+        let mut space = space::from_vocabulary(&vocabulary);
+        space.write(&self.output, Some(&vocabulary.id))?;
+        let mut outcome = Outcome::default();
+        let mut levels = Vec::new();
+        for (at, level) in space.levels.iter().enumerate() {
+            let Features::Textons { gram, .. } = &level.features else {
+                continue;
+            };
+            let textons = gram.nrows() - 1;
+            outcome = outcome.line(format!(
+                "level {at}: {} × {} texels, {textons} textons and the default texton",
+                level.grid.width, level.grid.height
+            ));
+            levels.push(json!({
+                "width": level.grid.width, "height": level.grid.height, "textons": textons,
+            }));
+        }
+        Ok(outcome
+            .figure("levels", levels)
+            .figure("id", space.id.to_string())
+            .wrote(&self.output)
+            .next(format!(
+                "mesotex knn {} -o NAME.knn.npz",
+                self.output.display()
+            )))
     }
 }

@@ -1,5 +1,10 @@
 //! The exemplar: the sample as synthesis sees it — features of every texel, and the nearest
 //! neighbours of every texel's neighbourhood.
 
+pub mod greedy_choice;
+pub mod knn_options;
 pub mod neighbor_table;
 pub mod space;
+pub mod window_distance;
+
+pub use knn_options::KnnOptions;

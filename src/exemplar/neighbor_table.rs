@@ -1,9 +1,35 @@
 //! The neighbour table (Tong 2002 §5.2): the k nearest texels of every texel, by the distance of
-//! their neighbourhoods.
+//! their neighbourhoods. In: a space. Out: the file `NAME.knn.npz`.
+//!
+//! Neighbours are taken greedily, nearest first, each `min_separation` away from the texel and from
+//! all taken: the nearest of a smooth sample are its own surroundings, and a map made of them
+//! drifts.
+//! Deviation: Tong 2002 §5.2 takes the nearest without separation (`--min-separation 1`).
 
-use ndarray::Array2;
+use std::path::Path;
 
+use ndarray::{Array2, Ix2};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::error::{Error, Result};
+use crate::exemplar::greedy_choice::choose_neighbors;
+use crate::exemplar::knn_options::KnnOptions;
+use crate::exemplar::space::{Space, SpaceLevel};
+use crate::exemplar::window_distance::WindowDistances;
 use crate::format::id::ContentId;
+use crate::format::npz;
+use crate::grid::TexelGrid;
+use crate::index::TexelIndex;
+use crate::progress::Progress;
+use crate::texton::vocabulary::as_map;
+
+/// `format` in the file's `meta.json`.
+pub const FORMAT: &str = "mesotex-knn";
+/// The version written, and the only one read.
+pub const VERSION: u32 = 1;
+/// Rows of texels whose distances are held at once; even, so that parents come in whole rows.
+const STRIP: usize = 8;
 
 /// The neighbourhood of a level: where its samples lie and what they weigh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,3 +71,369 @@ pub struct NeighborTable {
     /// The id of the space it was made from.
     pub space: ContentId,
 }
+
+impl Neighborhood {
+    /// Square windows of odd widths, row by row from the top left, every sample of weight 1;
+    /// `coarse` is the parent level's, 0 for none.
+    pub fn square(fine: u32, coarse: u32) -> Self {
+        let window = |width: u32| -> Vec<[i32; 2]> {
+            let half = width as i32 / 2;
+            let rows = if width == 0 { 1..=0 } else { -half..=half };
+            rows.flat_map(|drow| (-half..=half).map(move |dcol| [drow, dcol]))
+                .collect()
+        };
+        let (offsets, coarse_offsets) = (window(fine), window(coarse));
+        Self {
+            weights: vec![1.0; offsets.len()],
+            coarse_weights: vec![1.0; coarse_offsets.len()],
+            offsets,
+            coarse_offsets,
+        }
+    }
+
+    /// Whether every sample of a texel's windows lies on the grid and on its parent's.
+    pub fn is_on_grid(&self, grid: TexelGrid, texel: TexelIndex) -> bool {
+        let on = |grid: TexelGrid, texel, offsets: &[[i32; 2]]| {
+            offsets
+                .iter()
+                .all(|&[drow, dcol]| grid.offset(texel, drow, dcol).is_some())
+        };
+        on(grid, texel, &self.offsets)
+            && (self.coarse_offsets.is_empty()
+                || on(grid.coarser(), grid.parent(texel), &self.coarse_offsets))
+    }
+}
+
+/// Which texels are whole: every window sample, coarse ones included, is on the grid. At a level
+/// with fewer than `k` such texels every texel counts as whole.
+pub fn whole_texels(grid: TexelGrid, neighborhood: &Neighborhood, k: usize) -> Vec<bool> {
+    let texels = (0..grid.len() as u32).map(TexelIndex);
+    let whole: Vec<bool> = texels
+        .map(|texel| neighborhood.is_on_grid(grid, texel))
+        .collect();
+    if whole.iter().filter(|&&whole| whole).count() < k {
+        return vec![true; grid.len()];
+    }
+    whole
+}
+
+impl TableLevel {
+    /// Which texels of the level are whole: the ones listed as others' neighbours, and the ones
+    /// synthesis may pick.
+    pub fn whole(&self, grid: TexelGrid) -> Vec<bool> {
+        whole_texels(grid, &self.neighborhood, self.neighbors.ncols())
+    }
+}
+
+/// The neighbour tables of all levels of a space.
+pub fn build(space: &Space, options: &KnnOptions, progress: Progress<'_>) -> Result<NeighborTable> {
+    options.validate()?;
+    let levels = (0..space.levels.len())
+        .map(|at| build_level(space, at, options, progress))
+        .collect::<Result<_>>()?;
+    Ok(NeighborTable {
+        levels,
+        k: options.k as usize,
+        tileable: space.tileable(),
+        id: ContentId::of_bytes(&[]),
+        space: space.id.clone(),
+    })
+}
+
+fn build_level(
+    space: &Space,
+    at: usize,
+    options: &KnnOptions,
+    progress: Progress<'_>,
+) -> Result<TableLevel> {
+    let level = &space.levels[at];
+    let coarser = space.levels.get(at + 1);
+    let (fine_width, coarse_width) = options.widths(coarser.is_some());
+    let neighborhood = Neighborhood::square(fine_width, coarse_width);
+    let (k, grid) = (options.k as usize, level.grid);
+    let min_separation = options.separation(grid, at);
+    let whole = whole_texels(grid, &neighborhood, k);
+    let mut neighbors = Array2::zeros((grid.len(), k));
+    let mut distances = Array2::zeros((grid.len(), k));
+    let source = LevelDistances::new(level, coarser, fine_width, coarse_width)?;
+    progress.begin(format!("neighbours, level {at}"), u64::from(grid.height));
+    let width = grid.width as usize;
+    for first in (0..grid.height as usize).step_by(STRIP) {
+        let rows = first..(first + STRIP).min(grid.height as usize);
+        let texels = first * width..rows.end * width;
+        let mut strip = source.strip(rows.clone());
+        choose_neighbors(
+            &mut strip,
+            grid,
+            texels.clone(),
+            &whole,
+            min_separation,
+            neighbors.slice_mut(ndarray::s![texels.clone(), ..]),
+            distances.slice_mut(ndarray::s![texels, ..]),
+        )
+        .map_err(|found| too_few(at, grid, k, found, min_separation))?;
+        progress.advance(rows.len() as u64)?;
+    }
+    progress.end();
+    Ok(TableLevel {
+        neighbors,
+        distances,
+        neighborhood,
+        min_separation,
+    })
+}
+
+fn too_few(at: usize, grid: TexelGrid, k: usize, found: usize, separation: u32) -> Error {
+    Error::option(
+        "k",
+        format!(
+            "{k}, but level {at} ({} × {} texels) has a texel with only {found} neighbours at \
+             separation {separation}, itself included",
+            grid.width, grid.height
+        ),
+        format!("at most {found}, fewer pyramid levels, or a smaller --min-separation"),
+    )
+}
+
+/// Both windows' distances of a level.
+struct LevelDistances {
+    grid: TexelGrid,
+    fine: WindowDistances,
+    coarse: Option<WindowDistances>,
+}
+
+impl LevelDistances {
+    fn new(
+        level: &SpaceLevel,
+        coarser: Option<&SpaceLevel>,
+        fine_width: u32,
+        coarse_width: u32,
+    ) -> Result<Self> {
+        Ok(Self {
+            grid: level.grid,
+            fine: WindowDistances::new(level, fine_width),
+            coarse: coarser.map(|coarser| WindowDistances::new(coarser, coarse_width)),
+        })
+    }
+
+    /// Neighbourhood distances [texels of the rows, texels].
+    fn strip(&self, rows: std::ops::Range<usize>) -> Array2<f32> {
+        let mut strip = self.fine.strip(rows.clone());
+        if let Some(coarse) = &self.coarse {
+            let parents = rows.start / 2..rows.end.div_ceil(2);
+            let coarse = coarse.strip(parents.clone());
+            self.add_parents(&mut strip, &coarse, rows.start, parents.start);
+        }
+        strip
+    }
+
+    /// Adds to every pair of texels the distance of their parents.
+    fn add_parents(
+        &self,
+        strip: &mut Array2<f32>,
+        coarse: &Array2<f32>,
+        first: usize,
+        first_parent: usize,
+    ) {
+        use rayon::prelude::*;
+        let width = self.grid.width as usize;
+        let parent_width = width.div_ceil(2);
+        strip
+            .axis_iter_mut(ndarray::Axis(0))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(at, mut row)| {
+                let (texel_row, col) = (first + at / width, at % width);
+                let parent = (texel_row / 2 - first_parent) * parent_width + col / 2;
+                let parents = coarse.row(parent);
+                for (to, distance) in row.iter_mut().enumerate() {
+                    *distance += parents[(to / width / 2) * parent_width + to % width / 2];
+                }
+            });
+    }
+}
+
+/// `meta.json`.
+#[derive(Debug, Serialize, Deserialize)]
+struct Meta {
+    format: String,
+    version: u32,
+    k: usize,
+    tileable: bool,
+    levels: Vec<LevelMeta>,
+    options: Value,
+    space: ContentId,
+    #[serde(skip_serializing)]
+    id: Option<ContentId>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct LevelMeta {
+    offsets: Vec<[i32; 2]>,
+    weights: Vec<f32>,
+    coarse_offsets: Vec<[i32; 2]>,
+    coarse_weights: Vec<f32>,
+    min_separation: u32,
+}
+
+impl NeighborTable {
+    /// Writes the file; the table takes the id of what was written.
+    pub fn write(&mut self, path: &Path, options: &KnnOptions) -> Result<()> {
+        let meta = Meta {
+            format: FORMAT.into(),
+            version: VERSION,
+            k: self.k,
+            tileable: self.tileable,
+            levels: self.levels.iter().map(TableLevel::meta).collect(),
+            options: serde_json::to_value(options)
+                .map_err(|error| Error::data("options", error.to_string()))?,
+            space: self.space.clone(),
+            id: None,
+        };
+        self.id = npz::write(path, as_map(&meta)?, |file| {
+            for (at, level) in self.levels.iter().enumerate() {
+                file.array(&format!("L{at}/neighbors"), level.neighbors.view())?;
+                file.array(&format!("L{at}/distances"), level.distances.view())?;
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
+    /// Reads a file and checks that its parts belong together.
+    pub fn read(path: &Path) -> Result<Self> {
+        let mut file = npz::Reader::open(path)?;
+        let head: Value = file.meta()?;
+        let format = head.get("format").and_then(Value::as_str).unwrap_or("none");
+        if format != FORMAT {
+            return Err(file
+                .fault("meta.json: format", format!("`{format}`"))
+                .expected(format!("{FORMAT}, as `mesotex knn` writes it")));
+        }
+        let meta: Meta = file.meta()?;
+        if meta.version != VERSION {
+            return Err(file
+                .fault("meta.json: version", meta.version.to_string())
+                .expected(VERSION.to_string()));
+        }
+        let Some(id) = meta.id else {
+            return Err(file.fault("meta.json: id", "missing"));
+        };
+        if meta.levels.is_empty() || meta.k == 0 {
+            return Err(file
+                .fault(
+                    "meta.json",
+                    format!("{} levels, k {}", meta.levels.len(), meta.k),
+                )
+                .expected("at least 1 of each"));
+        }
+        let levels = meta
+            .levels
+            .into_iter()
+            .enumerate()
+            .map(|(at, level)| read_level(&mut file, at, level, meta.k))
+            .collect::<Result<_>>()?;
+        Ok(Self {
+            levels,
+            k: meta.k,
+            tileable: meta.tileable,
+            id,
+            space: meta.space,
+        })
+    }
+
+    /// Refuses a table that was not made for `space`: other sizes, or (unless `force`) another id.
+    pub fn check_belongs_to(&self, space: &Space, force: bool) -> Result<()> {
+        let sizes = |lengths: Vec<usize>| format!("levels of {lengths:?} texels");
+        let own: Vec<usize> = self
+            .levels
+            .iter()
+            .map(|level| level.neighbors.nrows())
+            .collect();
+        let wanted: Vec<usize> = space.levels.iter().map(|level| level.grid.len()).collect();
+        if own != wanted || self.tileable != space.tileable() {
+            return Err(Error::data(
+                "neighbour table",
+                format!("{}, tileable {}", sizes(own), self.tileable),
+            )
+            .expected(format!("{}, tileable {}", sizes(wanted), space.tileable()))
+            .advice("make the table again with `mesotex knn` from this space"));
+        }
+        crate::format::id::check_same("neighbour table: space id", &self.space, &space.id, force)
+    }
+}
+
+impl TableLevel {
+    fn meta(&self) -> LevelMeta {
+        let neighborhood = self.neighborhood.clone();
+        LevelMeta {
+            offsets: neighborhood.offsets,
+            weights: neighborhood.weights,
+            coarse_offsets: neighborhood.coarse_offsets,
+            coarse_weights: neighborhood.coarse_weights,
+            min_separation: self.min_separation,
+        }
+    }
+}
+
+fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> Result<TableLevel> {
+    let (neighbors_name, distances_name) = (format!("L{at}/neighbors"), format!("L{at}/distances"));
+    let neighbors = file.array::<u32, Ix2>(&neighbors_name)?;
+    let distances = file.array::<f32, Ix2>(&distances_name)?;
+    let texels = neighbors.nrows();
+    if neighbors.ncols() != k || distances.dim() != neighbors.dim() {
+        return Err(file
+            .fault(
+                &neighbors_name,
+                format!("shapes {:?} and {:?}", neighbors.shape(), distances.shape()),
+            )
+            .expected(format!("[texels, {k}] both, as meta.json's k says")));
+    }
+    if let Some((place, index)) = neighbors
+        .indexed_iter()
+        .find(|(_, i)| **i as usize >= texels)
+    {
+        return Err(file
+            .fault(&neighbors_name, format!("texel {index} at {place:?}"))
+            .expected(format!("texels below {texels}")));
+    }
+    if let Some((place, value)) = distances
+        .indexed_iter()
+        .find(|(_, d)| !(**d >= 0.0 && d.is_finite()))
+    {
+        return Err(file
+            .fault(&distances_name, format!("{value} at {place:?}"))
+            .expected("finite and not negative"));
+    }
+    if meta.offsets.len() != meta.weights.len()
+        || meta.coarse_offsets.len() != meta.coarse_weights.len()
+        || meta.offsets.is_empty()
+    {
+        return Err(file
+            .fault(
+                &format!("meta.json: levels[{at}]"),
+                format!(
+                    "{} offsets, {} weights; {} coarse offsets, {} weights",
+                    meta.offsets.len(),
+                    meta.weights.len(),
+                    meta.coarse_offsets.len(),
+                    meta.coarse_weights.len()
+                ),
+            )
+            .expected("one weight an offset"));
+    }
+    Ok(TableLevel {
+        neighbors,
+        distances,
+        neighborhood: Neighborhood {
+            offsets: meta.offsets,
+            weights: meta.weights,
+            coarse_offsets: meta.coarse_offsets,
+            coarse_weights: meta.coarse_weights,
+        },
+        min_separation: meta.min_separation,
+    })
+}
+
+#[cfg(test)]
+mod tests;

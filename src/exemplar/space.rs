@@ -1,10 +1,24 @@
 //! The surface texton space (Tong 2002 §4): per level the texton map and the Gram matrix Φ; or,
-//! for a plain image, a feature vector a texel.
+//! for a plain image, a feature vector a texel. In: a vocabulary, or a file. Out: the file
+//! `NAME.space.npz`. Appearance vectors end here: everything later needs their dot products alone.
 
-use ndarray::{Array2, Array3};
+use std::path::Path;
 
+use ndarray::{Array2, Array3, ArrayView2, Ix2, Ix3, s};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::error::{Error, Result};
 use crate::format::id::ContentId;
+use crate::format::npz;
 use crate::grid::TexelGrid;
+use crate::texton::dot_products::dot_products;
+use crate::texton::vocabulary::{Vocabulary, VocabularyLevel, as_map, label_image};
+
+/// `format` in the file's `meta.json`.
+pub const FORMAT: &str = "mesotex-space";
+/// The version written, and the only one read.
+pub const VERSION: u32 = 1;
 
 /// What the texels of one level carry.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,4 +52,346 @@ pub struct Space {
     pub id: ContentId,
     /// The id of the sample it describes.
     pub sample: ContentId,
+}
+
+/// What the texels of a space carry, as `meta.json` says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Texton labels and Gram matrices.
+    Textons,
+    /// Feature vectors.
+    Features,
+}
+
+/// `meta.json`.
+#[derive(Debug, Serialize, Deserialize)]
+struct Meta {
+    format: String,
+    version: u32,
+    kind: Kind,
+    tileable: bool,
+    levels: usize,
+    sample: ContentId,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    textons: Option<ContentId>,
+    #[serde(skip_serializing)]
+    id: Option<ContentId>,
+}
+
+/// The space of a vocabulary: the textons' dot products in place of their appearance vectors.
+/// It has no id of its own until it is [written](Space::write).
+pub fn from_vocabulary(vocabulary: &Vocabulary) -> Space {
+    Space {
+        levels: vocabulary.levels.iter().map(space_level).collect(),
+        id: ContentId::of_bytes(&[]),
+        sample: vocabulary.sample.clone(),
+    }
+}
+
+fn space_level(level: &VocabularyLevel) -> SpaceLevel {
+    SpaceLevel {
+        grid: level.grid,
+        features: Features::Textons {
+            labels: level.labels.clone(),
+            gram: with_default_texton(&dot_products(level.centroids.view())),
+        },
+    }
+}
+
+/// Φ with one more row and column: the default texton, the plain mean of the textons.
+fn with_default_texton(products: &Array2<f64>) -> Array2<f32> {
+    let textons = products.nrows();
+    let mut gram = Array2::zeros((textons + 1, textons + 1));
+    let with_default: Vec<f64> = products
+        .outer_iter()
+        .map(|row| row.sum() / textons as f64)
+        .collect();
+    let default_squared = with_default.iter().sum::<f64>() / textons as f64;
+    gram.slice_mut(s![..textons, ..textons])
+        .assign(&products.mapv(|v| v as f32));
+    for (texton, &v) in with_default.iter().enumerate() {
+        gram[[texton, textons]] = v as f32;
+        gram[[textons, texton]] = v as f32;
+    }
+    gram[[textons, textons]] = default_squared as f32;
+    gram
+}
+
+impl Space {
+    /// What the texels carry.
+    pub fn kind(&self) -> Kind {
+        match self.levels.first().map(|level| &level.features) {
+            Some(Features::Vectors(_)) => Kind::Features,
+            _ => Kind::Textons,
+        }
+    }
+
+    /// Whether borders wrap.
+    pub fn tileable(&self) -> bool {
+        self.levels.first().is_some_and(|level| level.grid.tileable)
+    }
+
+    /// Writes the file; `textons` is the id of the vocabulary it came from, if any. The space
+    /// takes the id of what was written.
+    pub fn write(&mut self, path: &Path, textons: Option<&ContentId>) -> Result<()> {
+        let meta = Meta {
+            format: FORMAT.into(),
+            version: VERSION,
+            kind: self.kind(),
+            tileable: self.tileable(),
+            levels: self.levels.len(),
+            sample: self.sample.clone(),
+            textons: textons.cloned(),
+            id: None,
+        };
+        self.id = npz::write(path, as_map(&meta)?, |file| {
+            for (at, level) in self.levels.iter().enumerate() {
+                match &level.features {
+                    Features::Textons { labels, gram } => {
+                        file.array(&format!("L{at}/labels"), label_image(labels, level.grid)?)?;
+                        file.array(&format!("L{at}/gram"), gram.view())?;
+                    }
+                    Features::Vectors(features) => {
+                        file.array(&format!("L{at}/features"), features.view())?;
+                    }
+                }
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
+    /// Reads a file and checks that its parts belong together.
+    pub fn read(path: &Path) -> Result<Self> {
+        let mut file = npz::Reader::open(path)?;
+        let meta = read_meta(&mut file)?;
+        let mut levels = Vec::new();
+        for at in 0..meta.levels {
+            let level = match meta.kind {
+                Kind::Textons => read_textons(&mut file, at, meta.tileable)?,
+                Kind::Features => read_features(&mut file, at, meta.tileable)?,
+            };
+            check_pyramid(&file, levels.last(), &level, at)?;
+            levels.push(level);
+        }
+        let Some(id) = meta.id else {
+            return Err(file.fault("meta.json: id", "missing"));
+        };
+        Ok(Self {
+            levels,
+            id,
+            sample: meta.sample,
+        })
+    }
+}
+
+fn read_meta(file: &mut npz::Reader) -> Result<Meta> {
+    let head: Value = file.meta()?;
+    let format = head.get("format").and_then(Value::as_str).unwrap_or("none");
+    if format != FORMAT {
+        return Err(file
+            .fault("meta.json: format", format!("`{format}`"))
+            .expected(format!("{FORMAT}, as `mesotex gram` writes it")));
+    }
+    let meta: Meta = file.meta()?;
+    if meta.version != VERSION {
+        return Err(file
+            .fault("meta.json: version", meta.version.to_string())
+            .expected(VERSION.to_string()));
+    }
+    if !(1..=32).contains(&meta.levels) {
+        return Err(file
+            .fault("meta.json: levels", meta.levels.to_string())
+            .expected("1 to 32"));
+    }
+    Ok(meta)
+}
+
+fn grid_of(height: usize, width: usize, tileable: bool) -> TexelGrid {
+    TexelGrid {
+        width: width as u32,
+        height: height as u32,
+        tileable,
+    }
+}
+
+fn read_textons(file: &mut npz::Reader, at: usize, tileable: bool) -> Result<SpaceLevel> {
+    let (labels_name, gram_name) = (format!("L{at}/labels"), format!("L{at}/gram"));
+    let labels = file.array::<u16, Ix2>(&labels_name)?;
+    let gram = file.array::<f32, Ix2>(&gram_name)?;
+    let textons = gram.nrows().saturating_sub(1);
+    if gram.nrows() != gram.ncols() || textons == 0 {
+        return Err(file
+            .fault(&gram_name, format!("shape {:?}", gram.shape()))
+            .expected("a square: the textons and the default texton"));
+    }
+    check_gram(file, &gram_name, gram.view())?;
+    if let Some(label) = labels.iter().find(|&&label| usize::from(label) >= textons) {
+        return Err(file
+            .fault(&labels_name, format!("label {label}"))
+            .expected(format!(
+                "labels below {textons}, the textons of {gram_name}"
+            )));
+    }
+    Ok(SpaceLevel {
+        grid: grid_of(labels.nrows(), labels.ncols(), tileable),
+        features: Features::Textons {
+            labels: labels.iter().copied().collect(),
+            gram,
+        },
+    })
+}
+
+/// Dot products are finite and symmetric.
+fn check_gram(file: &npz::Reader, name: &str, gram: ArrayView2<'_, f32>) -> Result<()> {
+    let scale = gram
+        .diag()
+        .iter()
+        .fold(0.0_f32, |largest, v| largest.max(v.abs()));
+    for ((row, col), &value) in gram.indexed_iter() {
+        if !value.is_finite() || (value - gram[[col, row]]).abs() > 1e-3 * scale {
+            return Err(file
+                .fault(name, format!("{value} at [{row}, {col}]"))
+                .expected("finite numbers, the same at [i, j] and [j, i]"));
+        }
+    }
+    Ok(())
+}
+
+fn read_features(file: &mut npz::Reader, at: usize, tileable: bool) -> Result<SpaceLevel> {
+    let name = format!("L{at}/features");
+    let features = file.array::<f32, Ix3>(&name)?;
+    let (height, width, depth) = features.dim();
+    if features.is_empty() {
+        return Err(file
+            .fault(&name, format!("shape [{height}, {width}, {depth}]"))
+            .expected("at least one texel and one number a texel"));
+    }
+    if let Some(value) = features.iter().find(|value| !value.is_finite()) {
+        return Err(file
+            .fault(&name, value.to_string())
+            .expected("finite numbers"));
+    }
+    Ok(SpaceLevel {
+        grid: grid_of(height, width, tileable),
+        features: Features::Vectors(features),
+    })
+}
+
+/// Each level is half the one before, rounded up.
+fn check_pyramid(
+    file: &npz::Reader,
+    finer: Option<&SpaceLevel>,
+    level: &SpaceLevel,
+    at: usize,
+) -> Result<()> {
+    let grid = level.grid;
+    let expected = finer.map_or(grid, |finer| finer.grid.coarser());
+    if grid == expected && !grid.is_empty() {
+        return Ok(());
+    }
+    Err(file
+        .fault(
+            &format!("L{at}"),
+            format!("{} × {} texels", grid.height, grid.width),
+        )
+        .expected(format!("{} × {}", expected.height, expected.width)))
+}
+
+impl SpaceLevel {
+    /// The feature of a sample that lies nowhere (plain images): the mean of all texels.
+    pub fn default_feature(&self) -> Vec<f32> {
+        let Features::Vectors(features) = &self.features else {
+            return Vec::new();
+        };
+        let depth = features.dim().2;
+        let mut sums = vec![0.0_f64; depth];
+        for texel in features.rows() {
+            sums.iter_mut()
+                .zip(texel)
+                .for_each(|(sum, &v)| *sum += f64::from(v));
+        }
+        sums.iter()
+            .map(|sum| (sum / self.grid.len() as f64) as f32)
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn space() -> Space {
+        let grid = TexelGrid {
+            width: 4,
+            height: 2,
+            tileable: true,
+        };
+        let products = Array2::from_shape_fn((3, 3), |(i, j)| ((i + 1) * (j + 1)) as f64);
+        Space {
+            levels: vec![SpaceLevel {
+                grid,
+                features: Features::Textons {
+                    labels: vec![0, 1, 2, 0, 1, 2, 0, 1],
+                    gram: with_default_texton(&products),
+                },
+            }],
+            id: ContentId::of_bytes(&[]),
+            sample: ContentId::of_bytes(b"sample"),
+        }
+    }
+
+    #[test]
+    fn the_default_texton_is_the_mean() {
+        let Features::Textons { gram, .. } = &space().levels[0].features else {
+            unreachable!()
+        };
+        // Textons 1, 2, 3 on a line: the mean is 2.
+        assert_eq!(gram.row(3).to_vec(), [2.0, 4.0, 6.0, 4.0]);
+    }
+
+    #[test]
+    fn spaces_of_both_kinds_round_trip() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.space.npz");
+        let mut textons = space();
+        textons
+            .write(&path, Some(&ContentId::of_bytes(b"t")))
+            .unwrap();
+        assert_eq!(Space::read(&path).unwrap(), textons);
+        let mut features = Space {
+            levels: vec![SpaceLevel {
+                grid: TexelGrid {
+                    width: 2,
+                    height: 3,
+                    tileable: false,
+                },
+                features: Features::Vectors(Array3::from_elem((3, 2, 3), 0.25)),
+            }],
+            ..textons
+        };
+        features.write(&path, None).unwrap();
+        assert_eq!(Space::read(&path).unwrap(), features);
+        assert_eq!(features.levels[0].default_feature(), [0.25; 3]);
+    }
+
+    #[test]
+    fn parts_that_do_not_belong_together_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.space.npz");
+        let refused = |edit: &dyn Fn(&mut Vec<u16>, &mut Array2<f32>)| {
+            let mut space = space();
+            let Features::Textons { labels, gram } = &mut space.levels[0].features else {
+                unreachable!()
+            };
+            edit(labels, gram);
+            space.write(&path, None).unwrap();
+            Space::read(&path).unwrap_err().to_string()
+        };
+        assert!(refused(&|labels, _| labels[3] = 3).contains("label 3"));
+        assert!(refused(&|_, gram| gram[[1, 2]] = f32::NAN).contains("NaN at [1, 2]"));
+        assert!(refused(&|_, gram| gram[[0, 2]] = 99.0).contains("[0, 2]"));
+        assert!(refused(&|_, gram| *gram = Array2::zeros((1, 1))).contains("square"));
+    }
 }

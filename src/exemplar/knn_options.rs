@@ -1,0 +1,133 @@
+//! What a user may choose about the neighbour table.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::grid::TexelGrid;
+
+/// The least separation of listed neighbours, as a share of the level's shorter side.
+const SEPARATION_SHARE: f64 = 0.05;
+/// The widest window, beyond any use.
+const WIDEST: u32 = 255;
+
+/// Options of the neighbour table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct KnnOptions {
+    /// Neighbours a texel, itself included (Tong 2002 §5.2: 11).
+    #[arg(long, default_value_t = Self::default().k, value_name = "N")]
+    pub k: u32,
+    /// Width of the window on the level itself, in texels; odd.
+    #[arg(long, default_value_t = Self::default().neighborhood, value_name = "N")]
+    pub neighborhood: u32,
+    /// Width of the window on the parent level, in its texels; odd.
+    #[arg(long, default_value_t = Self::default().coarse_neighborhood, value_name = "N")]
+    pub coarse_neighborhood: u32,
+    /// Least distance between listed neighbours at level 0, in texels (max norm), halved level by
+    /// level. Default: 5 % of the level's shorter side, at least 1.
+    #[arg(long, value_name = "N")]
+    pub min_separation: Option<u32>,
+}
+
+impl Default for KnnOptions {
+    fn default() -> Self {
+        Self {
+            k: 11,
+            neighborhood: 7,
+            coarse_neighborhood: 3,
+            min_separation: None,
+        }
+    }
+}
+
+impl KnnOptions {
+    /// Refuses numbers no table can have.
+    pub fn validate(&self) -> Result<()> {
+        if self.k == 0 {
+            return Err(Error::option("k", "0", "at least 1: the texel itself"));
+        }
+        for (name, width) in [
+            ("neighborhood", self.neighborhood),
+            ("coarse-neighborhood", self.coarse_neighborhood),
+        ] {
+            if width % 2 == 0 || width > WIDEST {
+                return Err(Error::option(
+                    name,
+                    width.to_string(),
+                    format!("an odd width from 1 to {WIDEST}"),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Widths of the window and of the parent's, 0 where there is no parent level.
+    pub fn widths(&self, has_parent: bool) -> (u32, u32) {
+        (
+            self.neighborhood,
+            if has_parent {
+                self.coarse_neighborhood
+            } else {
+                0
+            },
+        )
+    }
+
+    /// The least separation at a level.
+    pub fn separation(&self, grid: TexelGrid, level: usize) -> u32 {
+        let texels = match self.min_separation {
+            None => SEPARATION_SHARE * f64::from(grid.width.min(grid.height)),
+            Some(0) => return 0,
+            Some(texels) => f64::from(texels) / 2_f64.powi(level as i32),
+        };
+        (texels.round() as u32).max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(side: u32) -> TexelGrid {
+        TexelGrid {
+            width: side,
+            height: side,
+            tileable: true,
+        }
+    }
+
+    #[test]
+    fn separation_is_a_twentieth_of_the_side_or_halves() {
+        let options = KnnOptions::default();
+        let sides = [64, 32, 16, 8].map(|side| options.separation(square(side), 0));
+        assert_eq!(sides, [3, 2, 1, 1]);
+        let options = KnnOptions {
+            min_separation: Some(6),
+            ..options
+        };
+        assert_eq!(
+            [0, 1, 2, 3].map(|level| options.separation(square(64), level)),
+            [6, 3, 2, 1]
+        );
+    }
+
+    #[test]
+    fn even_windows_are_refused() {
+        for options in [
+            KnnOptions {
+                neighborhood: 6,
+                ..Default::default()
+            },
+            KnnOptions {
+                coarse_neighborhood: 0,
+                ..Default::default()
+            },
+            KnnOptions {
+                k: 0,
+                ..Default::default()
+            },
+        ] {
+            assert!(options.validate().is_err());
+        }
+    }
+}

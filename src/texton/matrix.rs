@@ -1,0 +1,150 @@
+//! Products of matrices: the one place that calls the GEMM kernels.
+//!
+//! In: views of any strides, `f32` or `f64`. Out: the product, written or added. The kernels are
+//! chosen at run time for the machine; a result does not depend on the number of threads.
+
+use gemm::Parallelism;
+use ndarray::{Array2, ArrayView2, ArrayViewMut2};
+
+/// A number type the kernels know.
+pub trait Real: Copy + Send + Sync + From<u8> + 'static {}
+impl Real for f32 {}
+impl Real for f64 {}
+
+/// Numbers in rows as a matrix; the sides are the caller's promise.
+pub fn as_rows<T>(numbers: &[T], rows: usize, columns: usize) -> ArrayView2<'_, T> {
+    match ArrayView2::from_shape((rows, columns), numbers) {
+        Ok(matrix) => matrix,
+        Err(_) => unreachable!("{} numbers as {rows} × {columns}", numbers.len()),
+    }
+}
+
+/// Numbers in rows as a matrix to write; the sides are the caller's promise.
+pub fn as_rows_mut<T>(numbers: &mut [T], rows: usize, columns: usize) -> ArrayViewMut2<'_, T> {
+    let count = numbers.len();
+    match ArrayViewMut2::from_shape((rows, columns), numbers) {
+        Ok(matrix) => matrix,
+        Err(_) => unreachable!("{count} numbers as {rows} × {columns}"),
+    }
+}
+
+/// What becomes of the numbers already in the target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// target ← a b
+    Replace,
+    /// target ← target + a b
+    Add,
+}
+
+/// a b into `target` on the calling thread; for use inside parallel loops.
+pub fn multiply<T: Real>(
+    a: ArrayView2<'_, T>,
+    b: ArrayView2<'_, T>,
+    target: ArrayViewMut2<'_, T>,
+    mode: Target,
+) {
+    product(a, b, target, mode, Parallelism::None);
+}
+
+/// a b into `target` on all threads.
+pub fn multiply_on_all_threads<T: Real>(
+    a: ArrayView2<'_, T>,
+    b: ArrayView2<'_, T>,
+    target: ArrayViewMut2<'_, T>,
+    mode: Target,
+) {
+    product(a, b, target, mode, Parallelism::Rayon(0));
+}
+
+/// The product a b as a new matrix, on the calling thread.
+pub fn product_of<T: Real>(a: ArrayView2<'_, T>, b: ArrayView2<'_, T>) -> Array2<T> {
+    let mut target = Array2::from_elem((a.nrows(), b.ncols()), T::from(0));
+    multiply(a, b, target.view_mut(), Target::Replace);
+    target
+}
+
+fn product<T: Real>(
+    a: ArrayView2<'_, T>,
+    b: ArrayView2<'_, T>,
+    mut target: ArrayViewMut2<'_, T>,
+    mode: Target,
+    parallelism: Parallelism,
+) {
+    let (rows, inner, columns) = (a.nrows(), a.ncols(), b.ncols());
+    assert!(
+        b.nrows() == inner && target.dim() == (rows, columns),
+        "{:?} times {:?} into {:?}",
+        a.dim(),
+        b.dim(),
+        target.dim()
+    );
+    let (target_rows, target_columns) = (target.strides()[0], target.strides()[1]);
+    #[allow(
+        unsafe_code,
+        reason = "the kernels take pointers; sides are checked above, strides and bounds are ndarray's"
+    )]
+    unsafe {
+        gemm::gemm(
+            rows,
+            columns,
+            inner,
+            target.as_mut_ptr(),
+            target_columns,
+            target_rows,
+            mode == Target::Add,
+            a.as_ptr(),
+            a.strides()[1],
+            a.strides()[0],
+            b.as_ptr(),
+            b.strides()[1],
+            b.strides()[0],
+            T::from(1),
+            T::from(1),
+            false,
+            false,
+            false,
+            parallelism,
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::s;
+
+    fn numbers(rows: usize, columns: usize, seed: usize) -> Array2<f64> {
+        Array2::from_shape_fn((rows, columns), |(r, c)| {
+            ((r * 31 + c * 17 + seed * 7) % 23) as f64 - 11.0
+        })
+    }
+
+    #[test]
+    fn products_agree_with_the_definition_for_any_strides() {
+        let (a, b) = (numbers(5, 8, 1), numbers(6, 4, 2));
+        let (a, b) = (a.slice(s![.., ..;2]), b.slice(s![1..5, ..]));
+        let expected = a.dot(&b);
+        assert_eq!(product_of(a, b), expected);
+        let mut transposed = Array2::<f64>::ones((4, 5));
+        multiply(a, b, transposed.view_mut().reversed_axes(), Target::Add);
+        assert_eq!(transposed.t(), expected + 1.0);
+    }
+
+    #[test]
+    fn threads_do_not_change_a_bit() {
+        let a = numbers(300, 700, 1).mapv(|v| v as f32 * 0.137);
+        let b = numbers(700, 190, 2).mapv(|v| v as f32 * 0.311);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.unwrap().install(|| {
+                let mut target = Array2::zeros((300, 190));
+                multiply_on_all_threads(a.view(), b.view(), target.view_mut(), Target::Replace);
+                target
+            })
+        };
+        let single = run(1);
+        assert_eq!(single, run(2));
+        assert_eq!(single, run(8));
+    }
+}

@@ -1,0 +1,217 @@
+//! The texton vocabulary, `NAME.textons.npz`: per level the texton map and the textons' appearance
+//! vectors; the images they were seen in and the filters they were seen through.
+
+use std::path::Path;
+
+use ndarray::{Array2, Array3, ArrayView2, Ix1, Ix2, Ix3};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::error::{Error, Result};
+use crate::format::id::ContentId;
+use crate::format::npz;
+use crate::grid::TexelGrid;
+
+/// `format` in the file's `meta.json`.
+pub const FORMAT: &str = "mesotex-textons";
+/// The version written, and the only one read.
+pub const VERSION: u32 = 1;
+
+/// The vocabulary of one level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VocabularyLevel {
+    /// The texel grid.
+    pub grid: TexelGrid,
+    /// Label of each texel: the nearest centroid. Flat index row · width + column.
+    pub labels: Vec<u16>,
+    /// Appearance vectors [textons, D]: means of their members.
+    pub centroids: Array2<f32>,
+    /// Members of each texton, none 0.
+    pub counts: Vec<u32>,
+    /// Sum of squared distances of all texels to their centroid.
+    pub inertia: f64,
+    /// Lloyd steps taken.
+    pub iterations: u32,
+}
+
+/// The vocabulary of a sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vocabulary {
+    /// Finest first.
+    pub levels: Vec<VocabularyLevel>,
+    /// Images the appearance vectors are made of, ascending.
+    pub representatives: Vec<u32>,
+    /// The filter bank's taps, [48, 49, 49].
+    pub filters: Array3<f32>,
+    /// Colour channels of an appearance vector: 3, or 1 for luminance.
+    pub channels: u32,
+    /// Whether borders wrap.
+    pub tileable: bool,
+    /// The options it was made with, without those that change no number.
+    pub options: Value,
+    /// The seed it was made with.
+    pub seed: u64,
+    /// The id of the sample.
+    pub sample: ContentId,
+    /// This vocabulary's own id.
+    pub id: ContentId,
+}
+
+/// `meta.json`.
+#[derive(Debug, Serialize, Deserialize)]
+struct Meta {
+    format: String,
+    version: u32,
+    tileable: bool,
+    channels: u32,
+    options: Value,
+    seed: u64,
+    inertia: Vec<f64>,
+    iterations: Vec<u32>,
+    sample: ContentId,
+    #[serde(skip_serializing)]
+    id: Option<ContentId>,
+}
+
+impl Vocabulary {
+    /// Writes the file; the vocabulary takes the id of what was written.
+    pub fn write(&mut self, path: &Path) -> Result<()> {
+        let meta = Meta {
+            format: FORMAT.into(),
+            version: VERSION,
+            tileable: self.tileable,
+            channels: self.channels,
+            options: self.options.clone(),
+            seed: self.seed,
+            inertia: self.levels.iter().map(|level| level.inertia).collect(),
+            iterations: self.levels.iter().map(|level| level.iterations).collect(),
+            sample: self.sample.clone(),
+            id: None,
+        };
+        self.id = npz::write(path, as_map(&meta)?, |file| {
+            for (at, level) in self.levels.iter().enumerate() {
+                let labels = label_image(&level.labels, level.grid)?;
+                file.array(&format!("L{at}/labels"), labels)?;
+                file.array(&format!("L{at}/centroids"), level.centroids.view())?;
+                file.array(&format!("L{at}/counts"), ndarray::aview1(&level.counts))?;
+            }
+            file.array("representatives", ndarray::aview1(&self.representatives))?;
+            file.array("filters", self.filters.view())
+        })?;
+        Ok(())
+    }
+
+    /// Reads a file and checks that its parts belong together.
+    pub fn read(path: &Path) -> Result<Self> {
+        let mut file = npz::Reader::open(path)?;
+        let meta: Meta = file.meta()?;
+        check_format(&file, &meta.format, meta.version)?;
+        let Some(id) = meta.id else {
+            return Err(file.fault("meta.json: id", "missing"));
+        };
+        let representatives = file.array::<u32, Ix1>("representatives")?.to_vec();
+        let filters = file.array::<f32, Ix3>("filters")?;
+        let components = representatives.len() * meta.channels as usize * filters.dim().0;
+        if meta.inertia.len() != meta.iterations.len() || meta.inertia.is_empty() {
+            return Err(file.fault(
+                "meta.json: inertia",
+                format!("{} levels", meta.inertia.len()),
+            ));
+        }
+        let levels = (0..meta.inertia.len())
+            .map(|at| {
+                let level = read_level(&mut file, at, meta.tileable, components)?;
+                Ok(VocabularyLevel {
+                    inertia: meta.inertia[at],
+                    iterations: meta.iterations[at],
+                    ..level
+                })
+            })
+            .collect::<Result<_>>()?;
+        Ok(Self {
+            levels,
+            representatives,
+            filters,
+            channels: meta.channels,
+            tileable: meta.tileable,
+            options: meta.options,
+            seed: meta.seed,
+            sample: meta.sample,
+            id,
+        })
+    }
+}
+
+fn check_format(file: &npz::Reader, format: &str, version: u32) -> Result<()> {
+    if format != FORMAT {
+        return Err(file
+            .fault("meta.json: format", format!("`{format}`"))
+            .expected(format!("{FORMAT}, as `mesotex textons` writes it")));
+    }
+    if version != VERSION {
+        return Err(file
+            .fault("meta.json: version", version.to_string())
+            .expected(VERSION.to_string()));
+    }
+    Ok(())
+}
+
+fn read_level(
+    file: &mut npz::Reader,
+    at: usize,
+    tileable: bool,
+    components: usize,
+) -> Result<VocabularyLevel> {
+    let name = |part: &str| format!("L{at}/{part}");
+    let labels = file.array::<u16, Ix2>(&name("labels"))?;
+    let centroids = file.array::<f32, Ix2>(&name("centroids"))?;
+    let counts = file.array::<u32, Ix1>(&name("counts"))?.to_vec();
+    if centroids.ncols() != components || counts.len() != centroids.nrows() {
+        return Err(file
+            .fault(&name("centroids"), format!("{:?}", centroids.shape()))
+            .expected(format!(
+                "[{}, {components}], as counts, representatives and filters say",
+                counts.len()
+            )));
+    }
+    if let Some(label) = labels
+        .iter()
+        .find(|&&label| usize::from(label) >= counts.len())
+    {
+        return Err(file
+            .fault(&name("labels"), format!("label {label}"))
+            .expected(format!("labels below {}", counts.len())));
+    }
+    if let Some(value) = centroids.iter().find(|value| !value.is_finite()) {
+        return Err(file
+            .fault(&name("centroids"), value.to_string())
+            .expected("finite numbers"));
+    }
+    Ok(VocabularyLevel {
+        grid: TexelGrid {
+            width: labels.ncols() as u32,
+            height: labels.nrows() as u32,
+            tileable,
+        },
+        labels: labels.iter().copied().collect(),
+        centroids,
+        counts,
+        inertia: 0.0,
+        iterations: 0,
+    })
+}
+
+/// Labels as an image [height, width].
+pub fn label_image(labels: &[u16], grid: TexelGrid) -> std::io::Result<ArrayView2<'_, u16>> {
+    ArrayView2::from_shape((grid.height as usize, grid.width as usize), labels)
+        .map_err(std::io::Error::other)
+}
+
+/// A description as the map that [`npz::write`] takes.
+pub fn as_map(meta: &impl Serialize) -> Result<Map<String, Value>> {
+    match serde_json::to_value(meta) {
+        Ok(Value::Object(map)) => Ok(map),
+        Ok(other) => Err(Error::data("meta.json", other.to_string())),
+        Err(error) => Err(Error::data("meta.json", error.to_string())),
+    }
+}
