@@ -50,7 +50,7 @@ impl KnnOptions {
             ("neighborhood", self.neighborhood),
             ("coarse-neighborhood", self.coarse_neighborhood),
         ] {
-            if width % 2 == 0 || width > WIDEST {
+            if width.is_multiple_of(2) || width > WIDEST {
                 return Err(Error::option(
                     name,
                     width.to_string(),

@@ -77,10 +77,9 @@ impl Neighborhood {
     /// `coarse` is the parent level's, 0 for none.
     pub fn square(fine: u32, coarse: u32) -> Self {
         let window = |width: u32| -> Vec<[i32; 2]> {
-            let half = width as i32 / 2;
-            let rows = if width == 0 { 1..=0 } else { -half..=half };
-            rows.flat_map(|drow| (-half..=half).map(move |dcol| [drow, dcol]))
-                .collect()
+            let (width, half) = (width as i32, width as i32 / 2);
+            let offset = |at: i32| [at / width - half, at % width - half];
+            (0..width * width).map(offset).collect()
         };
         let (offsets, coarse_offsets) = (window(fine), window(coarse));
         Self {
@@ -155,7 +154,7 @@ fn build_level(
     let whole = whole_texels(grid, &neighborhood, k);
     let mut neighbors = Array2::zeros((grid.len(), k));
     let mut distances = Array2::zeros((grid.len(), k));
-    let source = LevelDistances::new(level, coarser, fine_width, coarse_width)?;
+    let source = LevelDistances::new(level, coarser, fine_width, coarse_width);
     progress.begin(format!("neighbours, level {at}"), u64::from(grid.height));
     let width = grid.width as usize;
     for first in (0..grid.height as usize).step_by(STRIP) {
@@ -208,12 +207,12 @@ impl LevelDistances {
         coarser: Option<&SpaceLevel>,
         fine_width: u32,
         coarse_width: u32,
-    ) -> Result<Self> {
-        Ok(Self {
+    ) -> Self {
+        Self {
             grid: level.grid,
             fine: WindowDistances::new(level, fine_width),
             coarse: coarser.map(|coarser| WindowDistances::new(coarser, coarse_width)),
-        })
+        }
     }
 
     /// Neighbourhood distances [texels of the rows, texels].

@@ -8,7 +8,7 @@ use ndarray::{Array2, Array3, ArrayView2, Ix2, Ix3, s};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;

@@ -118,7 +118,9 @@ impl TextonOptions {
         let mut grid = sample.grid();
         grid.tileable &= !self.no_tile;
         let multiple = 1_u32 << (self.levels - 1);
-        if grid.tileable && (grid.width % multiple != 0 || grid.height % multiple != 0) {
+        if grid.tileable
+            && !(grid.width.is_multiple_of(multiple) && grid.height.is_multiple_of(multiple))
+        {
             return Err(Error::option(
                 "levels",
                 format!(

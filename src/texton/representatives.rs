@@ -52,13 +52,13 @@ impl<'a> SubGridFilters<'a> {
     }
 
     /// Numbers of one plane's responses.
-    pub fn len(&self) -> usize {
+    pub fn components(&self) -> usize {
         self.rows.len() * self.cols.len() * FILTERS
     }
 
     /// Responses [planes, row · cols · 48 + col · 48 + filter] of coefficients [planes, waves].
     pub fn responses(&self, planes: ArrayView2<'_, f32>) -> Array2<f32> {
-        let mut out = Array2::zeros((planes.nrows(), self.len()));
+        let mut out = Array2::zeros((planes.nrows(), self.components()));
         out.axis_chunks_iter_mut(Axis(0), BLOCK)
             .into_par_iter()
             .zip(planes.axis_chunks_iter(Axis(0), BLOCK))
@@ -155,7 +155,7 @@ fn image_vectors(
     progress: Progress<'_>,
 ) -> Result<Array2<f32>> {
     let (images, channels) = (stack.sample.image_count(), stack.channels.count());
-    let mut vectors = Array2::zeros((images, channels * filters.len()));
+    let mut vectors = Array2::zeros((images, channels * filters.components()));
     let numbers: Vec<u32> = (0..images as u32).collect();
     progress.begin("image appearance", images as u64);
     for (numbers, mut target) in numbers
