@@ -1,0 +1,89 @@
+//! A surface texton map: its size and scale, and whether it belongs to a space or a sample.
+
+use std::path::Path;
+
+use crate::btf::sample::{DESCRIPTION, Sample};
+use crate::cli::outcome::Outcome;
+use crate::error::{Error, Result};
+use crate::exemplar::space::{Features, Space};
+use crate::format::id::check_same;
+use crate::grid::TexelGrid;
+use crate::index::TextonLabel;
+use crate::surface_map::SurfaceTextonMap;
+
+/// Reads a whole map and says what it holds.
+pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
+    let map = SurfaceTextonMap::read(path)?;
+    let [width, height] = map.exemplar;
+    let unused = map
+        .textons
+        .iter()
+        .filter(|&&texton| texton == TextonLabel::NONE)
+        .count();
+    let mut outcome = Outcome::default()
+        .line(format!(
+            "surface texton map: {} vertices, {} triangles, sample of {width} × {height} texels",
+            map.mesh.positions.len(),
+            map.mesh.triangles.len(),
+        ))
+        .line(format!(
+            "a texel covers {:.6} mesh units; seed {}",
+            map.texel, map.seed
+        ))
+        .line(format!("{unused} vertices carry no texton"))
+        .figure("kind", "surface texton map")
+        .figure("vertices", map.mesh.positions.len())
+        .figure("triangles", map.mesh.triangles.len())
+        .figure("exemplar", vec![width, height])
+        .figure("texel", map.texel)
+        .figure("seed", map.seed)
+        .figure("sample", map.sample.to_string())
+        .figure("space", map.space.to_string());
+    if let Some(other) = against {
+        check_belongs(&map, other).map_err(|error| error.in_file(path))?;
+        outcome = outcome.line(format!("it belongs to {}", other.display()));
+    }
+    Ok(outcome)
+}
+
+/// Refuses a map that was not made from `other`, a space or a sample.
+fn check_belongs(map: &SurfaceTextonMap, other: &Path) -> Result<()> {
+    if other.join(DESCRIPTION).is_file() {
+        let sample = Sample::open(other)?;
+        check_size(map, sample.grid())?;
+        return check_same("sample id", &map.sample, sample.id(), false);
+    }
+    let space = Space::read(other)?;
+    let finest = &space.levels[0];
+    check_size(map, finest.grid)?;
+    check_same("space id", &map.space, &space.id, false)?;
+    match &finest.features {
+        Features::Textons { labels, .. } => check_labels(map, finest.grid, labels),
+        Features::Vectors(_) => Ok(()),
+    }
+}
+
+fn check_size(map: &SurfaceTextonMap, grid: TexelGrid) -> Result<()> {
+    let [width, height] = map.exemplar;
+    if [width, height] == [grid.width, grid.height] {
+        return Ok(());
+    }
+    Err(Error::data("comment exemplar", format!("{width} {height}"))
+        .expected(format!("{} {}", grid.width, grid.height)))
+}
+
+/// Every vertex must carry the label of the texel its coordinate names.
+fn check_labels(map: &SurfaceTextonMap, grid: TexelGrid, labels: &[u16]) -> Result<()> {
+    let vertices = map.textons.iter().zip(&map.coords).enumerate();
+    for (vertex, (&texton, &coord)) in vertices {
+        let label = labels[grid.texel_nearest(coord).index()];
+        if texton != TextonLabel::NONE && texton.0 != label {
+            return Err(Error::data(
+                format!("vertex {vertex}, property texton"),
+                texton.0.to_string(),
+            )
+            .expected(format!("{label}, the texton at its texture coordinate")));
+        }
+    }
+    Ok(())
+}

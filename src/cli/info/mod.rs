@@ -1,0 +1,95 @@
+//! `mesotex info`: what a file holds, and whether it is sound.
+
+mod image;
+mod map;
+mod sample;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::btf::sample::DESCRIPTION;
+use crate::cli::outcome::Outcome;
+use crate::cli::session::{Common, Session};
+use crate::error::{Error, Result};
+use crate::format::npy;
+
+/// What a file holds, and whether it is sound: every number is read and checked.
+///
+/// Takes a sample, a texton vocabulary, a surface texton space, a neighbour table, a surface texton
+/// map, a mesh, an .npy array, an OpenEXR frame or any other image.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  mesotex info weave.sample
+  mesotex info bunny.map.ply --against weave.space.npz
+  mesotex info frames/frame.0001.exr --json")]
+pub struct Arguments {
+    /// The file or sample folder.
+    pub path: PathBuf,
+    /// A second file that the first should belong to: a map's space or sample.
+    #[arg(long)]
+    pub against: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl Arguments {
+    /// Runs the command.
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        let kind = Kind::of(&self.path)?;
+        if let (Some(_), false) = (&self.against, kind == Kind::Map) {
+            return Err(Error::option(
+                "against",
+                format!("{} is no surface texton map", self.path.display()),
+                "a map as the first file",
+            ));
+        }
+        match kind {
+            Kind::Sample => sample::describe(&self.path, session.progress()),
+            Kind::Map => map::describe(&self.path, self.against.as_deref()),
+            Kind::Array => array(&self.path),
+            Kind::Image => image::describe(&self.path),
+        }
+    }
+}
+
+/// What a path holds, by its first bytes and, where they do not tell, its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Sample,
+    Map,
+    Array,
+    Image,
+}
+
+impl Kind {
+    fn of(path: &Path) -> Result<Self> {
+        if path.join(DESCRIPTION).is_file() {
+            return Ok(Self::Sample);
+        }
+        fs::metadata(path).map_err(Error::io(path, "read"))?;
+        let extension = path
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .to_lowercase();
+        match extension.as_str() {
+            "npy" => Ok(Self::Array),
+            "ply" => Ok(Self::Map),
+            _ => Ok(Self::Image),
+        }
+    }
+}
+
+fn array(path: &Path) -> Result<Outcome> {
+    let header = npy::read_header(path)?;
+    Ok(Outcome::default()
+        .line(format!(
+            "array of `{}`, shape {:?}",
+            header.dtype, header.shape
+        ))
+        .figure("kind", "array")
+        .figure("dtype", header.dtype)
+        .figure("shape", header.shape))
+}
