@@ -1,5 +1,6 @@
 //! `mesotex info`: what a file holds, and whether it is sound.
 
+mod archive;
 mod image;
 mod map;
 mod sample;
@@ -48,6 +49,7 @@ impl Arguments {
         match kind {
             Kind::Sample => sample::describe(&self.path, session.progress()),
             Kind::Map => map::describe(&self.path, self.against.as_deref()),
+            Kind::Archive => archive::describe(&self.path),
             Kind::Array => array(&self.path),
             Kind::Image => image::describe(&self.path),
         }
@@ -59,6 +61,7 @@ impl Arguments {
 enum Kind {
     Sample,
     Map,
+    Archive,
     Array,
     Image,
 }
@@ -76,6 +79,7 @@ impl Kind {
             .to_lowercase();
         match extension.as_str() {
             "npy" => Ok(Self::Array),
+            "npz" => Ok(Self::Archive),
             "ply" => Ok(Self::Map),
             _ => Ok(Self::Image),
         }

@@ -1,0 +1,117 @@
+//! A texton vocabulary, a surface texton space or a neighbour table: read whole and checked.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::cli::outcome::Outcome;
+use crate::error::{Error, Result};
+use crate::exemplar::neighbor_table::{self, NeighborTable};
+use crate::exemplar::space::{self, Features, Space};
+use crate::format::npz;
+use crate::grid::TexelGrid;
+use crate::texton::vocabulary::{self, Vocabulary};
+
+/// Reads an archive and says what it holds.
+pub fn describe(path: &Path) -> Result<Outcome> {
+    let meta: Value = npz::Reader::open(path)?.meta()?;
+    match meta["format"].as_str() {
+        Some(vocabulary::FORMAT) => Ok(describe_vocabulary(&Vocabulary::read(path)?)),
+        Some(space::FORMAT) => Ok(describe_space(&Space::read(path)?)),
+        Some(neighbor_table::FORMAT) => Ok(describe_table(&NeighborTable::read(path)?)),
+        other => Err(Error::data("meta.json, format", format!("{other:?}"))
+            .expected(format!(
+                "{}, {} or {}",
+                vocabulary::FORMAT,
+                space::FORMAT,
+                neighbor_table::FORMAT
+            ))
+            .in_file(path)),
+    }
+}
+
+fn size(grid: TexelGrid) -> String {
+    format!("{} × {} texels", grid.width, grid.height)
+}
+
+fn tiles(tileable: bool) -> &'static str {
+    if tileable { "tileable" } else { "not tileable" }
+}
+
+fn describe_vocabulary(vocabulary: &Vocabulary) -> Outcome {
+    let mut outcome = Outcome::default()
+        .line(format!(
+            "texton vocabulary: {} levels, {} images, {} channels, {}; seed {}",
+            vocabulary.levels.len(),
+            vocabulary.representatives.len(),
+            vocabulary.channels,
+            tiles(vocabulary.tileable),
+            vocabulary.seed,
+        ))
+        .figure("kind", "texton vocabulary")
+        .figure("images", vocabulary.representatives.len())
+        .figure("channels", vocabulary.channels)
+        .figure("id", vocabulary.id.to_string())
+        .figure("sample", vocabulary.sample.to_string());
+    for (index, level) in vocabulary.levels.iter().enumerate() {
+        outcome = outcome.line(format!(
+            "level {index}: {}, {} textons of {} numbers, inertia {:.6e}",
+            size(level.grid),
+            level.counts.len(),
+            level.centroids.ncols(),
+            level.inertia,
+        ));
+    }
+    let textons: Vec<usize> = vocabulary
+        .levels
+        .iter()
+        .map(|level| level.counts.len())
+        .collect();
+    outcome.figure("textons", textons)
+}
+
+fn describe_space(space: &Space) -> Outcome {
+    let mut outcome = Outcome::default()
+        .line(format!(
+            "surface texton space: {} levels, {}",
+            space.levels.len(),
+            tiles(space.tileable())
+        ))
+        .figure("kind", "surface texton space")
+        .figure("levels", space.levels.len())
+        .figure("id", space.id.to_string())
+        .figure("sample", space.sample.to_string());
+    for (index, level) in space.levels.iter().enumerate() {
+        let holds = match &level.features {
+            Features::Textons { gram, .. } => format!("{} textons", gram.nrows() - 1),
+            Features::Vectors(vectors) => format!("{} features a texel", vectors.dim().2),
+        };
+        outcome = outcome.line(format!("level {index}: {}, {holds}", size(level.grid)));
+    }
+    outcome
+}
+
+fn describe_table(table: &NeighborTable) -> Outcome {
+    let mut outcome = Outcome::default()
+        .line(format!(
+            "neighbour table: {} levels, k {}, {}",
+            table.levels.len(),
+            table.k,
+            tiles(table.tileable)
+        ))
+        .figure("kind", "neighbour table")
+        .figure("levels", table.levels.len())
+        .figure("k", table.k)
+        .figure("id", table.id.to_string())
+        .figure("space", table.space.to_string());
+    for (index, level) in table.levels.iter().enumerate() {
+        outcome = outcome.line(format!(
+            "level {index}: {} texels, {} + {} window samples, at least {} texels apart",
+            level.neighbors.nrows(),
+            level.neighborhood.offsets.len(),
+            level.neighborhood.coarse_offsets.len(),
+            level.min_separation,
+        ));
+    }
+    outcome
+}
