@@ -11,9 +11,8 @@ use crate::cli::run;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::atomic;
-use crate::format::ply::{self, Column};
 use crate::mesh::builtin::kettlebell;
-use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::mesh::writing;
 
 /// The scene that is run; it is also the example of a scene file.
 const SCENE: &str = include_str!("demo.toml");
@@ -41,7 +40,7 @@ impl Arguments {
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let scene = self.output.join("scene.toml");
         write_if_missing(&scene)?;
-        write_mesh(&self.output.join("kettlebell.ply"), &kettlebell(VERTICES))?;
+        writing::write_mesh(&self.output.join("kettlebell.ply"), &kettlebell(VERTICES))?;
         let scene_run = run::Arguments {
             scene: scene.clone(),
             fresh: false,
@@ -60,20 +59,4 @@ fn write_if_missing(scene: &Path) -> Result<()> {
         return Ok(());
     }
     atomic::write_file(scene, |sink| sink.write_all(SCENE.as_bytes()))
-}
-
-fn write_mesh(path: &Path, mesh: &TriangleMesh) -> Result<()> {
-    let axis = |axis: usize| -> Vec<f32> { mesh.positions.iter().map(|p| p[axis]).collect() };
-    let (x, y, z) = (axis(0), axis(1), axis(2));
-    let columns = [
-        ("x", Column::Float(&x)),
-        ("y", Column::Float(&y)),
-        ("z", Column::Float(&z)),
-    ];
-    ply::write(
-        path,
-        &["the built-in mesh of mesotex".into()],
-        &columns,
-        &mesh.triangles,
-    )
 }

@@ -117,34 +117,38 @@ impl Arguments {
     }
 
     fn finish(&self, outcome: Outcome, mesh: &TriangleMesh) -> Outcome {
-        let shape = Topology::new(&mesh.triangles).shape(mesh);
-        let texel = (mesh.area() / mesh.referenced_count() as f64).sqrt();
-        outcome
-            .line(format!(
-                "{} vertices, {} triangles, {} components, {} boundaries, Euler characteristic {}",
-                mesh.positions.len(),
-                mesh.triangles.len(),
-                shape.components,
-                shape.boundaries,
-                shape.euler_characteristic
-            ))
-            .line(format!("area {:.6}, default texel {texel:.6}", mesh.area()))
-            .figure("vertices", mesh.positions.len())
-            .figure("triangles", mesh.triangles.len())
-            .figure("components", shape.components)
-            .figure("boundaries", shape.boundaries)
-            .figure("euler_characteristic", shape.euler_characteristic)
-            .figure("area", mesh.area())
-            .figure("texel", texel)
-            .wrote(&self.output)
-            .next(format!(
-                "mesotex synth X.space.npz X.knn.npz {} -o Y.map.ply",
-                self.output.display()
-            ))
+        with_shape(outcome, mesh).wrote(&self.output).next(format!(
+            "mesotex synth X.space.npz X.knn.npz {} -o Y.map.ply",
+            self.output.display()
+        ))
     }
 }
 
-fn read_outcome(input: &Path, user: &UserMesh) -> Outcome {
+/// Adds a mesh's size and shape to a report.
+pub fn with_shape(outcome: Outcome, mesh: &TriangleMesh) -> Outcome {
+    let shape = Topology::new(&mesh.triangles).shape(mesh);
+    let texel = (mesh.area() / mesh.referenced_count() as f64).sqrt();
+    outcome
+        .line(format!(
+            "{} vertices, {} triangles, {} components, {} boundaries, Euler characteristic {}",
+            mesh.positions.len(),
+            mesh.triangles.len(),
+            shape.components,
+            shape.boundaries,
+            shape.euler_characteristic
+        ))
+        .line(format!("area {:.6}, default texel {texel:.6}", mesh.area()))
+        .figure("vertices", mesh.positions.len())
+        .figure("triangles", mesh.triangles.len())
+        .figure("components", shape.components)
+        .figure("boundaries", shape.boundaries)
+        .figure("euler_characteristic", shape.euler_characteristic)
+        .figure("area", mesh.area())
+        .figure("texel", texel)
+}
+
+/// Begins a report: what was read, and what was repaired.
+pub fn read_outcome(input: &Path, user: &UserMesh) -> Outcome {
     let mut outcome = Outcome::default().line(format!(
         "read {}: {} vertices, {} triangles",
         input.display(),

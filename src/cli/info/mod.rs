@@ -3,9 +3,11 @@
 mod archive;
 mod image;
 mod map;
+mod mesh;
 mod sample;
 
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -49,6 +51,7 @@ impl Arguments {
         match kind {
             Kind::Sample => sample::describe(&self.path, session.progress()),
             Kind::Map => map::describe(&self.path, self.against.as_deref()),
+            Kind::Mesh => mesh::describe(&self.path),
             Kind::Archive => archive::describe(&self.path),
             Kind::Array => array(&self.path),
             Kind::Image => image::describe(&self.path),
@@ -61,6 +64,7 @@ impl Arguments {
 enum Kind {
     Sample,
     Map,
+    Mesh,
     Archive,
     Array,
     Image,
@@ -80,10 +84,22 @@ impl Kind {
         match extension.as_str() {
             "npy" => Ok(Self::Array),
             "npz" => Ok(Self::Archive),
-            "ply" => Ok(Self::Map),
+            "ply" if is_map(path)? => Ok(Self::Map),
+            "ply" | "obj" | "stl" | "off" | "glb" | "gltf" | "gz" => Ok(Self::Mesh),
             _ => Ok(Self::Image),
         }
     }
+}
+
+/// Whether a PLY says in its header that it is a surface texton map.
+fn is_map(path: &Path) -> Result<bool> {
+    let mut start = Vec::new();
+    let file = fs::File::open(path).map_err(Error::io(path, "read"))?;
+    file.take(4096)
+        .read_to_end(&mut start)
+        .map_err(Error::io(path, "read"))?;
+    let mark = b"\ncomment mesotex ";
+    Ok(start.windows(mark.len()).any(|window| window == mark))
 }
 
 fn array(path: &Path) -> Result<Outcome> {

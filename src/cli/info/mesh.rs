@@ -1,0 +1,15 @@
+//! A mesh: its size, shape, and what cleaning would change.
+
+use std::path::Path;
+
+use crate::cli::mesh::{read_outcome, with_shape};
+use crate::cli::outcome::Outcome;
+use crate::error::Result;
+use crate::mesh::reading::read;
+
+/// Reads and cleans a mesh and says what it holds.
+pub fn describe(path: &Path) -> Result<Outcome> {
+    let user = read(path)?;
+    let outcome = with_shape(read_outcome(path, &user), &user.mesh);
+    Ok(outcome.figure("kind", "mesh"))
+}
