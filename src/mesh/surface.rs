@@ -3,7 +3,7 @@
 //! In: a user's mesh. Out: everything synthesis needs of it, per level; level 0 is the user's own
 //! vertices. Cached beside the mesh by the hash of all that went in.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::Vec3;
@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::mesh::connection::Connection;
-use crate::mesh::field::{self, Constraint};
+use crate::mesh::field::Field;
+use crate::mesh::field::guides::{Alignment, Canvas, GuideOptions, guided_field};
 use crate::mesh::frame::Frame;
 use crate::mesh::hierarchy::{SiteHierarchy, SiteLevel};
 use crate::mesh::parents::parent_points;
@@ -48,6 +49,22 @@ pub struct SurfaceOptions {
     /// them.
     #[arg(long, default_value_t = SurfaceOptions::default().crease)]
     pub crease: f64,
+    /// Directions the field must take: a JSON file {"guides": [{"vertex": 7, "direction": [x,y,z]},
+    /// {"point": [x,y,z], "direction": [x,y,z]}]}. The mesh's own sx, sy, sz (PLY) count as well.
+    #[arg(long, value_name = "FIELD.json")]
+    pub guide: Option<PathBuf>,
+    /// What the field follows elsewhere.
+    #[arg(long, value_enum, default_value_t = Alignment::Smooth)]
+    pub align: Alignment,
+    /// A direction in space that s follows wherever it lies along the surface, as x,y,z.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        num_args = 3,
+        allow_hyphen_values = true,
+        value_name = "X,Y,Z"
+    )]
+    pub direction: Option<Vec<f64>>,
     /// Seed of everything drawn at random.
     #[arg(skip)]
     pub seed: u64,
@@ -61,12 +78,24 @@ impl Default for SurfaceOptions {
             coarse_neighborhood: 3,
             texel: None,
             crease: 40.0,
+            guide: None,
+            align: Alignment::Smooth,
+            direction: None,
             seed: 0,
         }
     }
 }
 
 impl SurfaceOptions {
+    /// What guides the orientation field.
+    pub fn guides(&self) -> GuideOptions {
+        GuideOptions {
+            guide: self.guide.clone(),
+            align: self.align,
+            direction: self.direction.clone(),
+        }
+    }
+
     /// Checks every field.
     pub fn validate(&self) -> Result<()> {
         if !(1..=12).contains(&self.levels) {
@@ -93,6 +122,7 @@ impl SurfaceOptions {
                 "a length above 0",
             ));
         }
+        self.guides().validate()?;
         check_crease(self.crease)
     }
 }
@@ -153,7 +183,7 @@ pub fn prepare(
     let target = Target::new(&user.mesh, options.crease.to_radians());
     let meshes = pyramid(user, &target, options, progress)?;
     progress.begin("orientation field", 1);
-    let levels = oriented_levels(user, meshes, &target.tree, texel)?;
+    let levels = oriented_levels(user, options, meshes, &target.tree, texel)?;
     progress.advance(1)?;
     progress.end();
     let surface = assemble(levels, options, texel, progress)?;
@@ -179,16 +209,26 @@ fn pyramid(
 
 fn oriented_levels(
     user: &UserMesh,
+    options: &SurfaceOptions,
     meshes: Vec<TriangleMesh>,
-    finest: &SurfaceTree,
+    tree: &SurfaceTree,
     texel: f64,
 ) -> Result<Vec<Level>> {
     let mut levels: Vec<Level> = Vec::with_capacity(meshes.len());
     for (number, mesh) in meshes.into_iter().enumerate() {
         let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
         let (angles, scales) = match levels.first() {
-            None => (finest_angles(user, &rings)?, user.scale.clone()),
-            Some(first) => carried_down(&mesh, &rings, first, user.scale.as_deref(), finest),
+            None => {
+                let canvas = Canvas {
+                    user,
+                    rings: &rings,
+                    tree,
+                    texel,
+                };
+                let field = guided_field(canvas, &options.guides(), options.seed)?;
+                (turned_angles(user, &field), user.scale.clone())
+            }
+            Some(first) => carried_down(&mesh, &rings, first, user.scale.as_deref(), tree),
         };
         let level_texel = (texel * f64::from(1u32 << number)) as f32;
         let texels = match scales {
@@ -205,28 +245,13 @@ fn oriented_levels(
     Ok(levels)
 }
 
-/// The field at the user's vertices, guided where the user says, turned by the user's rotation.
-fn finest_angles(user: &UserMesh, rings: &Rings) -> Result<Vec<f64>> {
-    let constraints: Vec<Constraint> = user
-        .orientation
-        .iter()
-        .flatten()
-        .enumerate()
-        .filter_map(|(vertex, &direction)| {
-            let angle = rings.angle_of(vertex, direction)?;
-            Some(Constraint {
-                vertex: vertex as u32,
-                angle,
-            })
-        })
-        .collect();
-    let mut angles = field::orientation_field(rings, &constraints);
-    if let Some(rotation) = &user.rotation {
-        for (angle, degrees) in angles.iter_mut().zip(rotation) {
-            *angle += f64::from(*degrees).to_radians();
-        }
+/// The angles of the finest frames: the field, turned by the user's rotation.
+fn turned_angles(user: &UserMesh, field: &Field) -> Vec<f64> {
+    let mut angles = field.angles();
+    for (angle, degrees) in angles.iter_mut().zip(user.rotation.iter().flatten()) {
+        *angle += f64::from(*degrees).to_radians();
     }
-    Ok(angles)
+    angles
 }
 
 /// Directions and scales of a coarser level, read off the finest at the nearest point.

@@ -1,9 +1,32 @@
-//! The orientation field: a unit tangent s at every vertex, as smooth as the surface allows.
+//! The orientation field: a tangent s at every vertex, as smooth as the surface and the user's
+//! directions allow (Knöppel 2013; the relaxation of Wei-Levoy 2001 and Turk 2001, solved exactly).
+//!
+//! In: rings, wanted directions. Out: a vector at every vertex, of which synthesis takes the
+//! direction; its length falls to zero at singularities. A component without wanted directions
+//! gets the eigenvector of the smallest eigenvalue of the connection Laplacian; one with them the
+//! field of least energy that takes them exactly.
+
+pub mod curvature;
+pub mod guides;
+pub mod hermitian;
+pub mod laplacian;
+pub mod multigrid;
+pub mod singularities;
+pub mod solvers;
 
 use glam::DVec2;
-use rayon::prelude::*;
+use rand::Rng;
 
+use crate::error::{Error, Result};
+use crate::mesh::field::hermitian::{Entry, Hermitian, dot};
+use crate::mesh::field::laplacian::connection_laplacian;
+use crate::mesh::field::multigrid::Multigrid;
+use crate::mesh::field::solvers::{smallest_eigenvector, solve};
 use crate::mesh::rings::Rings;
+use crate::mesh::rows::Rows;
+use crate::mesh::topology::{NONE, components};
+use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::random;
 
 /// A direction that the field must take at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,30 +37,309 @@ pub struct Constraint {
     pub angle: f64,
 }
 
-/// Relaxes a field (Wei-Levoy 2001 §3.1): every vertex takes the mean of its neighbours' carried
-/// directions. Hands back the angle from each vertex's axis.
-pub fn orientation_field(rings: &Rings, constraints: &[Constraint]) -> Vec<f64> {
-    let count = rings.edges.len();
-    let mut fixed = vec![false; count];
-    let mut field = vec![DVec2::X; count];
-    for constraint in constraints {
-        fixed[constraint.vertex as usize] = true;
-        field[constraint.vertex as usize] = DVec2::from_angle(constraint.angle);
+/// What the field should heed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wishes {
+    /// Directions taken exactly.
+    pub constraints: Vec<Constraint>,
+    /// Directions the field leans to, per vertex: their lengths say how much, as a weight for each
+    /// unit of area. Empty for none.
+    pub leanings: Vec<DVec2>,
+}
+
+/// An orientation field.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Field {
+    /// Per vertex a tangent vector, along the vertex's axis and at right angles to it.
+    pub vectors: Vec<DVec2>,
+    /// Its smoothness energy over its mass: Σ w |u_i − r u_j|² / Σ area |u|², one over an area.
+    pub energy: f64,
+}
+
+impl Field {
+    /// The angle of each vector from its vertex's axis, in radians.
+    pub fn angles(&self) -> Vec<f64> {
+        self.vectors.iter().map(|u| u.to_angle()).collect()
     }
-    for _ in 0..200 {
-        field = (0..count)
-            .into_par_iter()
-            .map(|vertex| {
-                if fixed[vertex] {
-                    return field[vertex];
-                }
-                let carried = rings.edges.range(vertex).map(|entry| {
-                    let far = rings.edges.entries[entry].target as usize;
-                    DVec2::from_angle(rings.transport(entry)).rotate(field[far])
-                });
-                (carried.sum::<DVec2>() + field[vertex]).normalize_or(field[vertex])
+}
+
+/// Solves for the smoothest field under the wishes.
+pub fn orientation_field(
+    mesh: &TriangleMesh,
+    rings: &Rings,
+    wishes: &Wishes,
+    seed: u64,
+) -> Result<Field> {
+    let laplacian = connection_laplacian(mesh, rings);
+    let mass: Vec<f64> = mesh.vertex_areas().into_iter().map(f64::from).collect();
+    let mut vectors = vec![DVec2::X; mesh.positions.len()];
+    let mut fixed = vec![false; mesh.positions.len()];
+    for constraint in &wishes.constraints {
+        vectors[constraint.vertex as usize] = DVec2::from_angle(constraint.angle);
+        fixed[constraint.vertex as usize] = true;
+    }
+    let parts = by_component(mesh);
+    for part in 0..parts.len() {
+        let problem = Part {
+            laplacian: &laplacian,
+            mass: &mass,
+            members: parts.row(part),
+            fixed: &fixed,
+            leanings: &wishes.leanings,
+        };
+        problem.solve(&mut vectors, seed, part as u64)?;
+    }
+    let energy = rayleigh_quotient(&laplacian, &mass, &vectors);
+    Ok(Field { vectors, energy })
+}
+
+/// Energy over mass; vertices in no triangle have neither.
+pub fn rayleigh_quotient(laplacian: &Hermitian, mass: &[f64], vectors: &[DVec2]) -> f64 {
+    let mut applied = vec![DVec2::ZERO; vectors.len()];
+    laplacian.apply(vectors, &mut applied);
+    let weighted: Vec<DVec2> = vectors.iter().zip(mass).map(|(u, m)| *u * *m).collect();
+    dot(vectors, &applied) / dot(vectors, &weighted)
+}
+
+/// The vertices of each component.
+fn by_component(mesh: &TriangleMesh) -> Rows<u32> {
+    let (labels, count) = components(mesh);
+    let mut order: Vec<(u32, u32)> = labels
+        .iter()
+        .enumerate()
+        .filter(|&(_, &label)| label != NONE)
+        .map(|(vertex, &label)| (label, vertex as u32))
+        .collect();
+    order.sort_unstable();
+    let mut rows = Rows {
+        starts: vec![0; count + 1],
+        entries: order.iter().map(|&(_, vertex)| vertex).collect(),
+    };
+    for &(label, _) in &order {
+        rows.starts[label as usize + 1] += 1;
+    }
+    for k in 0..count {
+        rows.starts[k + 1] += rows.starts[k];
+    }
+    rows
+}
+
+/// The problem on one component.
+struct Part<'a> {
+    laplacian: &'a Hermitian,
+    mass: &'a [f64],
+    members: &'a [u32],
+    fixed: &'a [bool],
+    leanings: &'a [DVec2],
+}
+
+impl Part<'_> {
+    fn solve(&self, vectors: &mut [DVec2], seed: u64, part: u64) -> Result<()> {
+        let free: Vec<u32> = self
+            .members
+            .iter()
+            .copied()
+            .filter(|&v| !self.fixed[v as usize])
+            .collect();
+        if free.is_empty() {
+            return Ok(());
+        }
+        let leans = |v: &u32| {
+            self.leanings
+                .get(*v as usize)
+                .is_some_and(|q| *q != DVec2::ZERO)
+        };
+        let guided = free.len() < self.members.len() || self.members.iter().any(leans);
+        let found = if guided {
+            self.least_energy(&free, vectors)?
+        } else {
+            self.smoothest(&free, seed, part)?
+        };
+        for (&vertex, vector) in free.iter().zip(found) {
+            vectors[vertex as usize] = vector;
+        }
+        Ok(())
+    }
+
+    /// Rows and columns of the free vertices, `added` on the diagonal.
+    fn matrix(&self, free: &[u32], added: impl Fn(usize) -> f64) -> Hermitian {
+        let mut numbers = vec![NONE; self.mass.len()];
+        for (number, &vertex) in free.iter().enumerate() {
+            numbers[vertex as usize] = number as u32;
+        }
+        let rows = Rows::collect(
+            free.len(),
+            || (),
+            |(), row, out| {
+                let entries = self.laplacian.rows.row(free[row] as usize).iter();
+                out.extend(entries.filter_map(|entry| {
+                    let column = numbers[entry.column as usize];
+                    (column != NONE).then_some(Entry { column, ..*entry })
+                }));
+            },
+        );
+        let diagonal = free
+            .iter()
+            .map(|&vertex| self.laplacian.diagonal[vertex as usize] + added(vertex as usize))
+            .collect();
+        Hermitian { diagonal, rows }
+    }
+
+    /// A shift that keeps the matrix of a flat component definite, far below what matters.
+    fn shift(&self, free: &[u32]) -> f64 {
+        let sum = |list: &[f64]| free.iter().map(|&v| list[v as usize]).sum::<f64>();
+        1e-9 * sum(&self.laplacian.diagonal) / sum(self.mass)
+    }
+
+    fn smoothest(&self, free: &[u32], seed: u64, part: u64) -> Result<Vec<DVec2>> {
+        let shift = self.shift(free);
+        let matrix = self.matrix(free, |v| shift * self.mass[v]);
+        let multigrid = Multigrid::new(matrix).ok_or_else(indefinite)?;
+        let mass: Vec<f64> = free.iter().map(|&v| self.mass[v as usize]).collect();
+        let mut random = random::stream(seed, "orientation field", 0, part);
+        let mut guess: Vec<DVec2> = free
+            .iter()
+            .map(|_| DVec2::from_angle(random.gen_range(0.0..std::f64::consts::TAU)))
+            .collect();
+        for _ in 0..3 {
+            guess.iter_mut().zip(&mass).for_each(|(u, m)| *u *= *m);
+            guess = multigrid.precondition(&guess);
+            let norm = dot(&guess, &guess).sqrt();
+            guess.iter_mut().for_each(|u| *u /= norm);
+        }
+        let (_, vectors) = smallest_eigenvector(&multigrid, &mass, guess);
+        // Of unit length on the average, as wanted directions are.
+        let area: f64 = mass.iter().sum();
+        Ok(vectors.into_iter().map(|u| u * area.sqrt()).collect())
+    }
+
+    fn least_energy(&self, free: &[u32], vectors: &[DVec2]) -> Result<Vec<DVec2>> {
+        let weight = |v: usize| {
+            self.leanings
+                .get(v)
+                .map_or(0.0, |q| q.length() * self.mass[v])
+        };
+        let shift = self.shift(free) * 1e-3;
+        let matrix = self.matrix(free, |v| weight(v) + shift * self.mass[v]);
+        let wanted: Vec<DVec2> = free
+            .iter()
+            .map(|&vertex| {
+                let leaning = self
+                    .leanings
+                    .get(vertex as usize)
+                    .copied()
+                    .unwrap_or_default();
+                let row = self.laplacian.rows.row(vertex as usize).iter();
+                let pulls = row
+                    .filter(|entry| self.fixed[entry.column as usize])
+                    .map(|entry| entry.value.rotate(vectors[entry.column as usize]));
+                leaning * self.mass[vertex as usize] - pulls.sum::<DVec2>()
             })
             .collect();
+        let multigrid = Multigrid::new(matrix).ok_or_else(indefinite)?;
+        let mut found = multigrid.precondition(&wanted);
+        solve(&multigrid, &wanted, &mut found, 1e-10)?;
+        Ok(found)
     }
-    field.into_iter().map(DVec2::to_angle).collect()
+}
+
+fn indefinite() -> Error {
+    Error::data(
+        "orientation field",
+        "the connection Laplacian is not positive definite",
+    )
+    .advice("the mesh has triangles too thin to measure; retile it with mesotex mesh --vertices N")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::mesh::topology::Topology;
+    use glam::Vec3;
+
+    fn rings(mesh: &TriangleMesh) -> Rings {
+        Rings::new(mesh, &Topology::new(&mesh.triangles))
+    }
+
+    fn guided(mesh: &TriangleMesh, vertex: u32, direction: Vec3) -> Vec<Vec3> {
+        let rings = rings(mesh);
+        let wishes = Wishes {
+            constraints: vec![Constraint {
+                vertex,
+                angle: rings.angle_of(vertex as usize, direction).unwrap(),
+            }],
+            ..Wishes::default()
+        };
+        let field = orientation_field(mesh, &rings, &wishes, 0).unwrap();
+        let angles = field.angles();
+        assert_eq!(angles[vertex as usize], wishes.constraints[0].angle);
+        (0..angles.len())
+            .map(|v| rings.direction(v, angles[v]))
+            .collect()
+    }
+
+    #[test]
+    fn one_direction_makes_a_flat_field_parallel() {
+        let mesh = shapes::grid(40, 30, 0.1);
+        let wanted = Vec3::new(0.6, 0.8, 0.0);
+        for s in guided(&mesh, 17, wanted) {
+            assert!(s.angle_between(wanted) < 1e-3, "{s}");
+        }
+    }
+
+    #[test]
+    fn one_direction_makes_a_cylinders_field_parallel() {
+        let mesh = shapes::cylinder(40, 30, 1.0, 0.15);
+        for s in guided(&mesh, 600, Vec3::Z) {
+            assert!(s.angle_between(Vec3::Z) < 1e-3, "{s}");
+        }
+    }
+
+    /// The smallest eigenvalue, by dense algebra.
+    fn smallest_eigenvalue(mesh: &TriangleMesh, rings: &Rings) -> f64 {
+        use nalgebra::{Complex, DMatrix};
+        let laplacian = connection_laplacian(mesh, rings);
+        let scale: Vec<f64> = mesh
+            .vertex_areas()
+            .iter()
+            .map(|&m| f64::from(m).sqrt().recip())
+            .collect();
+        let mut dense: DMatrix<Complex<f64>> = DMatrix::zeros(scale.len(), scale.len());
+        for i in 0..scale.len() {
+            dense[(i, i)] = Complex::new(laplacian.diagonal[i] * scale[i] * scale[i], 0.0);
+            for entry in laplacian.rows.row(i) {
+                let j = entry.column as usize;
+                dense[(i, j)] = Complex::new(entry.value.x, entry.value.y) * (scale[i] * scale[j]);
+            }
+        }
+        nalgebra::SymmetricEigen::new(dense).eigenvalues.min()
+    }
+
+    #[test]
+    fn a_free_field_has_the_smallest_energy_there_is() {
+        for mesh in [shapes::icosphere(2), shapes::torus(24, 12, 1.0, 0.4)] {
+            let rings = rings(&mesh);
+            let field = orientation_field(&mesh, &rings, &Wishes::default(), 1).unwrap();
+            let least = smallest_eigenvalue(&mesh, &rings);
+            assert!(
+                field.energy < 1.001 * least + 1e-9,
+                "{} {least}",
+                field.energy
+            );
+        }
+    }
+
+    #[test]
+    fn every_component_gets_a_field() {
+        let mut mesh = shapes::icosphere(1);
+        let other = shapes::torus(16, 8, 30.0, 9.0);
+        let base = mesh.positions.len() as u32;
+        mesh.positions.extend(other.positions);
+        mesh.triangles
+            .extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let field = orientation_field(&mesh, &rings(&mesh), &Wishes::default(), 1).unwrap();
+        let long = field.vectors.iter().filter(|u| u.length() > 0.3).count();
+        assert!(long > field.vectors.len() * 3 / 4);
+    }
 }

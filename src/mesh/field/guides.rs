@@ -1,0 +1,306 @@
+//! What the user wants of the field, turned into wishes: directions at vertices and points, a
+//! constant direction, texture coordinates, curvature.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use glam::{DVec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::format::json;
+use crate::mesh::field::curvature::principal_directions;
+use crate::mesh::field::{Constraint, Field, Wishes, orientation_field};
+use crate::mesh::reading::UserMesh;
+use crate::mesh::rings::Rings;
+use crate::mesh::surface_tree::SurfaceTree;
+
+/// What the field follows where nothing is said of a vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Alignment {
+    /// Nothing: the field is as smooth as the surface allows.
+    #[default]
+    Smooth,
+    /// The direction in which the surface bends most.
+    Curvature,
+    /// The direction in which the mesh's texture coordinate u grows.
+    Uv,
+}
+
+/// Where the orientation field comes from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GuideOptions {
+    /// A guide file: directions the field must take.
+    pub guide: Option<PathBuf>,
+    /// What the field follows elsewhere.
+    pub align: Alignment,
+    /// A direction in space that s follows wherever it lies along the surface.
+    pub direction: Option<Vec<f64>>,
+}
+
+/// The largest angle, in degrees, between a wanted direction and the normal at which it counts as
+/// standing on the surface, and no direction of it.
+const UPRIGHT_DEGREES: f64 = 3.0;
+/// A constant direction rules where at least this much of it lies in the tangent plane; elsewhere
+/// the field is free.
+const TANGENT_SHARE: f32 = 0.4;
+/// How firmly curvature draws the field, over the smoothness energy, at a vertex as sure of its
+/// direction as the mean: one over (this many texels)².
+const CURVATURE_RADIUS: f64 = 8.0;
+
+impl GuideOptions {
+    /// Checks every field.
+    pub fn validate(&self) -> Result<()> {
+        if let Some(direction) = &self.direction {
+            let length = direction.iter().map(|c| c * c).sum::<f64>();
+            if direction.len() != 3 || !(length.is_finite() && length > 0.0) {
+                return Err(Error::option(
+                    "direction",
+                    format!("{direction:?}"),
+                    "three numbers, not all zero",
+                ));
+            }
+            if self.align != Alignment::Smooth {
+                return Err(Error::option(
+                    "direction",
+                    "together with --align".to_string(),
+                    "one of the two",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A guide file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GuideFile {
+    /// Wanted directions.
+    pub guides: Vec<Guide>,
+}
+
+/// A wanted direction at a vertex, or at the vertex nearest to a point of the surface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Guide {
+    /// The vertex, by its place in the mesh file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vertex: Option<u64>,
+    /// A point on or near the surface, in mesh units.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f32; 3]>,
+    /// The direction, in mesh space; projected on the tangent plane.
+    pub direction: [f32; 3],
+}
+
+/// The user's surface while its field is being made.
+#[derive(Clone, Copy)]
+pub struct Canvas<'a> {
+    /// The mesh and what came with it.
+    pub user: &'a UserMesh,
+    /// Its rings.
+    pub rings: &'a Rings,
+    /// Its triangles, for points.
+    pub tree: &'a SurfaceTree,
+    /// Mesh units a texel covers.
+    pub texel: f64,
+}
+
+/// The field of a user's mesh under all that guides it.
+pub fn guided_field(canvas: Canvas<'_>, options: &GuideOptions, seed: u64) -> Result<Field> {
+    options.validate()?;
+    let mut wishes = Wishes::default();
+    let count = canvas.user.mesh.positions.len();
+    let mut said = vec![false; count];
+    canvas.add_property(&mut wishes, &mut said)?;
+    if let Some(path) = &options.guide {
+        canvas.add_file(path, &mut wishes, &mut said)?;
+    }
+    if let Some(direction) = &options.direction {
+        canvas.add_direction(direction, &mut wishes, &mut said);
+    }
+    if options.align == Alignment::Uv {
+        canvas.add_uvs(&mut wishes, &mut said)?;
+    }
+    let field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed)?;
+    match options.align {
+        Alignment::Curvature => canvas.lean_on_curvature(field, wishes, seed),
+        Alignment::Smooth | Alignment::Uv => Ok(field),
+    }
+}
+
+impl Canvas<'_> {
+    fn constrain(
+        &self,
+        vertex: usize,
+        direction: Vec3,
+        place: &str,
+        wishes: &mut Wishes,
+        said: &mut [bool],
+    ) -> Result<()> {
+        let upright = direction
+            .normalize_or_zero()
+            .cross(self.rings.normals[vertex])
+            .length();
+        let angle = self.rings.angle_of(vertex, direction);
+        let (Some(angle), true) = (
+            angle,
+            f64::from(upright) > UPRIGHT_DEGREES.to_radians().sin(),
+        ) else {
+            return Err(Error::data(
+                place,
+                format!("direction {direction} stands on the surface at vertex {vertex}"),
+            )
+            .expected("a direction along the surface"));
+        };
+        if !std::mem::replace(&mut said[vertex], true) {
+            wishes.constraints.push(Constraint {
+                vertex: vertex as u32,
+                angle,
+            });
+        }
+        Ok(())
+    }
+
+    fn is_used(&self, vertex: usize) -> bool {
+        !self.rings.edges.row(vertex).is_empty()
+    }
+
+    fn add_property(&self, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+        for (vertex, &direction) in self.user.orientation.iter().flatten().enumerate() {
+            if direction != Vec3::ZERO && self.is_used(vertex) {
+                self.constrain(vertex, direction, "sx sy sz", wishes, said)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn add_file(&self, path: &Path, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+        let file: GuideFile = json::read(path)?;
+        for (number, guide) in file.guides.iter().enumerate() {
+            let place = format!("guide {number}");
+            let vertex = self
+                .guided_vertex(guide, &place)
+                .map_err(|e| e.in_file(path))?;
+            let direction = Vec3::from_array(guide.direction);
+            self.constrain(vertex, direction, &place, wishes, said)
+                .map_err(|error| error.in_file(path))?;
+        }
+        Ok(())
+    }
+
+    fn guided_vertex(&self, guide: &Guide, place: &str) -> Result<usize> {
+        let fault =
+            |found: String, expected: String| Err(Error::data(place, found).expected(expected));
+        match (guide.vertex, guide.point) {
+            (Some(vertex), None) => {
+                let map = &self.user.from_file;
+                match usize::try_from(vertex).ok().and_then(|v| map.get(v)) {
+                    Some(&ours) if self.is_used(ours as usize) => Ok(ours as usize),
+                    Some(_) => fault(
+                        format!("vertex {vertex} is in no face"),
+                        "a vertex of the surface".into(),
+                    ),
+                    None => fault(
+                        format!("vertex {vertex}"),
+                        format!("below {} vertices", map.len()),
+                    ),
+                }
+            }
+            (None, Some(point)) if point.iter().all(|c| c.is_finite()) => {
+                let nearest = self.tree.nearest(Vec3::from_array(point));
+                let Some(nearest) = nearest else {
+                    return fault("a point".into(), "a mesh with triangles".into());
+                };
+                let corners = self.user.mesh.triangles[nearest.triangle as usize];
+                let best = (0..3).fold(0, |best, k| {
+                    if nearest.weights[k] > nearest.weights[best] {
+                        k
+                    } else {
+                        best
+                    }
+                });
+                Ok(corners[best] as usize)
+            }
+            _ => fault(
+                "neither one vertex nor one point".into(),
+                "\"vertex\" or \"point\"".into(),
+            ),
+        }
+    }
+
+    fn add_direction(&self, direction: &[f64], wishes: &mut Wishes, said: &mut [bool]) {
+        let wanted = Vec3::new(
+            direction[0] as f32,
+            direction[1] as f32,
+            direction[2] as f32,
+        )
+        .normalize_or_zero();
+        for vertex in 0..said.len() {
+            let lies = wanted.cross(self.rings.normals[vertex]).length() >= TANGENT_SHARE;
+            if said[vertex] || !lies || !self.is_used(vertex) {
+                continue;
+            }
+            if let Some(angle) = self.rings.angle_of(vertex, wanted) {
+                said[vertex] = true;
+                wishes.constraints.push(Constraint {
+                    vertex: vertex as u32,
+                    angle,
+                });
+            }
+        }
+    }
+
+    fn add_uvs(&self, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+        let Some(uvs) = &self.user.corner_uvs else {
+            return Err(Error::option(
+                "align",
+                "uv".to_string(),
+                "a mesh with texture coordinates",
+            ));
+        };
+        let mesh = &self.user.mesh;
+        let mut sums = vec![Vec3::ZERO; said.len()];
+        for (triangle, [a, b, c]) in uvs.iter().enumerate() {
+            let [p, q, r] = mesh.corners(triangle);
+            let ((du, dv), (e, f)) = ((*b - *a, *c - *a), (q - p, r - p));
+            let along = (e * dv.y - f * du.y) * (du.perp_dot(dv)).signum();
+            if let Some(along) = along.try_normalize().filter(|along| along.is_finite()) {
+                let weight = mesh.area_normal(triangle).length();
+                mesh.triangles[triangle]
+                    .iter()
+                    .for_each(|&v| sums[v as usize] += weight * along);
+            }
+        }
+        for (vertex, &sum) in sums.iter().enumerate() {
+            if let (false, Some(angle)) = (said[vertex], self.rings.angle_of(vertex, sum)) {
+                said[vertex] = true;
+                wishes.constraints.push(Constraint {
+                    vertex: vertex as u32,
+                    angle,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws the smooth field to the principal directions, each taken with the sign that is nearer;
+    /// the signs settle in a few rounds.
+    fn lean_on_curvature(&self, smooth: Field, mut wishes: Wishes, seed: u64) -> Result<Field> {
+        let principal = principal_directions(&self.user.mesh, self.rings);
+        let mean = principal.iter().map(|p| p.certainty).sum::<f64>() / principal.len() as f64;
+        let firmness = (CURVATURE_RADIUS * self.texel).powi(-2);
+        let mut field = smooth;
+        for _ in 0..3 {
+            let lean = |(p, u): (&crate::mesh::field::curvature::Principal, &DVec2)| {
+                let sure = (p.certainty / mean.max(f64::MIN_POSITIVE)).min(3.0);
+                p.direction * (firmness * sure * p.direction.dot(*u).signum())
+            };
+            wishes.leanings = principal.iter().zip(&field.vectors).map(lean).collect();
+            field = orientation_field(&self.user.mesh, self.rings, &wishes, seed)?;
+        }
+        Ok(field)
+    }
+}
