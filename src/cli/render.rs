@@ -1,21 +1,228 @@
 //! `mesotex render`.
 
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
 use clap::Args;
 
+use crate::btf::sample::Sample;
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::id::ContentId;
+use crate::format::image;
+use crate::format::ply::{self, Column};
+use crate::render::options::{Animation, RenderOptions};
+use crate::render::sequence::{self, FrameFile, Inputs, Report};
+use crate::report::animation::write_gif;
+use crate::report::contact_sheet::{Picture, contact_sheet};
+use crate::surface_map::SurfaceTextonMap;
 
-/// Render frames to OpenEXR.
-#[derive(Debug, Args)]
+/// Render a decorated mesh to OpenEXR frames.
+///
+/// Each frame DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Examples:
+  mesotex render weave.sample bunny.map.ply -o frames
+  mesotex render weave.sample bunny.map.ply -o frames --sweep light-azimuth --frames 48
+  mesotex render weave.sample bunny.map.ply -o orbit --sweep view-orbit --shading pixel --animation gif
+  mesotex render weave.sample bunny.map.ply -o two --light sun:30,40 --light point:0,2,1,1.5
+  mesotex render weave.sample bunny.map.ply -o part --frames 1-240x2 --skip-existing --shard 0/3")]
 pub struct Arguments {
+    /// The sample, NAME.sample.
+    pub sample: PathBuf,
+    /// The surface texton map made from it, NAME.map.ply.
+    pub map: PathBuf,
+    /// Folder of the frames; made when it is not there.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Write the vertices' linear colours under the first frame's view and light (float
+    /// properties red, green, blue: `vertex_color` in Mitsuba).
+    #[arg(long, value_name = "FILE.ply")]
+    pub vertex_colors: Option<PathBuf>,
+    /// Render even though the map was made from a sample with another id.
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub options: RenderOptions,
     #[command(flatten)]
     pub common: Common,
 }
 
 impl Arguments {
     /// Runs the command.
-    pub fn run(&self, _session: &Session) -> Result<Outcome> {
-        Err(Error::data("mesotex render", "not built yet"))
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.options.validate()?;
+        let sample = Sample::open(&self.sample)?;
+        let map = SurfaceTextonMap::read(&self.map)?;
+        let inputs = [self.sample.as_path(), self.map.as_path()];
+        let _lock = session.claim(&self.lock_target(), &inputs)?;
+        if let Some(file) = &self.vertex_colors {
+            session.claim(file, &inputs).map(drop)?;
+        }
+        fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
+        let map_id = ContentId::of_file(&self.map)?;
+        let inputs = Inputs {
+            sample: &sample,
+            map: &map,
+            map_id: &map_id,
+            folder: &self.output,
+            force: self.force,
+        };
+        let mut outcome = Outcome::default();
+        if let Some(file) = &self.vertex_colors {
+            self.write_vertex_colors(&inputs, file, session)?;
+            outcome = outcome.wrote(file);
+        }
+        let start = Instant::now();
+        let report = sequence::render(&inputs, &self.options, &session.progress())?;
+        let seconds = start.elapsed().as_secs_f64();
+        let outcome = describe(outcome, &report, &map, seconds).wrote(&self.output);
+        self.add_overviews(outcome, &report, session)
     }
+
+    /// Shards of one sweep write one folder side by side; any other two runs may not.
+    fn lock_target(&self) -> PathBuf {
+        let Some(shard) = self.options.shard else {
+            return self.output.clone();
+        };
+        let mut name = self.output.clone().into_os_string();
+        name.push(format!(".shard-{}-of-{}", shard.index, shard.count));
+        name.into()
+    }
+
+    fn write_vertex_colors(&self, inputs: &Inputs, file: &Path, session: &Session) -> Result<()> {
+        let colors = sequence::with_renderer(
+            inputs,
+            &self.options,
+            &session.progress(),
+            |renderer, frames| match frames.first() {
+                Some(first) => Ok(renderer.vertex_colors(&first.view, &first.lights)),
+                None => Ok(Vec::new()),
+            },
+        )?;
+        let map = inputs.map;
+        let axis = |k: usize| -> Vec<f32> { map.mesh.positions.iter().map(|p| p[k]).collect() };
+        let normal = |k: usize| -> Vec<f32> { map.normals.iter().map(|n| n[k]).collect() };
+        let channel = |k: usize| -> Vec<f32> { colors.iter().map(|color| color[k]).collect() };
+        let names = ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"];
+        let columns: Vec<Vec<f32>> = (0..9)
+            .map(|column| match (column / 3, column % 3) {
+                (0, k) => axis(k),
+                (1, k) => normal(k),
+                (_, k) => channel(k),
+            })
+            .collect();
+        let columns: Vec<_> = names
+            .into_iter()
+            .zip(&columns)
+            .map(|(name, numbers)| (name, Column::Float(numbers)))
+            .collect();
+        let comments = ["colors are linear Rec. 709".to_string()];
+        ply::write(file, &comments, &columns, &map.mesh.triangles)
+    }
+
+    /// Adds the contact sheet and the moving preview, once all frames are there.
+    fn add_overviews(
+        &self,
+        outcome: Outcome,
+        report: &Report,
+        session: &Session,
+    ) -> Result<Outcome> {
+        let missing = report.files.iter().filter(|file| !file.is_there).count();
+        if missing > 0 {
+            return Ok(outcome.line(format!(
+                "{missing} frames are for other shards; the last to finish draws the contact sheet"
+            )));
+        }
+        let sheet = self.output.join("contact.png");
+        let thumbnails = thumbnails(&report.files)?;
+        let picture = contact_sheet(&thumbnails);
+        image::write_png(&sheet, picture.width, picture.height, &picture.pixels)?;
+        let outcome = outcome.wrote(&sheet);
+        if self.options.animation == Animation::None {
+            return Ok(outcome);
+        }
+        let path = self.output.join("sweep.gif");
+        session
+            .progress()
+            .begin("moving preview", report.files.len() as u64);
+        let pictures = report.files.iter().map(|file| {
+            let picture = read_preview(&file.preview)?.reduced_to(480);
+            session.progress().advance(1)?;
+            Ok(picture)
+        });
+        write_gif(&path, pictures, 24)?;
+        session.progress().end();
+        Ok(outcome.wrote(&path))
+    }
+}
+
+fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: f64) -> Outcome {
+    let Report {
+        rendered,
+        kept,
+        replaced,
+        ..
+    } = report;
+    let mut outcome = outcome.line(format!(
+        "{rendered} frames of {} vertices in {seconds:.2} s",
+        map.mesh.positions.len()
+    ));
+    if *rendered > 0 {
+        let mebibytes = report.table_bytes as f64 / f64::from(1 << 20);
+        let place = if report.table_mapped {
+            "on disk"
+        } else {
+            "in memory"
+        };
+        outcome = outcome.line(format!(
+            "the sample laid out for shading: {mebibytes:.0} MiB {place}"
+        ));
+    }
+    if *kept > 0 {
+        outcome = outcome.line(format!("{kept} frames kept"));
+    }
+    if *replaced > 0 {
+        outcome = outcome.line(format!(
+            "{replaced} frames of other options or inputs made anew"
+        ));
+    }
+    outcome
+        .figure("frames", *rendered)
+        .figure("kept", *kept)
+        .figure("replaced", *replaced)
+        .figure("seconds", seconds)
+        .figure("vertices", map.mesh.positions.len())
+        .figure("table-bytes", report.table_bytes)
+}
+
+/// The most pictures on a contact sheet.
+const MOST_PICTURES: usize = 64;
+
+/// Evenly spaced frames, small.
+fn thumbnails(files: &[FrameFile]) -> Result<Vec<(Picture, String)>> {
+    let shown = files.len().min(MOST_PICTURES);
+    (0..shown)
+        .map(|index| &files[index * files.len() / shown])
+        .map(|file| {
+            let picture = read_preview(&file.preview)?.reduced_to(240);
+            Ok((picture, format!("{}  {}", file.number, file.label)))
+        })
+        .collect()
+}
+
+fn read_preview(path: &Path) -> Result<Picture> {
+    let image = image::read(path)?.into_rgb();
+    Ok(Picture {
+        width: image.width,
+        height: image.height,
+        pixels: image
+            .data
+            .iter()
+            .map(|value| (value * 255.0 + 0.5) as u8)
+            .collect(),
+    })
 }

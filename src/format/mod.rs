@@ -5,6 +5,7 @@
 
 pub mod atomic;
 pub mod gltf;
+pub mod exr;
 pub mod id;
 pub mod image;
 pub mod json;

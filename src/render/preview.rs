@@ -2,7 +2,6 @@
 //! levels: fitted camera, antialiased, shaded softly by the facets so that the shape is seen.
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -37,19 +36,20 @@ pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) ->
     let view = View::new(camera, size)?;
     let surface = SurfaceBuffer::draw(&view, mesh, Samples::Four, bounds.nearest());
     let light = towards.as_vec3();
-    let pixels = (0..size[1])
-        .into_par_iter()
-        .flat_map_iter(|row| (0..size[0]).map(move |column| [column, row]))
-        .flat_map_iter(|[column, row]| pixel(mesh, colors, light, surface.colour_hits(column, row)))
-        .collect();
-    Ok(pixels)
+    let pixels = surface.map_pixels(
+        BACKGROUND.map(|v| v as u8),
+        || (),
+        |(), hits| pixel(mesh, colors, light, surface.color_hits(hits)),
+    );
+    Ok(pixels.into_iter().flatten().collect())
 }
 
+const BACKGROUND: [f32; 3] = [255.0; 3];
+
 fn pixel(mesh: &TriangleMesh, colors: &[[u8; 3]], light: Vec3, hits: &[Hit]) -> [u8; 3] {
-    const BACKGROUND: Vec3 = Vec3::splat(255.0);
     let seen = |hit: &Hit| {
         if !hit.is_surface() {
-            return BACKGROUND;
+            return Vec3::from_array(BACKGROUND);
         }
         let triangle = hit.triangle as usize;
         let normal = mesh.area_normal(triangle).normalize_or_zero();
@@ -62,12 +62,8 @@ fn pixel(mesh: &TriangleMesh, colors: &[[u8; 3]], light: Vec3, hits: &[Hit]) -> 
             .sum();
         color * shade
     };
-    let sum: Vec3 = if hits.is_empty() {
-        BACKGROUND
-    } else {
-        hits.iter().map(seen).sum::<Vec3>() / hits.len() as f32
-    };
-    sum.to_array().map(|value| (value + 0.5) as u8)
+    let mean = hits.iter().map(seen).sum::<Vec3>() / hits.len() as f32;
+    mean.to_array().map(|value| (value + 0.5) as u8)
 }
 
 #[cfg(test)]

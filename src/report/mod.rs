@@ -1,1 +1,5 @@
-//! Pictures and pages that show a person what was made: contact sheets, montages, labels.
+//! Pictures about pictures: contact sheets and moving previews, from finished 8-bit images.
+
+pub mod animation;
+pub mod contact_sheet;
+mod lettering;

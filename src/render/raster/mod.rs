@@ -121,27 +121,66 @@ impl SurfaceBuffer {
         &tile[pixel * stored..][..stored]
     }
 
-    /// The hits that colour and coverage are the mean of.
+    /// Those of a pixel's hits that colour and coverage are the mean of.
     #[inline]
-    pub fn colour_hits(&self, column: u32, row: u32) -> &[Hit] {
-        let hits = self.pixel(column, row);
-        &hits[..self.samples.count().min(hits.len())]
+    pub fn color_hits<'a>(&self, pixel: &'a [Hit]) -> &'a [Hit] {
+        &pixel[..self.samples.count().min(pixel.len())]
     }
 
     /// What the other layers of a pixel show: the centre, or the covered sample nearest to it;
     /// nothing where no sample of colour is covered.
     #[inline]
-    pub fn layer_hit(&self, column: u32, row: u32) -> Hit {
-        let hits = self.pixel(column, row);
-        let Some(centre) = hits.last() else {
+    pub fn layer_hit(&self, pixel: &[Hit]) -> Hit {
+        let Some(centre) = pixel.last() else {
             return Hit::MISS;
         };
-        let mut covered = self.by_distance.iter().filter(|&&s| hits[s].is_surface());
+        let mut covered = self.by_distance.iter().filter(|&&s| pixel[s].is_surface());
         match covered.next() {
             None => Hit::MISS,
             Some(_) if centre.is_surface() => *centre,
-            Some(&nearest) => hits[nearest],
+            Some(&nearest) => pixel[nearest],
         }
+    }
+
+    /// The colour samples of a pixel, nearest to its centre first.
+    pub fn by_distance(&self) -> &[usize] {
+        &self.by_distance
+    }
+
+    /// An image of what `value` makes of each pixel's hits, row by row; `nothing` where a whole
+    /// tile sees nothing. Tiles run in parallel, each with working memory from `init`.
+    pub fn map_pixels<R: Copy + Send + Sync, W>(
+        &self,
+        nothing: R,
+        init: impl Fn() -> W + Sync + Send,
+        value: impl Fn(&mut W, &[Hit]) -> R + Sync + Send,
+    ) -> Vec<R> {
+        let stored = self.samples.stored();
+        let tiles: Vec<Vec<R>> = self
+            .tiles
+            .par_iter()
+            .map_init(init, |work, tile| {
+                tile.chunks(stored)
+                    .map(|pixel| value(work, pixel))
+                    .collect()
+            })
+            .collect();
+        let width = self.size[0] as usize;
+        let mut image = vec![nothing; width * self.size[1] as usize];
+        image
+            .par_chunks_mut(width)
+            .enumerate()
+            .for_each(|(row, line)| {
+                let across = line.len().div_ceil(TILE as usize);
+                let first = row / TILE as usize * across;
+                for (part, tile) in line.chunks_mut(TILE as usize).zip(&tiles[first..]) {
+                    if !tile.is_empty() {
+                        let start = row % TILE as usize * TILE as usize;
+                        part.copy_from_slice(&tile[start..start + part.len()]);
+                    }
+                }
+            });
+        image
     }
 
     /// All hits on surfaces, in tiles that run in parallel.

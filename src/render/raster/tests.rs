@@ -176,7 +176,7 @@ fn triangles_behind_the_camera_are_cut() {
     let buffer = SurfaceBuffer::draw(&view, &mesh, Samples::Four, 1e-2);
     for row in 0..32 {
         for column in 0..32 {
-            let hit = buffer.layer_hit(column, row);
+            let hit = buffer.layer_hit(buffer.pixel(column, row));
             assert_eq!(hit.is_surface(), row >= 16, "{column} {row}");
             if hit.is_surface() {
                 let [a, b, c] = hit.barycentric().map(f64::from);
@@ -208,12 +208,12 @@ fn other_layers_come_from_the_centre_or_the_nearest_covered_sample() {
     let view = View::new(camera, [1, 1]).unwrap();
     let buffer = SurfaceBuffer::draw(&view, &mesh, Samples::Four, 1e-3);
     let covered: Vec<bool> = buffer
-        .colour_hits(0, 0)
+        .color_hits(buffer.pixel(0, 0))
         .iter()
         .map(Hit::is_surface)
         .collect();
     assert_eq!(covered, [false, true, false, true]);
     let hits = buffer.pixel(0, 0);
     assert!(!hits[4].is_surface());
-    assert_eq!(buffer.layer_hit(0, 0), hits[1]);
+    assert_eq!(buffer.layer_hit(buffer.pixel(0, 0)), hits[1]);
 }

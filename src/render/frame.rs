@@ -1,0 +1,172 @@
+//! A finished frame in memory: colour and the layers beside it, as EXR channels.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use half::f16;
+use rayon::prelude::*;
+
+use crate::format::exr::Numbers;
+use crate::index::TextonLabel;
+use crate::render::camera::View;
+use crate::render::fragment::point;
+use crate::render::raster::{Hit, SurfaceBuffer};
+use crate::surface_map::SurfaceTextonMap;
+
+/// The layers that depend on the view alone, row by row from the top.
+#[derive(Clone, Debug, Default)]
+pub struct GeometryLayers {
+    /// Distance along the view axis; +∞ where nothing is seen.
+    pub depth: Vec<f32>,
+    /// World-space unit normals, interpolated; 0 where nothing is seen.
+    pub normals: [Vec<f32>; 3],
+    /// Texture coordinate over the sample's size, of the vertex with the largest weight; 0 where
+    /// nothing is seen.
+    pub uv: [Vec<f32>; 2],
+    /// Texton of the vertex with the largest weight; 65535 where nothing is seen.
+    pub textons: Vec<u32>,
+}
+
+/// A frame.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// Linear Rec. 709, premultiplied by the coverage in A.
+    pub rgba: Vec<[f32; 4]>,
+    /// Layers of the view.
+    pub geometry: Arc<GeometryLayers>,
+    /// Share of the lights that reaches the surface, where it was asked for.
+    pub shadow: Option<Vec<f32>>,
+    /// Share of the weight from beyond the sampled range, where it was asked for.
+    pub beyond: Option<Vec<f32>>,
+}
+
+/// One pixel of [`GeometryLayers`].
+#[derive(Clone, Copy)]
+struct LayerPixel {
+    depth: f32,
+    normal: [f32; 3],
+    uv: [f32; 2],
+    texton: u32,
+}
+
+const NOTHING_SEEN: LayerPixel = LayerPixel {
+    depth: f32::INFINITY,
+    normal: [0.0; 3],
+    uv: [0.0; 2],
+    texton: TextonLabel::NONE.0 as u32,
+};
+
+impl GeometryLayers {
+    /// Reads the layers off what the samples see.
+    pub fn of_surface(surface: &SurfaceBuffer, map: &SurfaceTextonMap, view: &View) -> Self {
+        let pixels = surface.map_pixels(
+            NOTHING_SEEN,
+            || (),
+            |(), hits| layer_pixel(map, view, surface.layer_hit(hits)),
+        );
+        let plane = |value: &(dyn Fn(&LayerPixel) -> f32 + Sync)| -> Vec<f32> {
+            pixels.par_iter().map(value).collect()
+        };
+        Self {
+            depth: plane(&|pixel| pixel.depth),
+            normals: [0, 1, 2].map(|axis: usize| plane(&move |pixel| pixel.normal[axis])),
+            uv: [0, 1].map(|axis: usize| plane(&move |pixel| pixel.uv[axis])),
+            textons: pixels.par_iter().map(|pixel| pixel.texton).collect(),
+        }
+    }
+}
+
+fn layer_pixel(map: &SurfaceTextonMap, view: &View, hit: Hit) -> LayerPixel {
+    if !hit.is_surface() {
+        return NOTHING_SEEN;
+    }
+    let corners = map.mesh.triangles[hit.triangle as usize];
+    let position = point(&map.mesh, &hit).as_dvec3();
+    let normal: glam::Vec3 = corners
+        .iter()
+        .zip(hit.barycentric())
+        .map(|(&v, share)| map.normals[v as usize] * share)
+        .sum();
+    let vertex = corners[hit.nearest_corner()] as usize;
+    let coord = map.coords[vertex];
+    let [width, height] = map.exemplar.map(|side| side as f32);
+    LayerPixel {
+        depth: view.camera_from_world(position).z as f32,
+        normal: normal.normalize_or_zero().to_array(),
+        uv: [coord.s / width, coord.t / height],
+        texton: u32::from(map.textons[vertex].0),
+    }
+}
+
+/// Which groups of channels a frame's file has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LayerGroup {
+    /// `R G B A`
+    Rgba,
+    /// `Z`
+    Depth,
+    /// `N.X N.Y N.Z`
+    Normals,
+    /// `uv.U uv.V`
+    Uv,
+    /// `texton.I`
+    Texton,
+    /// `shadow.Y`
+    Shadow,
+    /// `weight.Y`
+    Weight,
+}
+
+/// The largest finite half; brighter colours are clamped to it.
+const LARGEST_HALF: f32 = 65504.0;
+
+impl Frame {
+    /// The frame's channels by their EXR names; colour in halfs unless `float`.
+    pub fn channels(&self, groups: &[LayerGroup], float: bool) -> BTreeMap<String, Numbers> {
+        let mut channels = BTreeMap::new();
+        let mut add = |name: &str, numbers: Numbers| {
+            channels.insert(name.to_string(), numbers);
+        };
+        let layer = |numbers: &Vec<f32>| Numbers::Float(numbers.clone());
+        for group in groups {
+            match group {
+                LayerGroup::Rgba => {
+                    for (channel, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+                        add(name, self.color(channel, float));
+                    }
+                }
+                LayerGroup::Depth => add("Z", layer(&self.geometry.depth)),
+                LayerGroup::Normals => {
+                    for (name, plane) in ["N.X", "N.Y", "N.Z"]
+                        .into_iter()
+                        .zip(&self.geometry.normals)
+                    {
+                        add(name, layer(plane));
+                    }
+                }
+                LayerGroup::Uv => {
+                    for (name, plane) in ["uv.U", "uv.V"].into_iter().zip(&self.geometry.uv) {
+                        add(name, layer(plane));
+                    }
+                }
+                LayerGroup::Texton => {
+                    add("texton.I", Numbers::Uint(self.geometry.textons.clone()));
+                }
+                LayerGroup::Shadow => self.shadow.iter().for_each(|p| add("shadow.Y", layer(p))),
+                LayerGroup::Weight => self.beyond.iter().for_each(|p| add("weight.Y", layer(p))),
+            }
+        }
+        channels
+    }
+
+    fn color(&self, channel: usize, float: bool) -> Numbers {
+        let pixels = self.rgba.par_iter().with_min_len(1 << 14);
+        if float {
+            return Numbers::Float(pixels.map(|pixel| pixel[channel]).collect());
+        }
+        let half = |pixel: &[f32; 4]| f16::from_f32(pixel[channel].min(LARGEST_HALF));
+        Numbers::Half(pixels.map(half).collect())
+    }
+}

@@ -1,0 +1,706 @@
+//! Options of rendering, as the command line and TOML files give them.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::format::exr::Compression;
+use crate::render::compass::UpAxis;
+use crate::render::frame_range::{FramePattern, FrameRange, Shard};
+use crate::render::nearest::Weighting;
+use crate::render::radiance::Texels;
+use crate::render::raster::Samples;
+use crate::render::renderer::{Shading, Shadows};
+
+/// Types that are written as one string, on the command line and in TOML.
+macro_rules! as_string {
+    ($($name:ty),*) => {$(
+        impl TryFrom<String> for $name {
+            type Error = String;
+
+            fn try_from(text: String) -> std::result::Result<Self, String> {
+                text.parse()
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(value: $name) -> Self {
+                value.to_string()
+            }
+        }
+    )*};
+}
+as_string!(Sweep, ImageSize, LightSpec, Point, Shard);
+
+/// What changes from frame to frame.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Sweep {
+    /// Nothing.
+    #[default]
+    None,
+    /// The first light goes round.
+    LightAzimuth,
+    /// The first light rises on its side and sets on the other.
+    LightElevation,
+    /// The first light goes round while it sinks.
+    LightSpiral,
+    /// The camera goes round.
+    ViewOrbit,
+    /// A CSV file with a row for each frame.
+    File(PathBuf),
+}
+
+const SWEEPS: [(&str, Sweep); 5] = [
+    ("none", Sweep::None),
+    ("light-azimuth", Sweep::LightAzimuth),
+    ("light-elevation", Sweep::LightElevation),
+    ("light-spiral", Sweep::LightSpiral),
+    ("view-orbit", Sweep::ViewOrbit),
+];
+
+impl FromStr for Sweep {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let named = SWEEPS.into_iter().find(|(name, _)| *name == text);
+        if let Some((_, sweep)) = named {
+            return Ok(sweep);
+        }
+        if text.to_lowercase().ends_with(".csv") {
+            return Ok(Self::File(text.into()));
+        }
+        let names = SWEEPS.map(|(name, _)| name).join(", ");
+        Err(format!("`{text}` is none of {names}, nor a .csv file"))
+    }
+}
+
+impl fmt::Display for Sweep {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Self::File(path) = self {
+            return write!(f, "{}", path.display());
+        }
+        let named = SWEEPS.into_iter().find(|(_, sweep)| sweep == self);
+        f.write_str(named.map_or("", |(name, _)| name))
+    }
+}
+
+/// Columns × rows of a frame, as `1280x960`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct ImageSize(pub [u32; 2]);
+
+/// The longest side of a frame.
+const LONGEST_SIDE: u32 = 16_384;
+
+impl FromStr for ImageSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let parts = text.split_once('x');
+        let sides = parts.and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+        match sides {
+            Some(size) if size.iter().all(|side| (1..=LONGEST_SIDE).contains(side)) => {
+                Ok(Self(size))
+            }
+            _ => Err(format!(
+                "`{text}` is no size WxH of 1 to {LONGEST_SIDE} pixels a side, as 1280x960"
+            )),
+        }
+    }
+}
+
+impl fmt::Display for ImageSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.0[0], self.0[1])
+    }
+}
+
+/// A point or vector, as `x,y,z`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Point(pub [f64; 3]);
+
+impl FromStr for Point {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match numbers(text)?[..] {
+            [x, y, z] => Ok(Self([x, y, z])),
+            _ => Err(format!("`{text}` is no point x,y,z")),
+        }
+    }
+}
+
+impl fmt::Display for Point {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.0;
+        write!(f, "{x},{y},{z}")
+    }
+}
+
+/// Finite numbers, separated by commas.
+fn numbers(text: &str) -> std::result::Result<Vec<f64>, String> {
+    let number = |part: &str| match part.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("`{part}` in `{text}` is no number")),
+    };
+    text.split(',').map(number).collect()
+}
+
+/// A light: `sun:AZIMUTH,ELEVATION[,IRRADIANCE]` in degrees, or `point:X,Y,Z[,IRRADIANCE]` in mesh
+/// units, its irradiance meant at the centre of the mesh's bounding box.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum LightSpec {
+    /// Parallel rays.
+    Sun {
+        /// Degrees, counter-clockwise seen from above; 0 towards the first frame's camera.
+        azimuth: f64,
+        /// Degrees above the horizontal.
+        elevation: f64,
+        /// In place of `--irradiance`.
+        irradiance: Option<f64>,
+    },
+    /// A point.
+    Point {
+        /// In mesh units.
+        position: [f64; 3],
+        /// In place of `--irradiance`.
+        irradiance: Option<f64>,
+    },
+}
+
+impl FromStr for LightSpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+        let values = numbers(rest).unwrap_or_default();
+        let spec = match (kind, &values[..]) {
+            ("sun", &[azimuth, elevation, ref rest @ ..]) if rest.len() < 2 => Self::Sun {
+                azimuth,
+                elevation,
+                irradiance: rest.first().copied(),
+            },
+            ("point", &[x, y, z, ref rest @ ..]) if rest.len() < 2 => Self::Point {
+                position: [x, y, z],
+                irradiance: rest.first().copied(),
+            },
+            _ => {
+                return Err(format!(
+                    "`{text}` is neither sun:AZIMUTH,ELEVATION[,IRRADIANCE] nor point:X,Y,Z[,IRRADIANCE]"
+                ));
+            }
+        };
+        Ok(spec)
+    }
+}
+
+impl fmt::Display for LightSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let irradiance = match self {
+            Self::Sun {
+                azimuth,
+                elevation,
+                irradiance,
+            } => {
+                write!(f, "sun:{azimuth},{elevation}")?;
+                irradiance
+            }
+            Self::Point {
+                position: [x, y, z],
+                irradiance,
+            } => {
+                write!(f, "point:{x},{y},{z}")?;
+                irradiance
+            }
+        };
+        irradiance.map_or(Ok(()), |value| write!(f, ",{value}"))
+    }
+}
+
+/// How the camera projects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProjectionKind {
+    /// Lines of sight meet in the camera.
+    #[default]
+    Perspective,
+    /// Lines of sight are parallel.
+    Orthographic,
+}
+
+/// Whether coarser levels of the sample stand in for it where its texels are smaller than pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mip {
+    /// On for pixel shading, off for vertex shading.
+    #[default]
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+/// Groups of channels in a frame's file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layer {
+    /// `R G B A`: linear colour, premultiplied, and coverage.
+    Rgba,
+    /// `Z`: distance along the view axis.
+    Depth,
+    /// `N.X N.Y N.Z`: normals in world space.
+    Normal,
+    /// `uv.U uv.V`: texture coordinates over the sample's size.
+    Uv,
+    /// `texton.I`: texton labels.
+    Texton,
+    /// `shadow.Y`: the share of the lights that reaches the surface.
+    Shadow,
+    /// `weight.Y`: the share of the blend that lies beyond the sampled directions.
+    Weight,
+}
+
+/// The layers every frame has unless told otherwise.
+pub const STANDARD_LAYERS: [Layer; 5] = [
+    Layer::Rgba,
+    Layer::Depth,
+    Layer::Normal,
+    Layer::Uv,
+    Layer::Texton,
+];
+
+/// A moving preview of the sweep.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Animation {
+    /// None.
+    #[default]
+    None,
+    /// `sweep.gif`, at most 480 pixels wide.
+    Gif,
+}
+
+/// How a map is rendered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct RenderOptions {
+    /// What changes from frame to frame: none, light-azimuth, light-elevation, light-spiral,
+    /// view-orbit, or a .csv file with a row for each frame (columns: see docs/rendering.md).
+    #[arg(long, default_value_t = Sweep::None, help_heading = "Sweep")]
+    pub sweep: Sweep,
+    /// Frames to make: a count, or a range of the sweep as 10-20 or 1-240x2. Default: 1 without a
+    /// sweep, 24 with one, all rows of a file.
+    #[arg(long, value_name = "N|RANGE", help_heading = "Sweep")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<FrameRange>,
+    /// Frames of the whole sweep. Default: the end of --frames.
+    #[arg(long, value_name = "N", help_heading = "Sweep")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep_length: Option<u32>,
+    /// Where the sweep begins, in degrees. Default: the light's azimuth, elevation 0, elevation 90
+    /// (spiral), orbit 0.
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        allow_negative_numbers = true,
+        help_heading = "Sweep"
+    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep_from: Option<f64>,
+    /// Where the sweep ends, in degrees. Default: 360 further, elevation 180, elevation 10 (spiral).
+    /// A full turn ends one step before where it began.
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        allow_negative_numbers = true,
+        help_heading = "Sweep"
+    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep_to: Option<f64>,
+    /// Turns of the light in a light-spiral.
+    #[arg(long, default_value_t = Self::default().turns, help_heading = "Sweep")]
+    pub turns: f64,
+
+    /// Columns × rows of a frame.
+    #[arg(long, value_name = "WxH", default_value_t = Self::default().size, help_heading = "Picture")]
+    pub size: ImageSize,
+    /// Samples a pixel for antialiasing.
+    #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
+    pub samples: Samples,
+    /// Where colour is computed.
+    #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
+    pub shading: Shading,
+    /// Where cast shadows are computed.
+    #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
+    pub shadows: Shadows,
+    /// How the nearest images are weighted.
+    #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
+    pub weights: Weighting,
+    /// How values between texels are found.
+    #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
+    pub texels: Texels,
+    /// Coarser levels of the sample for distant surfaces.
+    #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
+    pub mip: Mip,
+
+    /// The axis of the mesh that points up.
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        allow_hyphen_values = true,
+        help_heading = "Camera"
+    )]
+    pub up: UpAxis,
+    /// Azimuth of the camera in degrees, counter-clockwise seen from above; 0 is in front: +z, or
+    /// −y when z is up.
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().camera_azimuth, allow_negative_numbers = true, help_heading = "Camera")]
+    pub camera_azimuth: f64,
+    /// Elevation of the camera in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().camera_elevation, allow_negative_numbers = true, help_heading = "Camera")]
+    pub camera_elevation: f64,
+    /// Viewpoint, in place of one fitted to the mesh.
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        allow_hyphen_values = true,
+        help_heading = "Camera"
+    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera_position: Option<Point>,
+    /// Point in the picture's middle. Default: the centre of the mesh's bounding box.
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        allow_hyphen_values = true,
+        help_heading = "Camera"
+    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera_target: Option<Point>,
+    /// How the camera projects.
+    #[arg(long, value_enum, default_value_t, help_heading = "Camera")]
+    pub projection: ProjectionKind,
+    /// Vertical field of view in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().fov, help_heading = "Camera")]
+    pub fov: f64,
+    /// Focal length in mm for a picture 24 mm high, in place of --fov.
+    #[arg(
+        long,
+        value_name = "MM",
+        conflicts_with = "fov",
+        help_heading = "Camera"
+    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub focal_length: Option<f64>,
+    /// Height of an orthographic picture in mesh units. Default: fitted.
+    #[arg(long, value_name = "UNITS", help_heading = "Camera")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view_height: Option<f64>,
+    /// Cameras from a JSON or CSV file, one for each frame (fields: see docs/rendering.md).
+    #[arg(long, value_name = "FILE", help_heading = "Camera")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera_path: Option<PathBuf>,
+
+    /// Azimuth of the light in degrees, counter-clockwise seen from above; 0 towards the first
+    /// frame's camera.
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().light_azimuth, allow_negative_numbers = true, help_heading = "Light")]
+    pub light_azimuth: f64,
+    /// Elevation of the light in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().light_elevation, allow_negative_numbers = true, help_heading = "Light")]
+    pub light_elevation: f64,
+    /// Lights in place of the one above, as sun:AZIMUTH,ELEVATION[,IRRADIANCE] or
+    /// point:X,Y,Z[,IRRADIANCE]; repeat for more.
+    #[arg(
+        long,
+        value_name = "LIGHT",
+        allow_hyphen_values = true,
+        help_heading = "Light"
+    )]
+    pub light: Vec<LightSpec>,
+    /// Irradiance at normal incidence; a point light's at the centre of the mesh's bounding box.
+    /// With π a white Lambertian surface facing the light shows as 1.
+    #[arg(long, default_value_t = Self::default().irradiance, help_heading = "Light")]
+    pub irradiance: f64,
+    /// Angle in degrees that the radius of each light's disc spans: soft shadow edges.
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().light_radius, help_heading = "Light")]
+    pub light_radius: f64,
+    /// Shadow rays a point and light when --light-radius is not 0.
+    #[arg(long, value_name = "N", default_value_t = Self::default().shadow_rays, help_heading = "Light")]
+    pub shadow_rays: u32,
+    /// A latitude-longitude image (OpenEXR, Radiance HDR) whose light falls in from all around, in
+    /// place of the light above; its middle lies at azimuth 180.
+    #[arg(long, value_name = "FILE", help_heading = "Light")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment: Option<PathBuf>,
+    /// Directional lights that stand for the environment.
+    #[arg(long, value_name = "N", default_value_t = Self::default().environment_lights, help_heading = "Light")]
+    pub environment_lights: u32,
+    /// What the environment's radiance is multiplied by.
+    #[arg(long, value_name = "X", default_value_t = Self::default().environment_scale, help_heading = "Light")]
+    pub environment_scale: f64,
+    /// Degrees by which the environment is turned, counter-clockwise seen from above.
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().environment_azimuth, allow_negative_numbers = true, help_heading = "Light")]
+    pub environment_azimuth: f64,
+
+    /// Layers of a frame's file.
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = STANDARD_LAYERS, help_heading = "Files")]
+    pub layers: Vec<Layer>,
+    /// Colour in 16-bit floats (the default).
+    #[arg(long, overrides_with = "float", help_heading = "Files")]
+    #[serde(skip_serializing)]
+    pub half: bool,
+    /// Colour in 32-bit floats.
+    #[arg(long, overrides_with = "half", help_heading = "Files")]
+    pub float: bool,
+    /// Compression of a frame's file; all but pxr24 keep every bit.
+    #[arg(long, value_enum, default_value_t, help_heading = "Files")]
+    pub compression: Compression,
+    /// Names of the frames' files; #### becomes the number.
+    #[arg(long, default_value_t, help_heading = "Files")]
+    pub pattern: FramePattern,
+    /// Keep frames that are there already and were made with the same options and inputs.
+    #[arg(long, help_heading = "Files")]
+    pub skip_existing: bool,
+    /// Make only the i-th of every n frames, so that n runs share a sweep.
+    #[arg(long, value_name = "I/N", help_heading = "Files")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+    /// Stops by which previews are brightened.
+    #[arg(long, value_name = "STOPS", default_value_t = Self::default().exposure, allow_negative_numbers = true, help_heading = "Files")]
+    pub exposure: f32,
+    /// Linear grey behind the surface in previews.
+    #[arg(long, value_name = "GREY", default_value_t = Self::default().background, help_heading = "Files")]
+    pub background: f32,
+    /// A moving preview.
+    #[arg(long, value_enum, default_value_t, help_heading = "Files")]
+    pub animation: Animation,
+    /// Memory in MiB that the sample laid out for shading may take; more is mapped from a
+    /// temporary file in the output's folder.
+    #[arg(long, value_name = "MIB", default_value_t = Self::default().table_memory, help_heading = "Files")]
+    pub table_memory: u64,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self {
+            sweep: Sweep::None,
+            frames: None,
+            sweep_length: None,
+            sweep_from: None,
+            sweep_to: None,
+            turns: 3.0,
+            size: ImageSize([960, 720]),
+            samples: Samples::default(),
+            shading: Shading::default(),
+            shadows: Shadows::default(),
+            weights: Weighting::default(),
+            texels: Texels::default(),
+            mip: Mip::default(),
+            up: UpAxis::default(),
+            camera_azimuth: 0.0,
+            camera_elevation: 15.0,
+            camera_position: None,
+            camera_target: None,
+            projection: ProjectionKind::default(),
+            fov: 30.0,
+            focal_length: None,
+            view_height: None,
+            camera_path: None,
+            light_azimuth: 30.0,
+            light_elevation: 45.0,
+            light: Vec::new(),
+            irradiance: std::f64::consts::PI,
+            light_radius: 0.0,
+            shadow_rays: 16,
+            environment: None,
+            environment_lights: 64,
+            environment_scale: 1.0,
+            environment_azimuth: 0.0,
+            layers: STANDARD_LAYERS.to_vec(),
+            half: false,
+            float: false,
+            compression: Compression::default(),
+            pattern: FramePattern::default(),
+            skip_existing: false,
+            shard: None,
+            exposure: 0.0,
+            background: 0.03,
+            animation: Animation::default(),
+            table_memory: 4096,
+        }
+    }
+}
+
+impl RenderOptions {
+    /// Refuses values that no frame can have.
+    pub fn validate(&self) -> Result<()> {
+        let positive = "a finite number above 0";
+        let not_negative = "a finite number, 0 or more";
+        self.check(
+            "irradiance",
+            self.irradiance,
+            self.irradiance >= 0.0,
+            not_negative,
+        )?;
+        self.check(
+            "fov",
+            self.fov,
+            self.fov > 0.0 && self.fov < 180.0,
+            "0 to 180 degrees",
+        )?;
+        self.check(
+            "light-radius",
+            self.light_radius,
+            (0.0..=45.0).contains(&self.light_radius),
+            "0 to 45 degrees",
+        )?;
+        let scale = self.environment_scale;
+        self.check("environment-scale", scale, scale >= 0.0, not_negative)?;
+        for (option, value) in [
+            ("sweep-from", self.sweep_from),
+            ("sweep-to", self.sweep_to),
+            ("turns", Some(self.turns)),
+            ("camera-azimuth", Some(self.camera_azimuth)),
+            ("camera-elevation", Some(self.camera_elevation)),
+            ("light-azimuth", Some(self.light_azimuth)),
+            ("light-elevation", Some(self.light_elevation)),
+            ("environment-azimuth", Some(self.environment_azimuth)),
+            ("exposure", Some(f64::from(self.exposure))),
+        ] {
+            self.check(option, value.unwrap_or(0.0), true, "a finite number")?;
+        }
+        for (option, value) in [
+            ("focal-length", self.focal_length),
+            ("view-height", self.view_height),
+        ] {
+            let value = value.unwrap_or(1.0);
+            self.check(option, value, value > 0.0, positive)?;
+        }
+        let background = f64::from(self.background);
+        self.check(
+            "background",
+            background,
+            (0.0..=1.0).contains(&background),
+            "0 to 1",
+        )?;
+        let counts = [
+            ("shadow-rays", self.shadow_rays, 4096),
+            ("environment-lights", self.environment_lights, 4096),
+            ("sweep-length", self.sweep_length.unwrap_or(1), u32::MAX),
+        ];
+        for (option, count, most) in counts {
+            if !(1..=most).contains(&count) {
+                return Err(Error::option(
+                    option,
+                    count.to_string(),
+                    format!("1 to {most}"),
+                ));
+            }
+        }
+        if self.layers.is_empty() {
+            return Err(Error::option("layers", "none", "at least one"));
+        }
+        self.check_lights()
+    }
+
+    fn check(&self, option: &str, value: f64, fits: bool, expected: &str) -> Result<()> {
+        if value.is_finite() && fits {
+            return Ok(());
+        }
+        Err(Error::option(option, value.to_string(), expected))
+    }
+
+    fn check_lights(&self) -> Result<()> {
+        for light in &self.light {
+            let (LightSpec::Sun { irradiance, .. } | LightSpec::Point { irradiance, .. }) = light;
+            let irradiance = irradiance.unwrap_or(1.0);
+            self.check(
+                "light",
+                irradiance,
+                irradiance >= 0.0,
+                "an irradiance of 0 or more",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Whether coarser levels of the sample are used.
+    pub fn uses_mip(&self) -> bool {
+        match self.mip {
+            Mip::Auto => self.shading == Shading::Pixel,
+            Mip::On => true,
+            Mip::Off => false,
+        }
+    }
+
+    /// The vertical field of view in radians.
+    pub fn vertical_fov(&self) -> f64 {
+        match self.focal_length {
+            Some(mm) => 2.0 * (12.0 / mm).atan(),
+            None => self.fov.to_radians(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_round_trip() {
+        for text in [
+            "sun:30,-5",
+            "sun:0,90,2.5",
+            "point:1,2,3",
+            "point:0,-1,0.5,10",
+        ] {
+            assert_eq!(text.parse::<LightSpec>().unwrap().to_string(), text);
+        }
+        for text in ["light-azimuth", "none", "my/path.csv"] {
+            assert_eq!(text.parse::<Sweep>().unwrap().to_string(), text);
+        }
+        for text in ["sun:1", "lamp:1,2", "point:1,2,x", "sun:1,2,3,4"] {
+            assert!(text.parse::<LightSpec>().is_err(), "{text}");
+        }
+        assert!("0x5".parse::<ImageSize>().is_err());
+        assert!(
+            "light-azimut"
+                .parse::<Sweep>()
+                .unwrap_err()
+                .contains("light-azimuth")
+        );
+    }
+
+    #[test]
+    fn toml_and_default_agree() {
+        let options: RenderOptions = toml::from_str("").unwrap();
+        assert_eq!(options, RenderOptions::default());
+        let text = "sweep = \"view-orbit\"\nframes = 12\nlight = [\"sun:10,20\"]\nup = \"-z\"\nsamples = \"8\"";
+        let options: RenderOptions = toml::from_str(text).unwrap();
+        assert_eq!(options.sweep, Sweep::ViewOrbit);
+        assert_eq!(options.frames, Some(FrameRange::count(12)));
+        assert_eq!(options.up, UpAxis::MinusZ);
+        assert!(toml::from_str::<RenderOptions>("swep = 1").is_err());
+    }
+
+    #[test]
+    fn impossible_values_are_refused_by_name() {
+        let refused = |change: fn(&mut RenderOptions)| {
+            let mut options = RenderOptions::default();
+            change(&mut options);
+            options.validate().unwrap_err().to_string()
+        };
+        assert!(refused(|o| o.irradiance = f64::NAN).contains("--irradiance"));
+        assert!(refused(|o| o.fov = 180.0).contains("--fov"));
+        assert!(refused(|o| o.layers.clear()).contains("--layers"));
+        assert!(refused(|o| o.shadow_rays = 0).contains("--shadow-rays"));
+        assert!(RenderOptions::default().validate().is_ok());
+    }
+}

@@ -1,0 +1,522 @@
+//! From options to frames: which camera and which lights each frame has.
+
+use glam::DVec3;
+
+use crate::error::{Error, Result};
+use crate::format::image::{self, FloatImage};
+use crate::render::bounds::Bounds;
+use crate::render::camera::{Camera, FittedProjection, Projection, View};
+use crate::render::compass::Compass;
+use crate::render::environment;
+use crate::render::frame_range::FrameRange;
+use crate::render::light::{Light, Origin};
+use crate::render::options::{LightSpec, ProjectionKind, RenderOptions, Sweep};
+use crate::render::path_file::{self, Row};
+
+/// One frame to make.
+#[derive(Clone, Debug)]
+pub struct PlannedFrame {
+    /// Its number, from 1.
+    pub number: u32,
+    /// Camera and image.
+    pub view: View,
+    /// All lights; the first is the key light.
+    pub lights: Vec<Light>,
+    /// Camera and key light in words, for labels under pictures.
+    pub label: String,
+}
+
+/// Frames of a sweep when nothing says how many.
+const DEFAULT_SWEEP: u32 = 24;
+
+/// Works out the frames of a sweep round a mesh.
+pub fn plan(options: &RenderOptions, bounds: &Bounds) -> Result<Vec<PlannedFrame>> {
+    options.validate()?;
+    let planner = Planner::new(options, bounds)?;
+    let range = planner.range();
+    let length = planner.length(range)?;
+    options
+        .pattern
+        .check(range.numbers().count(), range.last())?;
+    let first = planner.moment(1, length, None)?;
+    let compass = Compass::towards(
+        options.up,
+        first.view.camera.position - first.view.camera.target,
+    );
+    range
+        .numbers()
+        .map(|number| {
+            let moment = planner.moment(number, length, Some(&compass))?;
+            Ok(PlannedFrame {
+                number,
+                label: planner.label(&moment, &compass),
+                view: moment.view,
+                lights: moment.lights,
+            })
+        })
+        .collect()
+}
+
+struct Planner<'a> {
+    options: &'a RenderOptions,
+    bounds: &'a Bounds,
+    rows: Vec<Row>,
+    environment: Option<FloatImage>,
+}
+
+struct Moment {
+    view: View,
+    lights: Vec<Light>,
+}
+
+impl<'a> Planner<'a> {
+    fn new(options: &'a RenderOptions, bounds: &'a Bounds) -> Result<Self> {
+        let environment = match &options.environment {
+            Some(path) => Some(image::read(path)?.into_linear().into_rgb()),
+            None => None,
+        };
+        Ok(Self {
+            options,
+            bounds,
+            rows: read_rows(options)?,
+            environment,
+        })
+    }
+
+    fn range(&self) -> FrameRange {
+        self.options.frames.unwrap_or_else(|| {
+            FrameRange::count(match (&self.options.sweep, self.rows.len() as u32) {
+                (Sweep::None, 0) => 1,
+                (_, 0) => self.options.sweep_length.unwrap_or(DEFAULT_SWEEP),
+                (_, rows) => rows,
+            })
+        })
+    }
+
+    /// Frames of the whole sweep.
+    fn length(&self, range: FrameRange) -> Result<u32> {
+        let rows = self.rows.len() as u32;
+        if rows > 0 && range.last() > rows {
+            return Err(Error::option(
+                "frames",
+                range.to_string(),
+                format!("at most the {rows} rows of the file"),
+            ));
+        }
+        let length = self.options.sweep_length.unwrap_or(range.last());
+        if length < range.last() {
+            return Err(Error::option(
+                "sweep-length",
+                length.to_string(),
+                format!("at least the last frame, {}", range.last()),
+            ));
+        }
+        Ok(length)
+    }
+
+    /// Camera and lights of a frame; without a compass, the camera alone counts.
+    fn moment(&self, number: u32, length: u32, compass: Option<&Compass>) -> Result<Moment> {
+        let row = self.row(number, length);
+        let in_frame = |error: Error| match error {
+            Error::Data(mut fault) => {
+                fault.place = format!("frame {number}, {}", fault.place);
+                Error::Data(fault)
+            }
+            other => other,
+        };
+        let camera = self.camera(&row);
+        let view = View::new(camera, self.options.size.0).map_err(in_frame)?;
+        let lights = match compass {
+            Some(compass) => self.lights(&row, compass).map_err(in_frame)?,
+            None => Vec::new(),
+        };
+        Ok(Moment { view, lights })
+    }
+
+    /// What the sweep says of a frame.
+    fn row(&self, number: u32, length: u32) -> Row {
+        let from_file = self
+            .rows
+            .get(number as usize - 1)
+            .copied()
+            .unwrap_or_default();
+        let options = self.options;
+        let (from, to) = match options.sweep {
+            Sweep::None | Sweep::File(_) => return from_file,
+            Sweep::LightAzimuth => turn(options, options.light_azimuth),
+            Sweep::ViewOrbit => turn(options, options.camera_azimuth),
+            Sweep::LightElevation => span(options, 0.0, 180.0),
+            Sweep::LightSpiral => span(options, 90.0, 10.0),
+        };
+        let is_loop = (to - from).rem_euclid(360.0) == 0.0;
+        let steps = if is_loop { length } else { (length - 1).max(1) };
+        let fraction = f64::from(number - 1) / f64::from(steps);
+        let angle = from + (to - from) * fraction;
+        let mut swept = Row::default();
+        match options.sweep {
+            Sweep::LightAzimuth => swept.light_azimuth = Some(angle),
+            Sweep::LightElevation => swept.light_elevation = Some(angle),
+            Sweep::ViewOrbit => swept.camera_azimuth = Some(angle),
+            _ => {
+                let turned = 360.0 * options.turns * fraction;
+                swept.light_azimuth = Some(options.light_azimuth + turned);
+                swept.light_elevation = Some(angle);
+            }
+        }
+        from_file.overlaid(swept)
+    }
+
+    fn camera(&self, row: &Row) -> Camera {
+        let options = self.options;
+        let compass = Compass::of_axis(options.up);
+        let point = |given: Option<[f64; 3]>| given.map(DVec3::from_array);
+        let target = point(row.target)
+            .or(point(options.camera_target.map(|p| p.0)))
+            .unwrap_or(self.bounds.centre);
+        let azimuth = row.camera_azimuth.unwrap_or(options.camera_azimuth);
+        let elevation = row.camera_elevation.unwrap_or(options.camera_elevation);
+        let towards = compass.direction(azimuth.to_radians(), elevation.to_radians());
+        let vertical_fov = row.fov.map_or(options.vertical_fov(), f64::to_radians);
+        let projection = match options.projection {
+            ProjectionKind::Perspective => FittedProjection::Perspective { vertical_fov },
+            ProjectionKind::Orthographic => FittedProjection::Orthographic,
+        };
+        let [width, height] = options.size.0.map(f64::from);
+        let radius = self.bounds.radius + (target - self.bounds.centre).length();
+        let mut camera = Camera::fitted(
+            target,
+            radius,
+            towards,
+            compass.up(),
+            projection,
+            width / height,
+        );
+        if let Some(position) = point(row.camera) {
+            camera.position = position;
+        } else if let Some(position) = point(options.camera_position.map(|p| p.0)) {
+            camera.position = orbited(options, position, target, azimuth);
+        }
+        if let (Projection::Orthographic { height }, Some(given)) = (
+            &mut camera.projection,
+            row.view_height.or(options.view_height),
+        ) {
+            *height = given;
+        }
+        camera.up = point(row.up).unwrap_or_else(|| upright(options, &camera));
+        camera
+    }
+
+    fn lights(&self, row: &Row, compass: &Compass) -> Result<Vec<Light>> {
+        let options = self.options;
+        let mut specs = options.light.clone();
+        if specs.is_empty() && (self.environment.is_none() || row.light.is_some()) {
+            specs.push(LightSpec::Sun {
+                azimuth: options.light_azimuth,
+                elevation: options.light_elevation,
+                irradiance: None,
+            });
+        }
+        if let Some(key) = specs.first_mut() {
+            move_key_light(key, row);
+        }
+        let mut lights: Vec<Light> = specs
+            .iter()
+            .map(|spec| self.light(spec, compass))
+            .collect::<Result<_>>()?;
+        if let Some(image) = &self.environment {
+            lights.extend(self.environment_lights(image, row, compass, lights.is_empty())?);
+        }
+        Ok(lights)
+    }
+
+    fn light(&self, spec: &LightSpec, compass: &Compass) -> Result<Light> {
+        let (origin, irradiance) = match *spec {
+            LightSpec::Sun {
+                azimuth,
+                elevation,
+                irradiance,
+            } => {
+                let towards = compass.direction(azimuth.to_radians(), elevation.to_radians());
+                (Origin::Directional { towards }, irradiance)
+            }
+            LightSpec::Point {
+                position,
+                irradiance,
+            } => {
+                let (position, reference) = (DVec3::from_array(position), self.bounds.centre);
+                if (position - reference).length() < 1e-6 * self.bounds.radius {
+                    return Err(Error::data("point light", format!("{position}"))
+                        .expected("a place outside the surface, not the mesh's centre"));
+                }
+                let origin = Origin::Point {
+                    position,
+                    reference,
+                };
+                (origin, irradiance)
+            }
+        };
+        Ok(Light {
+            origin,
+            irradiance: [irradiance.unwrap_or(self.options.irradiance) as f32; 3],
+            angular_radius: self.options.light_radius.to_radians(),
+        })
+    }
+
+    fn environment_lights(
+        &self,
+        image: &FloatImage,
+        row: &Row,
+        compass: &Compass,
+        is_alone: bool,
+    ) -> Result<Vec<Light>> {
+        let options = self.options;
+        let mut azimuth = options.environment_azimuth;
+        if is_alone {
+            if row.light_elevation.is_some() {
+                return Err(Error::option(
+                    "sweep",
+                    format!("{} with an environment alone", options.sweep),
+                    "light-azimuth, which turns the environment, or a --light to move",
+                ));
+            }
+            azimuth += row
+                .light_azimuth
+                .map_or(0.0, |to| to - options.light_azimuth);
+        }
+        let count = options.environment_lights as usize;
+        let scale = options.environment_scale;
+        let mut lights = environment::lights(image, compass, count, scale, azimuth.to_radians())?;
+        for light in &mut lights {
+            light.angular_radius = options.light_radius.to_radians();
+        }
+        Ok(lights)
+    }
+
+    /// Camera and key light of a moment, in whole tenths of degrees.
+    fn label(&self, moment: &Moment, compass: &Compass) -> String {
+        let camera = &moment.view.camera;
+        let (azimuth, elevation) = compass.angles(camera.position - camera.target);
+        let view = format!("view {} {}", degrees(azimuth), degrees(elevation));
+        let Some(key) = moment.lights.first() else {
+            return view;
+        };
+        let towards = match key.origin {
+            Origin::Directional { towards } => towards,
+            Origin::Point { position, .. } => position - self.bounds.centre,
+        };
+        let (azimuth, elevation) = compass.angles(towards);
+        format!("light {} {}  {view}", degrees(azimuth), degrees(elevation))
+    }
+}
+
+fn degrees(radians: f64) -> String {
+    let tenths = (radians.to_degrees() * 10.0).round() / 10.0;
+    // No "-0" and no full turn.
+    format!("{}", if tenths == 360.0 { 0.0 } else { tenths + 0.0 })
+}
+
+fn read_rows(options: &RenderOptions) -> Result<Vec<Row>> {
+    let sweep = match &options.sweep {
+        Sweep::File(path) => path_file::read(path)?,
+        _ => Vec::new(),
+    };
+    let Some(path) = &options.camera_path else {
+        return Ok(sweep);
+    };
+    let cameras = path_file::read(path)?;
+    if sweep.is_empty() {
+        return Ok(cameras);
+    }
+    if sweep.len() != cameras.len() {
+        return Err(Error::data("rows", cameras.len().to_string())
+            .expected(format!("{}, as the sweep's file has", sweep.len()))
+            .in_file(path));
+    }
+    Ok(sweep
+        .iter()
+        .zip(cameras)
+        .map(|(row, camera)| row.overlaid(camera))
+        .collect())
+}
+
+/// From where to where an angle that goes round runs.
+fn turn(options: &RenderOptions, start: f64) -> (f64, f64) {
+    let from = options.sweep_from.unwrap_or(start);
+    (from, options.sweep_to.unwrap_or(from + 360.0))
+}
+
+fn span(options: &RenderOptions, from: f64, to: f64) -> (f64, f64) {
+    (
+        options.sweep_from.unwrap_or(from),
+        options.sweep_to.unwrap_or(to),
+    )
+}
+
+/// A given viewpoint, carried round the target by an orbit.
+fn orbited(options: &RenderOptions, position: DVec3, target: DVec3, azimuth: f64) -> DVec3 {
+    let compass = Compass::of_axis(options.up);
+    let offset = position - target;
+    let (own, elevation) = compass.angles(offset);
+    let turned = own + (azimuth - options.camera_azimuth).to_radians();
+    if turned == own {
+        return position;
+    }
+    target + compass.direction(turned, elevation) * offset.length()
+}
+
+/// The up vector, or the front where the camera looks along it.
+fn upright(options: &RenderOptions, camera: &Camera) -> DVec3 {
+    let (up, sight) = (options.up.vector(), camera.target - camera.position);
+    if up.cross(sight).length() <= 1e-6 * sight.length() {
+        // Looking down, the front is at the picture's bottom; looking up, at its top.
+        return options.up.front() * up.dot(sight).signum();
+    }
+    up
+}
+
+fn move_key_light(key: &mut LightSpec, row: &Row) {
+    if let Some(to) = row.light {
+        let (LightSpec::Sun { irradiance, .. } | LightSpec::Point { irradiance, .. }) = *key;
+        *key = LightSpec::Point {
+            position: to,
+            irradiance,
+        };
+    }
+    if let LightSpec::Sun {
+        azimuth, elevation, ..
+    } = key
+    {
+        *azimuth = row.light_azimuth.unwrap_or(*azimuth);
+        *elevation = row.light_elevation.unwrap_or(*elevation);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::options::Point;
+
+    fn bounds() -> Bounds {
+        Bounds {
+            low: -DVec3::ONE,
+            high: DVec3::ONE,
+            centre: DVec3::ZERO,
+            radius: 1.0,
+        }
+    }
+
+    fn towards(frame: &PlannedFrame) -> DVec3 {
+        match frame.lights[0].origin {
+            Origin::Directional { towards } => towards,
+            Origin::Point { position, .. } => position.normalize(),
+        }
+    }
+
+    #[test]
+    fn azimuth_sweeps_start_at_the_camera_and_turn_counter_clockwise() {
+        let options = RenderOptions {
+            sweep: Sweep::LightAzimuth,
+            frames: Some(FrameRange::count(4)),
+            light_azimuth: 0.0,
+            light_elevation: 0.0,
+            camera_azimuth: 90.0,
+            ..RenderOptions::default()
+        };
+        let frames = plan(&options, &bounds()).unwrap();
+        // The camera stands at +x; seen from above, counter-clockwise from +x comes −z.
+        for (frame, wanted) in frames
+            .iter()
+            .zip([DVec3::X, -DVec3::Z, -DVec3::X, DVec3::Z])
+        {
+            assert!(
+                (towards(frame) - wanted).length() < 1e-12,
+                "{}",
+                frame.number
+            );
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_sweep_is_the_sweep_there() {
+        let whole = RenderOptions {
+            sweep: Sweep::LightSpiral,
+            frames: Some(FrameRange::count(12)),
+            ..RenderOptions::default()
+        };
+        let part = RenderOptions {
+            frames: Some("3-12x4".parse().unwrap()),
+            ..whole.clone()
+        };
+        let (whole, part) = (
+            plan(&whole, &bounds()).unwrap(),
+            plan(&part, &bounds()).unwrap(),
+        );
+        assert_eq!(part.len(), 3);
+        for frame in &part {
+            let same = &whole[frame.number as usize - 1];
+            assert_eq!(same.lights, frame.lights);
+        }
+    }
+
+    #[test]
+    fn elevations_rise_and_set() {
+        let options = RenderOptions {
+            sweep: Sweep::LightElevation,
+            frames: Some(FrameRange::count(3)),
+            light_azimuth: 0.0,
+            ..RenderOptions::default()
+        };
+        let frames = plan(&options, &bounds()).unwrap();
+        for (frame, wanted) in frames.iter().zip([DVec3::Z, DVec3::Y, -DVec3::Z]) {
+            assert!((towards(frame) - wanted).length() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn orbits_carry_a_given_camera_round_its_target() {
+        let options = RenderOptions {
+            sweep: Sweep::ViewOrbit,
+            frames: Some(FrameRange::count(4)),
+            camera_position: Some(Point([0.0, 1.0, 3.0])),
+            ..RenderOptions::default()
+        };
+        let frames = plan(&options, &bounds()).unwrap();
+        let wanted = [
+            [0.0, 1.0, 3.0],
+            [3.0, 1.0, 0.0],
+            [0.0, 1.0, -3.0],
+            [-3.0, 1.0, 0.0],
+        ];
+        for (frame, wanted) in frames.iter().zip(wanted) {
+            let position = frame.view.camera.position;
+            assert!(
+                (position - DVec3::from_array(wanted)).length() < 1e-9,
+                "{position}"
+            );
+            // The light stands still.
+            assert_eq!(frame.lights, frames[0].lights);
+        }
+    }
+
+    #[test]
+    fn impossible_plans_are_refused() {
+        let refused = |options: RenderOptions| plan(&options, &bounds()).unwrap_err().to_string();
+        let short = RenderOptions {
+            sweep: Sweep::ViewOrbit,
+            frames: Some("5-9".parse().unwrap()),
+            sweep_length: Some(6),
+            ..RenderOptions::default()
+        };
+        assert!(refused(short).contains("--sweep-length"));
+        let many = RenderOptions {
+            frames: Some(FrameRange::count(20_000)),
+            ..RenderOptions::default()
+        };
+        assert!(refused(many).contains("--pattern"));
+        let inside = RenderOptions {
+            light: vec!["point:0,0,0".parse().unwrap()],
+            ..RenderOptions::default()
+        };
+        assert!(refused(inside).contains("frame 1, point light"));
+    }
+}

@@ -1,0 +1,344 @@
+//! The sample evaluated at one texture coordinate, view and lights (Tong 2002 §6): the nearest
+//! images' values at a texel, blended.
+//!
+//! In: directions in the vertex's frame, texel positions. Out: linear radiance, light by light
+//! times the light's irradiance.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::btf::sample::Sample;
+use crate::error::Result;
+use crate::grid::{TexCoord, TexelGrid};
+use crate::index::TexelIndex;
+use crate::progress::Progress;
+use crate::render::nearest::{DirectionSet, PairSet, Scratch, Weight, Weighting, lifted};
+use crate::render::texel_table::{Allowance, AnyTable, Stored, TexelTable};
+
+/// How values between texel centres are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Texels {
+    /// The texel that holds the coordinate.
+    #[default]
+    Nearest,
+    /// The four texels round it, by distance; wrapped when the sample is tileable, else the
+    /// border is repeated.
+    Bilinear,
+}
+
+/// A sample ready for shading.
+#[derive(Debug)]
+pub struct Radiance {
+    directions: Directions,
+    /// The sample, texel by texel.
+    pub table: AnyTable,
+    weighting: Weighting,
+    texels: Texels,
+    grid: TexelGrid,
+}
+
+#[derive(Debug)]
+enum Directions {
+    /// Rows of a texel's numbers are views, columns lights.
+    Product {
+        views: DirectionSet,
+        lights: DirectionSet,
+    },
+    /// One row, columns are pairs.
+    Pairs(PairSet),
+}
+
+impl Radiance {
+    /// Lays out a sample for shading.
+    pub fn new(
+        sample: &Sample,
+        weighting: Weighting,
+        texels: Texels,
+        mip: bool,
+        allowance: &Allowance,
+        progress: &Progress,
+    ) -> Result<Self> {
+        let description = sample.description();
+        let (views, lights) = (&description.views, &description.lights);
+        let (directions, images) = match &description.pairs {
+            None => {
+                let (views, lights) = (DirectionSet::new(views), DirectionSet::new(lights));
+                let stride = description.lights.len() as u32;
+                let of_view = |&view: &u32| lights.kept().iter().map(move |l| view * stride + l);
+                let images: Vec<u32> = views.kept().iter().flat_map(of_view).collect();
+                (Directions::Product { views, lights }, images)
+            }
+            Some(pairs) => {
+                let pairs = PairSet::new(views, lights, pairs);
+                let images = pairs.kept().to_vec();
+                (Directions::Pairs(pairs), images)
+            }
+        };
+        Ok(Self {
+            directions,
+            table: AnyTable::build(sample, &images, mip, allowance, progress)?,
+            weighting,
+            texels,
+            grid: sample.grid(),
+        })
+    }
+
+    /// The sample's texels.
+    pub fn grid(&self) -> TexelGrid {
+        self.grid
+    }
+
+    /// Whether one texel holds all that a coordinate needs, whatever its footprint.
+    pub fn reads_one_texel(&self) -> bool {
+        let levels = match &self.table {
+            AnyTable::Half(table) => table.levels.len(),
+            AnyTable::Single(table) => table.levels.len(),
+        };
+        self.texels == Texels::Nearest && levels == 1
+    }
+
+    /// Distinct views and lights; distinct pairs, twice, for a scattered sample.
+    pub fn counts(&self) -> (usize, usize) {
+        match &self.directions {
+            Directions::Product { views, lights } => (views.len(), lights.len()),
+            Directions::Pairs(pairs) => (pairs.len(), pairs.len()),
+        }
+    }
+
+    /// Whether the images are scattered pairs.
+    pub fn is_scattered(&self) -> bool {
+        matches!(self.directions, Directions::Pairs(_))
+    }
+}
+
+/// One image column of a blend.
+#[derive(Clone, Copy, Debug, Default)]
+struct Column {
+    /// Where its red lies in a row.
+    offset: u32,
+    /// Share times irradiance, red to blue, times the table's first [`Stored::UNDO`].
+    weight: [f32; 4],
+}
+
+/// A blend of images under construction, and its working memory; one a task.
+#[derive(Debug, Default)]
+pub struct Blend {
+    view: DVec3,
+    /// Row and share.
+    rows: Vec<Weight>,
+    columns: Vec<Column>,
+    found: Vec<Weight>,
+    scratch: Scratch,
+    /// Luminance of the irradiance of lights above the horizon, and the part of it whose view or
+    /// light lies lower than any sampled one.
+    lit: f32,
+    beyond: f32,
+}
+
+impl Blend {
+    /// The share of the weight that came from beyond the sampled range.
+    pub fn beyond(&self) -> f32 {
+        if self.lit > 0.0 {
+            self.beyond / self.lit
+        } else {
+            0.0
+        }
+    }
+}
+
+impl Radiance {
+    /// Begins the blend for a view direction in the vertex's frame.
+    #[inline(always)]
+    pub fn begin(&self, blend: &mut Blend, view: DVec3) {
+        blend.view = lifted(view);
+        blend.columns.clear();
+        blend.rows.clear();
+        (blend.lit, blend.beyond) = (0.0, 0.0);
+        match (&self.directions, self.weighting) {
+            (Directions::Product { views, .. }, Weighting::Continuous) => {
+                let view = blend.view.as_vec3().to_array();
+                views.continuous::<false>(view, &mut blend.scratch, &mut blend.rows);
+            }
+            (Directions::Product { views, .. }, Weighting::InverseAngle) => {
+                views.inverse_angle::<false>(blend.view, &mut blend.scratch, &mut blend.rows);
+            }
+            (Directions::Pairs(_), _) => blend.rows.push(Weight {
+                index: 0,
+                weight: 1.0,
+            }),
+        }
+    }
+
+    /// Adds a light: its direction in the vertex's frame and its irradiance, already dimmed by
+    /// what hides it. Below the horizon it adds nothing.
+    #[inline(always)]
+    pub fn add_light<T: Stored>(&self, blend: &mut Blend, light: DVec3, irradiance: [f32; 3]) {
+        if light.z <= 0.0 {
+            return;
+        }
+        let (view, scratch, found) = (blend.view, &mut blend.scratch, &mut blend.found);
+        let is_beyond = match &self.directions {
+            Directions::Product { views, lights } => {
+                match self.weighting {
+                    Weighting::Continuous => {
+                        lights.continuous::<true>(light.as_vec3().to_array(), scratch, found);
+                    }
+                    Weighting::InverseAngle => lights.inverse_angle::<true>(light, scratch, found),
+                }
+                views.is_below_all(view.z as f32) || lights.is_below_all(light.z as f32)
+            }
+            Directions::Pairs(pairs) => {
+                match self.weighting {
+                    Weighting::Continuous => pairs.continuous(view, light, found),
+                    Weighting::InverseAngle => pairs.inverse_angle(view, light, found),
+                }
+                pairs.is_below_all(view.z as f32, light.z as f32)
+            }
+        };
+        let [r, g, b] = irradiance.map(|value| value * T::UNDO[0]);
+        blend.columns.extend(found.iter().map(|found| Column {
+            offset: 3 * found.index,
+            weight: [r, g, b, 0.0].map(|value| value * found.weight),
+        }));
+        let luminance = super::light::luminance(irradiance);
+        blend.lit += luminance;
+        blend.beyond += if is_beyond { luminance } else { 0.0 };
+    }
+
+    /// Joins columns that several lights added, so that each image is read once.
+    #[inline(always)]
+    pub fn merge_lights(&self, blend: &mut Blend) {
+        let columns = &mut blend.columns;
+        columns.sort_by_key(|column| column.offset);
+        columns.dedup_by(|next, kept| {
+            let same = next.offset == kept.offset;
+            if same {
+                for channel in 0..3 {
+                    kept.weight[channel] += next.weight[channel];
+                }
+            }
+            same
+        });
+    }
+
+    /// The blended value of one texel of the finest level.
+    #[inline(always)]
+    pub fn of_texel<T: Stored>(
+        &self,
+        table: &TexelTable<T>,
+        texel: TexelIndex,
+        blend: &Blend,
+    ) -> [f32; 3] {
+        let [r, g, b, _] = self.blend_texel(table.levels[0].texel(texel), blend);
+        [r, g, b]
+    }
+
+    /// The blended value at a coordinate, `detail` levels up the pyramid (0: the finest; between
+    /// two levels, both are mixed).
+    #[inline(always)]
+    pub fn at<T: Stored>(
+        &self,
+        table: &TexelTable<T>,
+        coord: TexCoord,
+        detail: f32,
+        blend: &Blend,
+    ) -> [f32; 3] {
+        let last = (table.levels.len() - 1) as f32;
+        let detail = detail.clamp(0.0, last);
+        let (level, mix) = (detail as usize, detail.fract());
+        let mut sum = self.on_level(table, level, coord, blend);
+        if mix > 0.0 {
+            let coarser = self.on_level(table, level + 1, coord, blend);
+            for (value, other) in sum.iter_mut().zip(coarser) {
+                *value += (other - *value) * mix;
+            }
+        }
+        [sum[0], sum[1], sum[2]]
+    }
+
+    #[inline(always)]
+    fn on_level<T: Stored>(
+        &self,
+        table: &TexelTable<T>,
+        level: usize,
+        coord: TexCoord,
+        blend: &Blend,
+    ) -> [f32; 4] {
+        let shrink = 1.0 / (1u32 << level.min(31)) as f32;
+        let finest = self.grid;
+        let (mut column, mut row) = (coord.s, finest.height as f32 - coord.t);
+        if finest.tileable {
+            column = column.rem_euclid(finest.width as f32);
+            row = row.rem_euclid(finest.height as f32);
+        }
+        (column, row) = (column * shrink, row * shrink);
+        let level = &table.levels[level];
+        let value = |row: f32, column: f32| {
+            let texel = nearest_texel(level.grid, row, column);
+            self.blend_texel(level.texel(texel), blend)
+        };
+        if self.texels == Texels::Nearest {
+            return value(row.floor(), column.floor());
+        }
+        let (top, left) = ((row - 0.5).floor(), (column - 0.5).floor());
+        let (down, right) = (row - 0.5 - top, column - 0.5 - left);
+        let mut sum = [0.0; 4];
+        for (i, j) in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)] {
+            let share = (1.0 - down - i + 2.0 * i * down) * (1.0 - right - j + 2.0 * j * right);
+            if share > 0.0 {
+                let corner = value(top + i, left + j);
+                for (sum, corner) in sum.iter_mut().zip(corner) {
+                    *sum += share * corner;
+                }
+            }
+        }
+        sum
+    }
+
+    /// Sums the rows' and columns' images at one texel.
+    #[inline(always)]
+    fn blend_texel<T: Stored>(&self, numbers: &[T], blend: &Blend) -> [f32; 4] {
+        let row_length = match &self.directions {
+            Directions::Product { lights, .. } => 3 * lights.len(),
+            Directions::Pairs(_) => 0,
+        };
+        let mut total = [0.0; 4];
+        for row in &blend.rows {
+            let line = &numbers[row.index as usize * row_length..];
+            let mut sum = [0.0; 4];
+            for column in &blend.columns {
+                let Some(&four) = line[column.offset as usize..].first_chunk::<4>() else {
+                    continue;
+                };
+                let values = T::widen(four);
+                for k in 0..4 {
+                    sum[k] += column.weight[k] * values[k];
+                }
+            }
+            for k in 0..4 {
+                total[k] += row.weight * T::UNDO[1] * sum[k];
+            }
+        }
+        total
+    }
+}
+
+/// The texel at a row and column: wrapped when tileable, else clamped to the border.
+#[inline(always)]
+fn nearest_texel(grid: TexelGrid, row: f32, column: f32) -> TexelIndex {
+    let wrap = |at: f32, side: u32| {
+        let (at, last) = (at as i32, side as i32 - 1);
+        let inside = if !grid.tileable {
+            at.clamp(0, last)
+        } else if at < 0 {
+            (at + side as i32).max(0)
+        } else if at > last {
+            (at - side as i32).min(last)
+        } else {
+            at
+        };
+        inside as u32
+    };
+    grid.texel(wrap(row, grid.height), wrap(column, grid.width))
+}

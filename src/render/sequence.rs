@@ -1,0 +1,475 @@
+//! A sweep on disk: every frame as OpenEXR with its preview, one after the other, the next being
+//! rendered while the last is written.
+//!
+//! A frame's preview is written before the frame itself, each under a temporary name first, so a
+//! frame that is there is whole. Its header carries a hash of all that its pixels depend on, by
+//! which a later run knows whether it can keep it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value, json};
+
+use crate::btf::sample::Sample;
+use crate::error::{Error, Result};
+use crate::format::exr::{self, Attribute, ExrImage};
+use crate::format::id::ContentId;
+use crate::format::image;
+use crate::progress::Progress;
+use crate::render::bounds::Bounds;
+use crate::render::frame::{Frame, LayerGroup};
+use crate::render::light::Origin;
+use crate::render::options::{Layer, RenderOptions, Sweep};
+use crate::render::plan::{PlannedFrame, plan};
+use crate::render::radiance::Radiance;
+use crate::render::renderer::{Manner, Renderer};
+use crate::render::surroundings;
+use crate::render::texel_table::Allowance;
+use crate::render::tone::{Tone, preview};
+use crate::surface_map::SurfaceTextonMap;
+
+/// What a sweep is made from and where it goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// The sample.
+    pub sample: &'a Sample,
+    /// The decorated mesh.
+    pub map: &'a SurfaceTextonMap,
+    /// The id of the map's file.
+    pub map_id: &'a ContentId,
+    /// The folder of the frames; it exists.
+    pub folder: &'a Path,
+    /// Whether a map made for another sample of the same size will do.
+    pub force: bool,
+}
+
+/// A frame's files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameFile {
+    /// The frame's number.
+    pub number: u32,
+    /// Light and camera in words.
+    pub label: String,
+    /// The frame.
+    pub frame: PathBuf,
+    /// Its preview.
+    pub preview: PathBuf,
+    /// Whether both were there when the run ended, made with the run's options.
+    pub is_there: bool,
+}
+
+/// What a run did.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Frames made.
+    pub rendered: usize,
+    /// Frames kept from an earlier run.
+    pub kept: usize,
+    /// Frames of an earlier run, with other options, that were made anew.
+    pub replaced: usize,
+    /// All frames of the sweep's range, those of other shards too.
+    pub files: Vec<FrameFile>,
+    /// Bytes of the sample laid out for shading; 0 when no frame was made.
+    pub table_bytes: usize,
+    /// Whether the table was mapped from disk.
+    pub table_mapped: bool,
+}
+
+/// Options that no pixel depends on.
+const IDLE_OPTIONS: [&str; 9] = [
+    "frames",
+    "sweep-length",
+    "sweep",
+    "pattern",
+    "skip-existing",
+    "shard",
+    "animation",
+    "table-memory",
+    "half",
+];
+
+/// The attribute that tells frames of other options apart.
+const HASH: &str = "mesotex:hash";
+
+/// Renders a sweep into a folder.
+pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Result<Report> {
+    options.validate()?;
+    check_pair(inputs)?;
+    let bounds = Bounds::of(&inputs.map.mesh)?;
+    let frames = plan(options, &bounds)?;
+    surroundings::check(&inputs.map.mesh, &bounds, &frames, progress)?;
+    let job = Job {
+        inputs,
+        options,
+        header_options: header_options(options)?,
+    };
+    let mut report = Report::default();
+    let wanted = job.choose(&frames, &mut report);
+    job.warn_of_strangers(&frames, progress);
+    if !wanted.is_empty() {
+        job.run(&wanted, &mut report, progress)?;
+    }
+    report.files = frames.iter().map(|frame| job.file(frame)).collect();
+    Ok(report)
+}
+
+/// Prepares a renderer and hands it over with the first frame of the plan; for callers that want
+/// pixels or vertex colours in memory.
+pub fn with_renderer<R>(
+    inputs: &Inputs,
+    options: &RenderOptions,
+    progress: &Progress,
+    work: impl FnOnce(&mut Renderer, &[PlannedFrame]) -> Result<R>,
+) -> Result<R> {
+    options.validate()?;
+    check_pair(inputs)?;
+    let bounds = Bounds::of(&inputs.map.mesh)?;
+    let frames = plan(options, &bounds)?;
+    let radiance = lay_out(inputs, options, progress)?;
+    let mut renderer = Renderer::new(inputs.map, &radiance, manner(options))?;
+    work(&mut renderer, &frames)
+}
+
+/// Refuses a map that was made for another sample.
+fn check_pair(inputs: &Inputs) -> Result<()> {
+    let grid = inputs.sample.grid();
+    if inputs.map.exemplar != [grid.width, grid.height] {
+        let [width, height] = inputs.map.exemplar;
+        return Err(
+            Error::data("map, exemplar", format!("{width} × {height} texels"))
+                .expected(format!(
+                    "{} × {}, as the sample has",
+                    grid.width, grid.height
+                ))
+                .advice("render a map with the sample it was synthesized from"),
+        );
+    }
+    let wanted = inputs.sample.id();
+    crate::format::id::check_same("map, sample id", &inputs.map.sample, wanted, inputs.force)
+}
+
+fn lay_out(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Result<Radiance> {
+    let allowance = Allowance {
+        bytes: options.table_memory << 20,
+        folder: inputs.folder.to_path_buf(),
+    };
+    let radiance = Radiance::new(
+        inputs.sample,
+        options.weights,
+        options.texels,
+        options.uses_mip(),
+        &allowance,
+        progress,
+    )?;
+    let (views, lights) = radiance.counts();
+    if views.min(lights) < 4 {
+        progress.warn(format!(
+            "the sample has {views} distinct views and {lights} distinct lights; with fewer than 4 \
+             of either, pictures change little as that one turns"
+        ));
+    }
+    Ok(radiance)
+}
+
+fn manner(options: &RenderOptions) -> Manner {
+    Manner {
+        shading: options.shading,
+        shadows: options.shadows,
+        samples: options.samples,
+        soft_rays: options.shadow_rays,
+        extra_layers: options
+            .layers
+            .iter()
+            .any(|layer| matches!(layer, Layer::Shadow | Layer::Weight)),
+    }
+}
+
+struct Job<'a> {
+    inputs: &'a Inputs<'a>,
+    options: &'a RenderOptions,
+    /// What the frames' headers say of the options.
+    header_options: String,
+}
+
+/// A frame on its way to disk.
+struct Finished {
+    frame: Frame,
+    attributes: BTreeMap<String, Attribute>,
+    stem: PathBuf,
+}
+
+impl Job<'_> {
+    /// The frames this run has to make.
+    fn choose<'f>(&self, frames: &'f [PlannedFrame], report: &mut Report) -> Vec<&'f PlannedFrame> {
+        let mine = |place: usize| self.options.shard.is_none_or(|shard| shard.takes(place));
+        let mut wanted = Vec::new();
+        for (place, frame) in frames.iter().enumerate() {
+            if !mine(place) {
+                continue;
+            }
+            if self.options.skip_existing {
+                let file = self.file(frame);
+                if file.is_there {
+                    report.kept += 1;
+                    continue;
+                }
+                report.replaced += usize::from(file.frame.exists());
+            }
+            wanted.push(frame);
+        }
+        wanted
+    }
+
+    fn file(&self, frame: &PlannedFrame) -> FrameFile {
+        let stem = self.stem(frame);
+        let (file, preview) = (with_ending(&stem, "exr"), with_ending(&stem, "png"));
+        let hash = exr::read_text_attribute(&file, HASH);
+        FrameFile {
+            number: frame.number,
+            label: frame.label.clone(),
+            is_there: hash == Some(self.hash(frame)) && preview.is_file(),
+            frame: file,
+            preview,
+        }
+    }
+
+    fn stem(&self, frame: &PlannedFrame) -> PathBuf {
+        self.inputs
+            .folder
+            .join(self.options.pattern.stem(frame.number))
+    }
+
+    /// Says so when the folder holds frames that this sweep will not replace.
+    fn warn_of_strangers(&self, frames: &[PlannedFrame], progress: &Progress) {
+        let planned: std::collections::HashSet<PathBuf> = frames
+            .iter()
+            .map(|frame| with_ending(&self.stem(frame), "exr"))
+            .collect();
+        let entries = std::fs::read_dir(self.inputs.folder)
+            .into_iter()
+            .flatten()
+            .flatten();
+        let strangers = entries
+            .map(|entry| entry.path())
+            .filter(|path| path.extension().is_some_and(|ending| ending == "exr"))
+            .filter(|path| !planned.contains(path))
+            .count();
+        if strangers > 0 {
+            progress.warn(format!(
+                "{} holds {strangers} frames that are not of this sweep; they stay as they are",
+                self.inputs.folder.display()
+            ));
+        }
+    }
+
+    fn run(
+        &self,
+        wanted: &[&PlannedFrame],
+        report: &mut Report,
+        progress: &Progress,
+    ) -> Result<()> {
+        let radiance = lay_out(self.inputs, self.options, progress)?;
+        report.table_bytes = radiance.table.bytes();
+        report.table_mapped = radiance.table.is_mapped();
+        progress.begin("preparing the surface", 0);
+        let mut renderer = Renderer::new(self.inputs.map, &radiance, manner(self.options))?;
+        progress.end();
+        progress.begin("frames", wanted.len() as u64);
+        let mut waiting: Option<Finished> = None;
+        for frame in wanted {
+            let last = waiting.take();
+            let (written, made) = rayon::join(
+                || last.as_ref().map_or(Ok(()), |last| self.write(last)),
+                || renderer.frame(&frame.view, &frame.lights),
+            );
+            written?;
+            if last.is_some() {
+                report.rendered += 1;
+                progress.advance(1)?;
+            }
+            warn_if_dark(&made, frame, progress);
+            waiting = Some(Finished {
+                frame: made,
+                attributes: self.attributes(frame),
+                stem: self.stem(frame),
+            });
+        }
+        if let Some(last) = waiting {
+            self.write(&last)?;
+            report.rendered += 1;
+            progress.advance(1)?;
+        }
+        progress.end();
+        Ok(())
+    }
+
+    fn write(&self, finished: &Finished) -> Result<()> {
+        let Finished {
+            frame,
+            attributes,
+            stem,
+        } = finished;
+        let tone = Tone {
+            exposure: self.options.exposure,
+            background: self.options.background,
+        };
+        let [width, height] = frame.size;
+        let pixels = preview(&frame.rgba, tone);
+        image::write_png(&with_ending(stem, "png"), width, height, &pixels)?;
+        let groups: Vec<LayerGroup> = self
+            .options
+            .layers
+            .iter()
+            .map(|layer| group(*layer))
+            .collect();
+        let picture = ExrImage {
+            size: frame.size,
+            channels: frame.channels(&groups, self.options.float),
+            attributes: attributes.clone(),
+        };
+        let path = with_ending(stem, "exr");
+        let encoded = exr::encode(&picture, self.options.compression)
+            .map_err(|error| error.in_file(&path))?;
+        exr::write(&path, &encoded)
+    }
+
+    fn attributes(&self, frame: &PlannedFrame) -> BTreeMap<String, Attribute> {
+        let text = |value: String| Attribute::Text(value);
+        let mut attributes = BTreeMap::from([
+            (
+                "worldToCamera".into(),
+                Attribute::Matrix(frame.view.world_to_camera()),
+            ),
+            (
+                "worldToNDC".into(),
+                Attribute::Matrix(frame.view.world_to_ndc()),
+            ),
+            ("colorInteropID".into(), text("lin_rec709_scene".into())),
+            ("frame".into(), Attribute::Int(frame.number as i32)),
+            (
+                "mesotex:sample".into(),
+                text(self.inputs.sample.id().to_string()),
+            ),
+            ("mesotex:map".into(), text(self.inputs.map_id.to_string())),
+            ("mesotex:options".into(), text(self.header_options.clone())),
+            (
+                "mesotex:seed".into(),
+                text(self.inputs.map.seed.to_string()),
+            ),
+            (HASH.into(), text(self.hash(frame))),
+        ]);
+        if let Some(key) = frame.lights.first() {
+            let (name, vector) = match key.origin {
+                Origin::Directional { towards } => ("lightDirection", towards),
+                Origin::Point { position, .. } => ("lightPosition", position),
+            };
+            attributes.insert(name.into(), Attribute::Vector(vector.as_vec3().to_array()));
+            attributes.insert("lightIrradiance".into(), Attribute::Float(key.luminance()));
+        }
+        if frame.lights.len() > 1 {
+            attributes.insert(
+                "mesotex:lights".into(),
+                text(lights_as_json(frame).to_string()),
+            );
+        }
+        attributes
+    }
+
+    /// All that a frame's pixels depend on.
+    fn hash(&self, frame: &PlannedFrame) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let parts = [
+            env!("CARGO_PKG_VERSION").to_string(),
+            self.header_options.clone(),
+            self.inputs.sample.id().to_string(),
+            self.inputs.map_id.to_string(),
+            // Debug prints every number so that it reads back exactly.
+            format!("{} {:?} {:?}", frame.number, frame.view, frame.lights),
+        ];
+        for part in parts {
+            hasher.update(part.as_bytes());
+            hasher.update(&[0]);
+        }
+        ContentId::of_hash(&hasher.finalize()).to_string()
+    }
+}
+
+/// The options that pixels depend on, as JSON; files by the id of their content.
+fn header_options(options: &RenderOptions) -> Result<String> {
+    let value =
+        serde_json::to_value(options).map_err(|error| Error::data("options", error.to_string()))?;
+    let Value::Object(mut fields) = value else {
+        return Err(Error::data("options", "no table of options"));
+    };
+    for idle in IDLE_OPTIONS {
+        fields.remove(idle);
+    }
+    let sweep = match &options.sweep {
+        Sweep::File(path) => format!("csv {}", ContentId::of_file(path)?),
+        named => named.to_string(),
+    };
+    fields.insert("sweep".into(), sweep.into());
+    let files = [
+        ("camera-path", &options.camera_path),
+        ("environment", &options.environment),
+    ];
+    for (field, path) in files {
+        if let Some(path) = path {
+            fields.insert(field.into(), ContentId::of_file(path)?.to_string().into());
+        }
+    }
+    Ok(Value::Object(sorted(fields)).to_string())
+}
+
+fn sorted(fields: Map<String, Value>) -> Map<String, Value> {
+    let mut entries: Vec<_> = fields.into_iter().collect();
+    entries.sort_by(|a, b| a.0.cmp(&b.0));
+    entries.into_iter().collect()
+}
+
+fn lights_as_json(frame: &PlannedFrame) -> Value {
+    let light = |light: &crate::render::light::Light| match light.origin {
+        Origin::Directional { towards } => {
+            json!({"direction": towards.to_array(), "irradiance": light.irradiance})
+        }
+        Origin::Point { position, .. } => {
+            json!({"position": position.to_array(), "irradiance": light.irradiance})
+        }
+    };
+    frame.lights.iter().map(light).collect()
+}
+
+fn group(layer: Layer) -> LayerGroup {
+    match layer {
+        Layer::Rgba => LayerGroup::Rgba,
+        Layer::Depth => LayerGroup::Depth,
+        Layer::Normal => LayerGroup::Normals,
+        Layer::Uv => LayerGroup::Uv,
+        Layer::Texton => LayerGroup::Texton,
+        Layer::Shadow => LayerGroup::Shadow,
+        Layer::Weight => LayerGroup::Weight,
+    }
+}
+
+/// A path with an ending added; the frame's number is not taken for one.
+fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_os_string();
+    name.push(".");
+    name.push(ending);
+    name.into()
+}
+
+/// Says so when nothing of a frame is seen or lit.
+fn warn_if_dark(frame: &Frame, planned: &PlannedFrame, progress: &Progress) {
+    let mut covered = frame.rgba.iter().filter(|pixel| pixel[3] > 0.0).peekable();
+    let number = planned.number;
+    if covered.peek().is_none() {
+        progress.warn(format!(
+            "frame {number} shows nothing: the camera does not see the mesh"
+        ));
+    } else if covered.all(|pixel| pixel[..3] == [0.0; 3]) {
+        progress.warn(format!(
+            "frame {number} is black: the lights lie below the horizon of all that is seen, or are hidden"
+        ));
+    }
+}

@@ -1,0 +1,402 @@
+//! The sample laid out for shading: all images of a texel together, so that a texel's blend reads
+//! one small piece of memory, and vertices sorted by texel share it.
+//!
+//! In: a sample, the images to keep, in the order wanted. Out: per pyramid level an array
+//! [H, W, images, RGB] in the sample's number type. Level l + 1 holds 2×2 means of level l. A
+//! table larger than the allowance is built slab by slab in a temporary file and mapped.
+
+use std::io::Write;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+
+use half::f16;
+use rayon::prelude::*;
+
+use crate::btf::sample::{Pixels, Sample};
+use crate::error::{Error, Result};
+use crate::format::npy::{self, Mapped};
+use crate::grid::TexelGrid;
+use crate::index::TexelIndex;
+use crate::progress::Progress;
+
+/// Texels transposed together: their numbers in one image are a few cache lines.
+const BLOCK: usize = 64;
+/// Bytes of the slab that is filled at a time when the table goes to disk.
+const SLAB: usize = 256 << 20;
+
+/// Where a table may live.
+#[derive(Clone, Debug)]
+pub struct Allowance {
+    /// Larger tables are mapped from disk.
+    pub bytes: u64,
+    /// Folder of the temporary files.
+    pub folder: PathBuf,
+}
+
+/// A number type of tables. Numbers are finite and not negative.
+pub trait Stored: npy::Element + Copy {
+    /// Four neighbouring numbers, times 2 to the power of −112 for halfs.
+    fn widen(four: [Self; 4]) -> [f32; 4];
+    /// What undoes the factor of [`widen`](Self::widen), as a product of two safe factors.
+    const UNDO: [f32; 2];
+    /// The number itself.
+    fn value(self) -> f32;
+    /// The nearest stored number.
+    fn nearest(value: f32) -> Self;
+    /// A number of a sample's image; `None` for what no radiance can be.
+    fn read(pixels: &Pixels, index: usize) -> Option<Self>;
+}
+
+/// 2⁵⁶.
+const TWO_56: f32 = (1u64 << 56) as f32;
+
+impl Stored for u16 {
+    // A half's bits, moved to a float's place, are the float 2⁻¹¹² times as large; subnormal
+    // halfs too. So no table and no instruction set is needed to read them.
+    #[inline(always)]
+    fn widen(four: [Self; 4]) -> [f32; 4] {
+        four.map(|bits| f32::from_bits(u32::from(bits) << 13))
+    }
+
+    const UNDO: [f32; 2] = [TWO_56, TWO_56];
+
+    fn value(self) -> f32 {
+        f16::from_bits(self).to_f32()
+    }
+
+    fn nearest(value: f32) -> Self {
+        f16::from_f32(value).to_bits()
+    }
+
+    #[inline]
+    fn read(pixels: &Pixels, index: usize) -> Option<Self> {
+        const NEGATIVE_ZERO: u16 = 0x8000;
+        const INFINITY: u16 = 0x7c00;
+        let Pixels::F2(values) = pixels else {
+            return None;
+        };
+        match values[index].to_bits() {
+            NEGATIVE_ZERO => Some(0),
+            bits => (bits < INFINITY).then_some(bits),
+        }
+    }
+}
+
+impl Stored for f32 {
+    #[inline(always)]
+    fn widen(four: [Self; 4]) -> [f32; 4] {
+        four
+    }
+
+    const UNDO: [f32; 2] = [1.0, 1.0];
+
+    fn value(self) -> f32 {
+        self
+    }
+
+    fn nearest(value: f32) -> Self {
+        value
+    }
+
+    #[inline]
+    fn read(pixels: &Pixels, index: usize) -> Option<Self> {
+        let Pixels::F4(values) = pixels else {
+            return None;
+        };
+        // Adding 0 turns −0 into 0.
+        Some(values[index] + 0.0).filter(|value| (0.0..f32::INFINITY).contains(value))
+    }
+}
+
+/// Numbers in memory or mapped from a temporary file.
+#[derive(Debug)]
+enum Buffer<T> {
+    Owned(Vec<T>),
+    Mapped {
+        numbers: Mapped<T>,
+        /// Removes the file when dropped.
+        _file: tempfile::TempPath,
+    },
+}
+
+impl<T: Stored> Deref for Buffer<T> {
+    type Target = [T];
+
+    #[inline(always)]
+    fn deref(&self) -> &[T] {
+        match self {
+            Self::Owned(numbers) => numbers,
+            Self::Mapped { numbers, .. } => numbers.as_slice(),
+        }
+    }
+}
+
+/// One level of a table.
+#[derive(Debug)]
+pub struct Level<T> {
+    /// The texels.
+    pub grid: TexelGrid,
+    /// Numbers of each texel: 3 an image.
+    stride: usize,
+    /// Texel after texel, and one number more, so that four can be read at the last image.
+    numbers: Buffer<T>,
+}
+
+impl<T: Stored> Level<T> {
+    /// The numbers of a texel, RGB of image after image, and one number more.
+    #[inline(always)]
+    pub fn texel(&self, texel: TexelIndex) -> &[T] {
+        let start = texel.index() * self.stride;
+        &self.numbers[start..start + self.stride + 1]
+    }
+}
+
+/// All levels of a table.
+#[derive(Debug)]
+pub struct TexelTable<T> {
+    /// Finest first.
+    pub levels: Vec<Level<T>>,
+}
+
+/// A table in the number type of its sample.
+#[derive(Debug)]
+pub enum AnyTable {
+    /// 16-bit floats, as their bits.
+    Half(TexelTable<u16>),
+    /// 32-bit floats.
+    Single(TexelTable<f32>),
+}
+
+impl AnyTable {
+    /// Lays out the wanted `images` of a sample, in their order; with `mip` all levels down to a
+    /// single texel, else the finest alone.
+    pub fn build(
+        sample: &Sample,
+        images: &[u32],
+        mip: bool,
+        allowance: &Allowance,
+        progress: &Progress,
+    ) -> Result<Self> {
+        let source = Source {
+            sample,
+            images,
+            progress,
+        };
+        Ok(match sample.pixels() {
+            Pixels::F2(_) => Self::Half(TexelTable::build(&source, mip, allowance)?),
+            Pixels::F4(_) => Self::Single(TexelTable::build(&source, mip, allowance)?),
+        })
+    }
+
+    /// Bytes of all levels.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Half(table) => table.bytes(),
+            Self::Single(table) => table.bytes(),
+        }
+    }
+
+    /// Whether the finest level lies on disk.
+    pub fn is_mapped(&self) -> bool {
+        match self {
+            Self::Half(table) => table.is_mapped(),
+            Self::Single(table) => table.is_mapped(),
+        }
+    }
+}
+
+struct Source<'a> {
+    sample: &'a Sample,
+    images: &'a [u32],
+    progress: &'a Progress<'a>,
+}
+
+impl<T: Stored> TexelTable<T> {
+    fn build(source: &Source, mip: bool, allowance: &Allowance) -> Result<Self> {
+        let mut grid = source.sample.grid();
+        let stride = source.images.len() * 3;
+        source
+            .progress
+            .begin("laying out the sample", grid.len() as u64);
+        let mut writer = LevelWriter::new(grid, stride, allowance)?;
+        for slab in writer.slabs() {
+            writer.append(slab, |texels, out| {
+                source.transpose(texels.start, out)?;
+                source.progress.advance(texels.len() as u64)
+            })?;
+        }
+        let mut levels = vec![writer.finish()?];
+        while mip && grid.len() > 1 {
+            let finer = &levels[levels.len() - 1];
+            grid = grid.coarser();
+            let mut writer = LevelWriter::new(grid, stride, allowance)?;
+            for slab in writer.slabs() {
+                writer.append(slab, |texels, out| {
+                    for (texel, out) in texels.zip(out.chunks_mut(stride)) {
+                        finer.mean_of_children(grid, TexelIndex(texel as u32), out);
+                    }
+                    Ok(())
+                })?;
+            }
+            levels.push(writer.finish()?);
+        }
+        source.progress.end();
+        Ok(Self { levels })
+    }
+
+    fn bytes(&self) -> usize {
+        let numbers: usize = self.levels.iter().map(|level| level.numbers.len()).sum();
+        numbers * size_of::<T>()
+    }
+
+    fn is_mapped(&self) -> bool {
+        matches!(self.levels[0].numbers, Buffer::Mapped { .. })
+    }
+}
+
+impl<T: Stored> Level<T> {
+    /// The mean of the texels of this level that exist below a texel of the coarser `grid`.
+    fn mean_of_children(&self, grid: TexelGrid, parent: TexelIndex, out: &mut [T]) {
+        let (row, col) = grid.row_col(parent);
+        let (rows, cols) = (self.grid.height, self.grid.width);
+        let children: Vec<&[T]> = [(0, 0), (0, 1), (1, 0), (1, 1)]
+            .into_iter()
+            .map(|(down, right)| (2 * row + down, 2 * col + right))
+            .filter(|&(row, col)| row < rows && col < cols)
+            .map(|(row, col)| self.texel(self.grid.texel(row, col)))
+            .collect();
+        let scale = 1.0 / children.len() as f32;
+        for (number, out) in out.iter_mut().enumerate() {
+            let sum: f32 = children.iter().map(|child| child[number].value()).sum();
+            *out = T::nearest(sum * scale);
+        }
+    }
+}
+
+impl Source<'_> {
+    /// Fills the numbers of the texels from `first` on.
+    fn transpose<T: Stored>(&self, first: usize, out: &mut [T]) -> Result<()> {
+        let stride = self.images.len() * 3;
+        for (position, &image) in self.images.iter().enumerate() {
+            let pixels = self.sample.image(image as usize);
+            for (texel, out) in out.chunks_mut(stride).enumerate() {
+                for channel in 0..3 {
+                    let number = T::read(&pixels, (first + texel) * 3 + channel);
+                    out[position * 3 + channel] = number.ok_or_else(|| self.fault())?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Says which texel of the sample is not a radiance: the first of the first image.
+    fn fault(&self) -> Error {
+        let images = 0..self.sample.image_count();
+        images
+            .map(|image| {
+                let pixels = self.sample.image(image);
+                let mut values = vec![0.0; pixels.len()];
+                pixels.copy_to(&mut values);
+                self.sample.check_image(image, &values)
+            })
+            .find_map(Result::err)
+            .unwrap_or_else(|| Error::data("radiance", "changed while it was read"))
+    }
+}
+
+/// Collects a level, in memory or in a temporary file.
+struct LevelWriter<'a, T> {
+    grid: TexelGrid,
+    stride: usize,
+    memory: Vec<T>,
+    file: Option<(tempfile::NamedTempFile, &'a Path)>,
+}
+
+impl<'a, T: Stored> LevelWriter<'a, T> {
+    fn new(grid: TexelGrid, stride: usize, allowance: &'a Allowance) -> Result<Self> {
+        let length = grid.len() * stride + 1;
+        let mut writer = Self {
+            grid,
+            stride,
+            memory: Vec::new(),
+            file: None,
+        };
+        let fits = (length * size_of::<T>()) as u64 <= allowance.bytes;
+        if fits && writer.memory.try_reserve_exact(length).is_ok() {
+            return Ok(writer);
+        }
+        let folder = allowance.folder.as_path();
+        let create = || -> std::io::Result<tempfile::NamedTempFile> {
+            let mut file = tempfile::Builder::new()
+                .prefix(".shading-table")
+                .suffix(".npy")
+                .tempfile_in(folder)?;
+            let mut header = Vec::new();
+            npy::write_header::<T>(&mut header, &[length])?;
+            file.write_all(&header)?;
+            Ok(file)
+        };
+        let file = create().map_err(Error::io(folder, "write the shading table to"))?;
+        writer.file = Some((file, folder));
+        Ok(writer)
+    }
+
+    /// Runs of texels to append one after the other.
+    fn slabs(&self) -> Vec<std::ops::Range<usize>> {
+        let texels = self.grid.len();
+        let each = match self.file {
+            None => texels,
+            Some(_) => (SLAB / (self.stride * size_of::<T>())).clamp(BLOCK, texels.max(BLOCK)),
+        };
+        (0..texels)
+            .step_by(each)
+            .map(|start| start..texels.min(start + each))
+            .collect()
+    }
+
+    /// Appends the texels of a slab; `fill` is called for blocks of them, in parallel.
+    fn append(
+        &mut self,
+        slab: std::ops::Range<usize>,
+        fill: impl Fn(std::ops::Range<usize>, &mut [T]) -> Result<()> + Sync,
+    ) -> Result<()> {
+        let start = self.memory.len();
+        self.memory
+            .resize(start + slab.len() * self.stride, T::zeroed());
+        self.memory[start..]
+            .par_chunks_mut(BLOCK * self.stride)
+            .enumerate()
+            .try_for_each(|(block, out)| {
+                let first = slab.start + block * BLOCK;
+                fill(first..first + out.len() / self.stride, out)
+            })?;
+        if let Some((file, folder)) = &mut self.file {
+            file.write_all(bytemuck::cast_slice(&self.memory))
+                .map_err(Error::io(folder, "write the shading table to"))?;
+            self.memory.clear();
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Level<T>> {
+        self.memory.push(T::zeroed());
+        let numbers = match self.file {
+            None => Buffer::Owned(self.memory),
+            Some((mut file, folder)) => {
+                file.write_all(bytemuck::cast_slice(&self.memory))
+                    .and_then(|()| file.flush())
+                    .map_err(Error::io(folder, "write the shading table to"))?;
+                let path = file.into_temp_path();
+                Buffer::Mapped {
+                    numbers: Mapped::open(&path)?,
+                    _file: path,
+                }
+            }
+        };
+        Ok(Level {
+            grid: self.grid,
+            stride: self.stride,
+            numbers,
+        })
+    }
+}
