@@ -4,8 +4,8 @@
 //! sizes, ranges and versions before it allocates, and says file, field, found and expected.
 
 pub mod atomic;
-pub mod gltf;
 pub mod exr;
+pub mod gltf;
 pub mod id;
 pub mod image;
 pub mod json;
