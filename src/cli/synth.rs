@@ -1,21 +1,175 @@
-//! `mesotex synth`.
+//! `mesotex synth`: space, neighbour table and a mesh (or a flat grid) in, surface texton map out.
+
+mod pictures;
+mod report;
+mod target;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Args;
 
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
-use crate::error::{Error, Result};
+use crate::cli::synth::pictures::PictureArguments;
+use crate::cli::synth::report::{Report, Seconds};
+use crate::cli::synth::target::{Target, TargetArguments};
+use crate::error::Result;
+use crate::exemplar::neighbor_table::NeighborTable;
+use crate::exemplar::space::Space;
+use crate::format::json;
+use crate::grid::TexCoord;
+use crate::index::TextonLabel;
+use crate::surface_map::SurfaceTextonMap;
+use crate::synthesis::checkpoint::Checkpoint;
+use crate::synthesis::engine::{Inputs, synthesize, textons};
+use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::{check, quality};
 
 /// Synthesize the surface texton map.
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply --levels 3 --texel 0.01
+  mesotex synth bark.space.npz bark.knn.npz --grid 256x256 -o flat.map.ply --pictures flat
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o full.map.ply --search full --report full.json")]
 pub struct Arguments {
+    /// The surface texton space, NAME.space.npz
+    pub space: PathBuf,
+    /// The neighbour table made from it, NAME.knn.npz
+    pub table: PathBuf,
+    #[command(flatten)]
+    pub target: TargetArguments,
+    /// The surface texton map to write, NAME.map.ply
+    #[arg(long, short)]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub options: SynthesisOptions,
+    /// Write the options and the quality figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub pictures: PictureArguments,
+    /// Take a table that was made from another space of the same size
+    #[arg(long)]
+    pub force: bool,
+    /// Continue an interrupted run after its last finished level
+    #[arg(long)]
+    pub resume: bool,
     #[command(flatten)]
     pub common: Common,
 }
 
 impl Arguments {
     /// Runs the command.
-    pub fn run(&self, _session: &Session) -> Result<Outcome> {
-        Err(Error::data("mesotex synth", "not built yet"))
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        let _lock = session.claim(&self.output, &self.inputs())?;
+        let options = SynthesisOptions {
+            seed: session.seed(),
+            ..self.options.clone()
+        };
+        let (space, table) = self.read_exemplar(&options)?;
+        let started = Instant::now();
+        let target = Target::prepare(&self.target, &table, &options, session)?;
+        let inputs = Inputs {
+            space: &space,
+            table: &table,
+            sites: target.sites(),
+        };
+        let prepared = started.elapsed();
+        let coords = self.synthesize(inputs, &options, session)?;
+        let seconds = Seconds::new(prepared, started.elapsed());
+        let map = surface_map(&space, &target, coords, options.seed);
+        let found = quality::measure(
+            inputs,
+            &map.coords,
+            &target.edges(),
+            options.seed,
+            session.progress(),
+        )?;
+        map.write(&self.output)?;
+        let plan = check::complete(&space, &table, &options)?;
+        let report = Report::new(&map, &options, &plan, found);
+        if let Some(path) = &self.report {
+            json::write(path, &report)?;
+        }
+        let drawn = self.pictures.draw(&target, &map, inputs)?;
+        Ok(self.outcome(&report, seconds, &drawn))
     }
+
+    fn inputs(&self) -> Vec<&Path> {
+        let mesh = self.target.mesh.as_deref();
+        [self.space.as_path(), self.table.as_path()].into_iter().chain(mesh).collect()
+    }
+
+    fn read_exemplar(&self, options: &SynthesisOptions) -> Result<(Space, NeighborTable)> {
+        let space = Space::read(&self.space)?;
+        let table = NeighborTable::read(&self.table)?;
+        let belongs = table.check_belongs_to(&space, self.force);
+        belongs.map_err(|error| error.in_file(&self.table))?;
+        check::complete(&space, &table, options)?;
+        self.pictures.check(&space)?;
+        Ok((space, table))
+    }
+
+    /// Synthesizes level after level, each kept for a run that is interrupted.
+    fn synthesize(
+        &self,
+        inputs: Inputs<'_>,
+        options: &SynthesisOptions,
+        session: &Session,
+    ) -> Result<Vec<TexCoord>> {
+        let checkpoint = Checkpoint::new(&self.output, inputs, options);
+        let begun = match self.resume {
+            true => checkpoint.load()?,
+            false => None,
+        };
+        let keep = |map: &_| checkpoint.save(map);
+        let map = synthesize(inputs, options, begun, keep, session.progress())?;
+        checkpoint.remove()?;
+        Ok(map.coords)
+    }
+
+    fn outcome(&self, report: &Report, seconds: Seconds, drawn: &[PathBuf]) -> Outcome {
+        let mut outcome = report.outcome(seconds).wrote(&self.output);
+        for path in self.report.iter().chain(drawn) {
+            outcome = outcome.wrote(path);
+        }
+        outcome.next(format!(
+            "mesotex render NAME.sample {} -o frames",
+            self.output.display()
+        ))
+    }
+}
+
+/// The map on the target's surface; vertices in no face hold nothing.
+fn surface_map(
+    space: &Space,
+    target: &Target,
+    coords: Vec<TexCoord>,
+    seed: u64,
+) -> SurfaceTextonMap {
+    let grid = space.levels[0].grid;
+    let mut map = SurfaceTextonMap {
+        mesh: target.mesh().clone(),
+        normals: target.normals(),
+        orientations: target.orientations(),
+        textons: textons(space, &coords),
+        coords,
+        exemplar: [grid.width, grid.height],
+        texel: target.texel(),
+        seed,
+        sample: space.sample.clone(),
+        space: space.id.clone(),
+    };
+    let mut in_face = vec![false; map.mesh.positions.len()];
+    for &vertex in map.mesh.triangles.iter().flatten() {
+        in_face[vertex as usize] = true;
+    }
+    for vertex in (0..in_face.len()).filter(|&vertex| !in_face[vertex]) {
+        map.coords[vertex] = TexCoord { s: 0.5, t: 0.5 };
+        map.textons[vertex] = TextonLabel::NONE;
+    }
+    map
 }

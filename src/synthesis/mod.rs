@@ -36,6 +36,7 @@ pub mod metric;
 pub mod options;
 pub mod order;
 pub mod passes;
+pub mod pictures;
 pub mod quality;
 pub mod site_samples;
 pub mod windows;

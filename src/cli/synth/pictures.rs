@@ -1,0 +1,153 @@
+//! Pictures of a finished map: PNG of the grid itself, or of the mesh seen by the project's renderer.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use glam::DVec3;
+
+use crate::btf::sample::Sample;
+use crate::cli::synth::target::Target;
+use crate::error::{Error, Result};
+use crate::exemplar::space::Space;
+use crate::format::image::{encode_srgb8, write_png};
+use crate::format::ply::{self, Column};
+use crate::grid::TexelGrid;
+use crate::index::TexelIndex;
+use crate::render::preview;
+use crate::surface_map::SurfaceTextonMap;
+use crate::synthesis::engine::Inputs;
+use crate::synthesis::pictures::{coordinate_colors, energy_colors, label_colors};
+use crate::synthesis::quality::energy;
+
+/// Pixels of a picture of a mesh.
+const SIZE: [u32; 2] = [1024, 768];
+
+/// Which pictures are wanted.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Pictures")]
+pub struct PictureArguments {
+    /// Write NAME.coordinate.png (copied patches show as smooth pieces), NAME.label.png and
+    /// NAME.energy.png; with --sample also NAME.color.png
+    #[arg(long, value_name = "NAME")]
+    pub pictures: Option<PathBuf>,
+    /// The sample, for pictures in its colours: seen from above, lit from the upper left
+    #[arg(long, value_name = "X.sample")]
+    pub sample: Option<PathBuf>,
+    /// Write the mesh with a colour (red, green, blue) at each vertex, from --sample
+    #[arg(long, value_name = "FILE.ply", requires = "sample")]
+    pub vertex_colors: Option<PathBuf>,
+}
+
+impl PictureArguments {
+    /// Checks that the sample is the space's, before any work is done.
+    pub fn check(&self, space: &Space) -> Result<()> {
+        let Some(path) = &self.sample else {
+            return Ok(());
+        };
+        let (sample, grid) = (Sample::open(path)?, space.levels[0].grid);
+        if self.pictures.is_none() && self.vertex_colors.is_none() {
+            return Err(Error::option(
+                "sample",
+                "nothing to draw in its colours",
+                "--pictures or --vertex-colors beside it",
+            ));
+        }
+        if (sample.grid().width, sample.grid().height) == (grid.width, grid.height) {
+            return Ok(());
+        }
+        let size = |grid: TexelGrid| format!("{}×{} texels", grid.width, grid.height);
+        Err(Error::data("size", size(sample.grid()))
+            .expected(format!("{}, as the space has", size(grid)))
+            .in_file(path))
+    }
+
+    /// Draws what was asked; returns the files written.
+    pub fn draw(
+        &self,
+        target: &Target,
+        map: &SurfaceTextonMap,
+        inputs: Inputs<'_>,
+    ) -> Result<Vec<PathBuf>> {
+        let mut written = Vec::new();
+        let colors = self.sample.as_deref().map(|path| sample_colors(path, map));
+        let colors = colors.transpose()?;
+        if let Some(name) = &self.pictures {
+            let grid = inputs.space.levels[0].grid;
+            let mut draw = |kind: &str, colors: &[[u8; 3]]| -> Result<()> {
+                let path = with_kind(name, kind);
+                draw_sites(target, colors, &path)?;
+                written.push(path);
+                Ok(())
+            };
+            draw("coordinate", &coordinate_colors(grid, &map.coords))?;
+            draw("label", &label_colors(&map.textons))?;
+            draw("energy", &energy_colors(&energy::of_every_site(inputs, &map.coords)?))?;
+            if let Some(colors) = &colors {
+                draw("color", colors)?;
+            }
+        }
+        if let (Some(path), Some(colors)) = (&self.vertex_colors, &colors) {
+            write_vertex_colors(path, map, colors)?;
+            written.push(path.clone());
+        }
+        Ok(written)
+    }
+}
+
+/// `NAME.KIND.png`.
+fn with_kind(name: &Path, kind: &str) -> PathBuf {
+    let mut path = name.as_os_str().to_owned();
+    path.push(format!(".{kind}.png"));
+    PathBuf::from(path)
+}
+
+fn draw_sites(target: &Target, colors: &[[u8; 3]], path: &Path) -> Result<()> {
+    match target {
+        Target::Grid { grid, .. } => write_png(path, grid.width, grid.height, colors.as_flattened()),
+    }
+}
+
+/// The sample's colour at every site, white for a white plane facing the light.
+fn sample_colors(path: &Path, map: &SurfaceTextonMap) -> Result<Vec<[u8; 3]>> {
+    let sample = Sample::open(path)?;
+    let grid = sample.grid();
+    let image = shown_image(&sample);
+    let mut pixels = vec![0.0; grid.len() * 3];
+    sample.image(image).copy_to(&mut pixels);
+    let (_, light) = sample.description().view_and_light(image);
+    let cosine = sample.description().lights[light].cos_theta().max(0.1);
+    let white = cosine as f32 / std::f32::consts::PI;
+    let color = |texel: TexelIndex| {
+        let rgb = &pixels[texel.index() * 3..][..3];
+        [0, 1, 2].map(|channel| encode_srgb8(rgb[channel] / white))
+    };
+    Ok(map.coords.iter().map(|&at| color(grid.texel_nearest(at))).collect())
+}
+
+/// The image seen most nearly from above, lit most nearly from the upper left at 45°.
+fn shown_image(sample: &Sample) -> usize {
+    let description = sample.description();
+    let lit_from = DVec3::new(-0.5, 0.5, FRAC_1_SQRT_2);
+    let score = |image: usize| {
+        let (view, light) = description.view_and_light(image);
+        4.0 * description.views[view].cos_theta() + description.lights[light].0.dot(lit_from)
+    };
+    let best = (0..sample.image_count()).max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)));
+    best.unwrap_or(0)
+}
+
+fn write_vertex_colors(path: &Path, map: &SurfaceTextonMap, colors: &[[u8; 3]]) -> Result<()> {
+    let axis = |axis: usize| -> Vec<f32> { map.mesh.positions.iter().map(|p| p[axis]).collect() };
+    let channel = |channel: usize| -> Vec<u8> { colors.iter().map(|c| c[channel]).collect() };
+    let positions = [0, 1, 2].map(axis);
+    let channels = [0, 1, 2].map(channel);
+    let mut columns: Vec<(&str, Column<'_>)> = Vec::new();
+    for (name, numbers) in ["x", "y", "z"].into_iter().zip(&positions) {
+        columns.push((name, Column::Float(numbers)));
+    }
+    for (name, numbers) in ["red", "green", "blue"].into_iter().zip(&channels) {
+        columns.push((name, Column::UChar(numbers)));
+    }
+    ply::write(path, &[], &columns, &map.mesh.triangles)
+}

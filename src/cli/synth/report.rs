@@ -1,0 +1,96 @@
+//! What `synth` reports: options and quality figures, for a person and as JSON.
+
+use std::time::Duration;
+
+use serde::Serialize;
+use serde_json::json;
+
+use crate::cli::outcome::Outcome;
+use crate::surface_map::SurfaceTextonMap;
+use crate::synthesis::check::Plan;
+use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::quality::Quality;
+
+/// The `--report` file: the same for the same inputs, options and seed.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    format: &'static str,
+    version: u32,
+    vertices: usize,
+    exemplar: [u32; 2],
+    texel: f64,
+    seed: u64,
+    k: usize,
+    levels: usize,
+    options: SynthesisOptions,
+    #[serde(flatten)]
+    quality: Quality,
+}
+
+/// How long it took.
+#[derive(Clone, Copy, Debug)]
+pub struct Seconds {
+    prepare: f64,
+    synthesis: f64,
+}
+
+impl Seconds {
+    /// Of the time until the target was prepared, and until the map was done.
+    pub fn new(prepared: Duration, done: Duration) -> Self {
+        Self {
+            prepare: prepared.as_secs_f64(),
+            synthesis: (done - prepared).as_secs_f64(),
+        }
+    }
+}
+
+impl Report {
+    /// The report of a finished map.
+    pub fn new(
+        map: &SurfaceTextonMap,
+        options: &SynthesisOptions,
+        plan: &Plan,
+        quality: Quality,
+    ) -> Self {
+        Self {
+            format: "mesotex-synthesis-report",
+            version: 1,
+            vertices: map.mesh.positions.len(),
+            exemplar: map.exemplar,
+            texel: map.texel,
+            seed: map.seed,
+            k: plan.k,
+            levels: plan.levels,
+            options: options.clone(),
+            quality,
+        }
+    }
+
+    /// What the user reads.
+    pub fn outcome(&self, seconds: Seconds) -> Outcome {
+        let found = &self.quality;
+        let [[a, b], [c, d]] = found.drift;
+        let Seconds { prepare, synthesis } = seconds;
+        let mut outcome = Outcome::default()
+            .line(format!(
+                "{} vertices, {} levels, k {}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
+                self.vertices, self.levels, self.k
+            ))
+            .line(format!(
+                "coherence {:.3} within half a texel, {:.3} within one; mean edge {:.2} texels",
+                found.coherence_half, found.coherence_one, found.mean_edge
+            ))
+            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"))
+            .line(format!(
+                "energy {:.3} of a random map's, {:.3} of the best texels' (at {} sites)",
+                found.energy, found.energy_ratio_full, found.energy_sites
+            ));
+        if let Some(chi2) = found.histogram_chi2 {
+            outcome = outcome.line(format!("histogram distance {chi2:.4} (χ², surface against sample)"));
+        }
+        if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {
+            outcome.figures = figures;
+        }
+        outcome.figure("seconds", json!({"prepare": prepare, "synthesis": synthesis}))
+    }
+}

@@ -1,0 +1,84 @@
+//! Colours that show a map: by texture coordinate (copied patches are smooth, their seams are
+//! edges), by label, by energy. One 8-bit sRGB colour a site; drawing them is for the caller.
+
+use crate::grid::{TexCoord, TexelGrid};
+use crate::index::TextonLabel;
+
+/// Red is s/W, green t/H: a copied patch looks like a piece of one smooth gradient.
+pub fn coordinate_colors(grid: TexelGrid, coords: &[TexCoord]) -> Vec<[u8; 3]> {
+    let color = |at: &TexCoord| {
+        let (u, v) = (at.s / grid.width as f32, at.t / grid.height as f32);
+        [byte(u), byte(v), byte(0.5)]
+    };
+    coords.iter().map(color).collect()
+}
+
+/// A hue a label, neighbouring labels far apart; grey where there is none.
+pub fn label_colors(labels: &[TextonLabel]) -> Vec<[u8; 3]> {
+    const GOLDEN: f32 = 0.618_034;
+    let color = |label: &TextonLabel| match *label {
+        TextonLabel::NONE => [128; 3],
+        TextonLabel(index) => hue((f32::from(index) * GOLDEN).fract(), 0.55 + 0.4 * f32::from(index % 3) / 2.0),
+    };
+    labels.iter().map(color).collect()
+}
+
+/// From black for nothing over red and yellow to white for the largest hundredth.
+pub fn energy_colors(energies: &[f64]) -> Vec<[u8; 3]> {
+    let mut sorted: Vec<f64> = energies.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let top = sorted.get(sorted.len().saturating_sub(1) * 99 / 100).copied();
+    let top = top.filter(|&top| top > 0.0).unwrap_or(1.0);
+    let color = |&energy: &f64| {
+        let heat = 3.0 * (energy / top).min(1.0) as f32;
+        [byte(heat), byte(heat - 1.0), byte(heat - 2.0)]
+    };
+    energies.iter().map(color).collect()
+}
+
+fn byte(share: f32) -> u8 {
+    (share.clamp(0.0, 1.0) * 255.0).round() as u8
+}
+
+/// A saturated colour: red at 0, green at ⅓, blue at ⅔.
+fn hue(turn: f32, value: f32) -> [u8; 3] {
+    [0.0, 2.0, 4.0].map(|shift| {
+        let place = (6.0 * turn - shift).rem_euclid(6.0);
+        let distance = place.min(6.0 - place);
+        byte(value * (2.0 - distance).clamp(0.1, 1.0))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_show_as_a_gradient() {
+        let grid = TexelGrid {
+            width: 4,
+            height: 2,
+            tileable: true,
+        };
+        let colors = coordinate_colors(grid, &[TexCoord { s: 0.0, t: 2.0 }, TexCoord { s: 4.0, t: 0.0 }]);
+        assert_eq!(colors, [[0, 255, 128], [255, 0, 128]]);
+    }
+
+    #[test]
+    fn hues_turn_from_red_through_green_to_blue() {
+        assert_eq!(hue(0.0, 1.0), [255, 26, 26]);
+        assert_eq!(hue(1.0 / 3.0, 1.0), [26, 255, 26]);
+        assert_eq!(hue(2.0 / 3.0, 1.0), [26, 26, 255]);
+        let labels = label_colors(&[TextonLabel(1), TextonLabel(2), TextonLabel::NONE]);
+        assert!(labels[0] != labels[1] && labels[2] == [128; 3]);
+    }
+
+    #[test]
+    fn energies_are_black_where_there_is_none() {
+        let mut energies = vec![0.0; 50];
+        energies.extend([1.0; 50]);
+        let colors = energy_colors(&energies);
+        assert_eq!((colors[0], colors[99]), ([0; 3], [255; 3]));
+        assert_eq!(energy_colors(&[0.0; 3]), [[0; 3]; 3]);
+    }
+}
