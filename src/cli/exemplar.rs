@@ -77,7 +77,10 @@ impl Arguments {
         let (width, height) = (images[0].width, images[0].height);
         let numbers: u32 = images.iter().map(|image| image.channels).sum();
         let outcome = Outcome::default()
-            .line(format!("{width}×{height} texels of {numbers} numbers, {} levels", self.levels))
+            .line(format!(
+                "{width}×{height} texels of {numbers} numbers, {} levels",
+                self.levels
+            ))
             .figure("width", width)
             .figure("height", height)
             .figure("channels", numbers)
@@ -87,7 +90,9 @@ impl Arguments {
                 space_path.display(),
                 table_path.display()
             ));
-        Ok(outputs.iter().fold(outcome, |outcome, path| outcome.wrote(path)))
+        Ok(outputs
+            .iter()
+            .fold(outcome, |outcome, path| outcome.wrote(path)))
     }
 
     fn read_images(&self) -> Result<Vec<FloatImage>> {
@@ -109,7 +114,11 @@ impl Arguments {
         }
         radiance.iter_mut().for_each(|value| *value /= PI);
         let above = Direction(DVec3::Z);
-        let name = self.output.file_name().unwrap_or_default().to_string_lossy();
+        let name = self
+            .output
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy();
         let mut writer = SampleWriter::create(
             path,
             Description {

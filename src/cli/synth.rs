@@ -100,7 +100,10 @@ impl Arguments {
 
     fn inputs(&self) -> Vec<&Path> {
         let mesh = self.target.mesh.as_deref();
-        [self.space.as_path(), self.table.as_path()].into_iter().chain(mesh).collect()
+        [self.space.as_path(), self.table.as_path()]
+            .into_iter()
+            .chain(mesh)
+            .collect()
     }
 
     fn read_exemplar(&self, options: &SynthesisOptions) -> Result<(Space, NeighborTable)> {

@@ -4,6 +4,7 @@
 pub mod greedy_choice;
 pub mod knn_options;
 pub mod neighbor_table;
+pub mod plain_images;
 pub mod space;
 pub mod window_distance;
 

@@ -100,7 +100,10 @@ fn features(images: &[FloatImage], weights: &[f32], grid: TexelGrid) -> Array3<f
         }
     }
     let mut features = Array3::zeros((grid.height as usize, grid.width as usize, dimensions));
-    features.iter_mut().zip(numbers).for_each(|(slot, number)| *slot = number);
+    features
+        .iter_mut()
+        .zip(numbers)
+        .for_each(|(slot, number)| *slot = number);
     features
 }
 
@@ -165,12 +168,21 @@ mod tests {
     }
 
     fn space(images: &[FloatImage], weights: &[f32], levels: u32, tile: bool) -> Result<Space> {
-        space_of_images(images, weights, levels, tile, &ContentId::of_bytes(b"sample"))
+        space_of_images(
+            images,
+            weights,
+            levels,
+            tile,
+            &ContentId::of_bytes(b"sample"),
+        )
     }
 
     #[test]
     fn texels_hold_the_numbers_of_all_images() {
-        let images = [image(5, 4, 3, Encoding::Srgb), image(5, 4, 1, Encoding::Linear)];
+        let images = [
+            image(5, 4, 3, Encoding::Srgb),
+            image(5, 4, 1, Encoding::Linear),
+        ];
         let space = space(&images, &[1.0, 4.0], 2, false).unwrap();
         let fine = vectors(&space.levels[0]);
         assert_eq!(fine.dim(), (4, 5, 4));
@@ -181,7 +193,10 @@ mod tests {
         assert_eq!(coarse.dim(), (2, 3, 4));
         let alone = (fine[[0, 4, 2]] + fine[[1, 4, 2]]) / 2.0;
         assert!((coarse[[0, 2, 2]] - alone).abs() < 1e-6);
-        let four: f32 = [(2, 2), (2, 3), (3, 2), (3, 3)].iter().map(|&(r, c)| fine[[r, c, 0]]).sum();
+        let four: f32 = [(2, 2), (2, 3), (3, 2), (3, 3)]
+            .iter()
+            .map(|&(r, c)| fine[[r, c, 0]])
+            .sum();
         assert!((coarse[[1, 1, 0]] - four / 4.0).abs() < 1e-6);
     }
 
@@ -196,7 +211,10 @@ mod tests {
 
     #[test]
     fn images_that_do_not_fit_are_refused() {
-        let (a, b) = (image(8, 8, 3, Encoding::Srgb), image(8, 6, 1, Encoding::Srgb));
+        let (a, b) = (
+            image(8, 8, 3, Encoding::Srgb),
+            image(8, 6, 1, Encoding::Srgb),
+        );
         let message = |found: Result<Space>| found.unwrap_err().to_string();
         let two = [a.clone(), b];
         assert!(message(space(&two, &[1.0; 2], 1, false)).contains("image 2: 8×6"));
@@ -204,7 +222,10 @@ mod tests {
         assert!(message(space(one, &[1.0; 2], 1, false)).contains("--weights"));
         assert!(message(space(one, &[0.0], 1, false)).contains("--weights"));
         assert!(message(space(one, &[1.0], 5, false)).contains("1 to 4"));
-        assert!(message(space(&[image(12, 12, 1, Encoding::Srgb)], &[1.0], 4, true)).contains("divisible by 8"));
+        assert!(
+            message(space(&[image(12, 12, 1, Encoding::Srgb)], &[1.0], 4, true))
+                .contains("divisible by 8")
+        );
         let mut nan = a;
         nan.data[5] = f32::NAN;
         assert!(space(&[nan], &[1.0], 1, false).is_err());

@@ -18,7 +18,10 @@ pub fn label_colors(labels: &[TextonLabel]) -> Vec<[u8; 3]> {
     const GOLDEN: f32 = 0.618_034;
     let color = |label: &TextonLabel| match *label {
         TextonLabel::NONE => [128; 3],
-        TextonLabel(index) => hue((f32::from(index) * GOLDEN).fract(), 0.55 + 0.4 * f32::from(index % 3) / 2.0),
+        TextonLabel(index) => hue(
+            (f32::from(index) * GOLDEN).fract(),
+            0.55 + 0.4 * f32::from(index % 3) / 2.0,
+        ),
     };
     labels.iter().map(color).collect()
 }
@@ -27,7 +30,9 @@ pub fn label_colors(labels: &[TextonLabel]) -> Vec<[u8; 3]> {
 pub fn energy_colors(energies: &[f64]) -> Vec<[u8; 3]> {
     let mut sorted: Vec<f64> = energies.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let top = sorted.get(sorted.len().saturating_sub(1) * 99 / 100).copied();
+    let top = sorted
+        .get(sorted.len().saturating_sub(1) * 99 / 100)
+        .copied();
     let top = top.filter(|&top| top > 0.0).unwrap_or(1.0);
     let color = |&energy: &f64| {
         let heat = 3.0 * (energy / top).min(1.0) as f32;
@@ -60,7 +65,10 @@ mod tests {
             height: 2,
             tileable: true,
         };
-        let colors = coordinate_colors(grid, &[TexCoord { s: 0.0, t: 2.0 }, TexCoord { s: 4.0, t: 0.0 }]);
+        let colors = coordinate_colors(
+            grid,
+            &[TexCoord { s: 0.0, t: 2.0 }, TexCoord { s: 4.0, t: 0.0 }],
+        );
         assert_eq!(colors, [[0, 255, 128], [255, 0, 128]]);
     }
 

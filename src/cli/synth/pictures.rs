@@ -82,7 +82,10 @@ impl PictureArguments {
             };
             draw("coordinate", &coordinate_colors(grid, &map.coords))?;
             draw("label", &label_colors(&map.textons))?;
-            draw("energy", &energy_colors(&energy::of_every_site(inputs, &map.coords)?))?;
+            draw(
+                "energy",
+                &energy_colors(&energy::of_every_site(inputs, &map.coords)?),
+            )?;
             if let Some(colors) = &colors {
                 draw("color", colors)?;
             }
@@ -104,7 +107,9 @@ fn with_kind(name: &Path, kind: &str) -> PathBuf {
 
 fn draw_sites(target: &Target, colors: &[[u8; 3]], path: &Path) -> Result<()> {
     match target {
-        Target::Grid { grid, .. } => write_png(path, grid.width, grid.height, colors.as_flattened()),
+        Target::Grid { grid, .. } => {
+            write_png(path, grid.width, grid.height, colors.as_flattened())
+        }
     }
 }
 
@@ -122,7 +127,11 @@ fn sample_colors(path: &Path, map: &SurfaceTextonMap) -> Result<Vec<[u8; 3]>> {
         let rgb = &pixels[texel.index() * 3..][..3];
         [0, 1, 2].map(|channel| encode_srgb8(rgb[channel] / white))
     };
-    Ok(map.coords.iter().map(|&at| color(grid.texel_nearest(at))).collect())
+    Ok(map
+        .coords
+        .iter()
+        .map(|&at| color(grid.texel_nearest(at)))
+        .collect())
 }
 
 /// The image seen most nearly from above, lit most nearly from the upper left at 45°.
@@ -133,7 +142,8 @@ fn shown_image(sample: &Sample) -> usize {
         let (view, light) = description.view_and_light(image);
         4.0 * description.views[view].cos_theta() + description.lights[light].0.dot(lit_from)
     };
-    let best = (0..sample.image_count()).max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)));
+    let best =
+        (0..sample.image_count()).max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)));
     best.unwrap_or(0)
 }
 

@@ -86,11 +86,16 @@ impl Report {
                 found.energy, found.energy_ratio_full, found.energy_sites
             ));
         if let Some(chi2) = found.histogram_chi2 {
-            outcome = outcome.line(format!("histogram distance {chi2:.4} (χ², surface against sample)"));
+            outcome = outcome.line(format!(
+                "histogram distance {chi2:.4} (χ², surface against sample)"
+            ));
         }
         if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {
             outcome.figures = figures;
         }
-        outcome.figure("seconds", json!({"prepare": prepare, "synthesis": synthesis}))
+        outcome.figure(
+            "seconds",
+            json!({"prepare": prepare, "synthesis": synthesis}),
+        )
     }
 }

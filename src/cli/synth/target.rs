@@ -63,7 +63,9 @@ impl Target {
         options: &SynthesisOptions,
         session: &Session,
     ) -> Result<Self> {
-        let levels = options.levels.map_or(table.levels.len(), |levels| levels as usize);
+        let levels = options
+            .levels
+            .map_or(table.levels.len(), |levels| levels as usize);
         match (&arguments.mesh, arguments.grid) {
             (_, Some(grid)) => {
                 let grid = GridTarget {
@@ -126,4 +128,3 @@ impl Target {
         }
     }
 }
-
