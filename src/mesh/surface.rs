@@ -33,8 +33,9 @@ use crate::progress::Progress;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct SurfaceOptions {
-    /// Levels of the mesh pyramid, each with a quarter of the vertices (Tong 2002 §5.1).
-    #[arg(long, default_value_t = SurfaceOptions::default().levels)]
+    /// Levels of the mesh pyramid, each with a quarter of the vertices (Tong 2002 §5.1). Set by
+    /// synthesis.
+    #[arg(skip = SurfaceOptions::default().levels)]
     pub levels: u32,
     /// Width of the neighbourhood in texels, odd. Set by the neighbour table in synthesis.
     #[arg(skip = SurfaceOptions::default().neighborhood)]

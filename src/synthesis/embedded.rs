@@ -15,7 +15,7 @@ use crate::synthesis::metric::Metric;
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 
 /// Samples after which a growing distance is compared with the best so far.
-const RUN: usize = 12;
+const RUN: u32 = 16;
 
 /// The metric of one level.
 #[derive(Debug)]
@@ -117,7 +117,7 @@ impl PatternPart {
         self.deltas.push(delta);
         let end = self.deltas.len() as u32;
         match self.runs.last_mut() {
-            Some(run) if run.1 == weight && end - begin <= RUN as u32 => run.0 = end,
+            Some(run) if run.1 == weight && end - begin <= RUN => run.0 = end,
             _ => self.runs.push((end, weight)),
         }
     }
@@ -213,7 +213,10 @@ fn run_distance(values: &[Block], embedding: &Embedding, window: &[u32], deltas:
             add_squares(&mut odd, second, embedding.vector(window[delta as usize]));
         }
     }
-    sum_of_lanes(&even) + sum_of_lanes(&odd)
+    for lane in 0..LANES {
+        even[lane] += odd[lane];
+    }
+    sum_of_lanes(&even)
 }
 
 #[inline(always)]
@@ -226,8 +229,9 @@ fn add_squares(sums: &mut Block, values: &[Block], vector: &[Block]) {
     }
 }
 
-/// The sum of a block's lanes, as a tree.
-#[inline(always)]
+/// The sum of a block's lanes, as a tree. Not inlined, so that the loops that fill the block keep it
+/// in whole vectors instead of following the tree's pairs.
+#[inline(never)]
 pub fn sum_of_lanes(block: &Block) -> f32 {
     let mut sums = *block;
     let mut half = LANES / 2;

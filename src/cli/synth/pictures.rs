@@ -110,6 +110,10 @@ fn draw_sites(target: &Target, colors: &[[u8; 3]], path: &Path) -> Result<()> {
         Target::Grid { grid, .. } => {
             write_png(path, grid.width, grid.height, colors.as_flattened())
         }
+        Target::Surface(_) => {
+            let pixels = preview::vertex_colors(target.mesh(), colors, SIZE)?;
+            write_png(path, SIZE[0], SIZE[1], &pixels)
+        }
     }
 }
 

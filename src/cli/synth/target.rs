@@ -10,6 +10,7 @@ use crate::cli::session::Session;
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::{NeighborTable, Neighborhood};
 use crate::mesh::hierarchy::SiteHierarchy;
+use crate::mesh::surface::{self, Surface, SurfaceOptions};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::synthesis::check::window_width;
 use crate::synthesis::grid_target::GridTarget;
@@ -40,10 +41,14 @@ pub struct TargetArguments {
     /// What lies beyond the grid's border
     #[arg(long, value_enum, default_value_t = Border::Wrap, requires = "grid")]
     pub border: Border,
+    #[command(flatten)]
+    pub surface: SurfaceOptions,
 }
 
 /// A target ready for synthesis.
 pub enum Target {
+    /// A prepared mesh.
+    Surface(Box<Surface>),
     /// A flat grid.
     Grid {
         /// Its size.
@@ -68,6 +73,13 @@ impl Target {
             .map_or(table.levels.len(), |levels| levels as usize);
         match (&arguments.mesh, arguments.grid) {
             (_, Some(grid)) => {
+                if arguments.surface.texel.is_some() {
+                    return Err(Error::option(
+                        "texel",
+                        "a flat grid",
+                        "a mesh; on a grid a site is a texel",
+                    ));
+                }
                 let grid = GridTarget {
                     toroidal: arguments.border == Border::Wrap,
                     ..grid
@@ -82,13 +94,19 @@ impl Target {
                     grid,
                 })
             }
-            _ => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
+            (Some(path), None) => {
+                let surface = prepare_mesh(path, arguments, table, levels, session)?;
+                check_density(&surface)?;
+                Ok(Self::Surface(Box::new(surface)))
+            }
+            (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
         }
     }
 
     /// The sites of all levels.
     pub fn sites(&self) -> &SiteHierarchy {
         match self {
+            Self::Surface(surface) => &surface.hierarchy,
             Self::Grid { sites, .. } => sites,
         }
     }
@@ -96,6 +114,7 @@ impl Target {
     /// The surface of level 0.
     pub fn mesh(&self) -> &TriangleMesh {
         match self {
+            Self::Surface(surface) => &surface.meshes[0],
             Self::Grid { mesh, .. } => mesh,
         }
     }
@@ -103,6 +122,7 @@ impl Target {
     /// Unit normals of the sites.
     pub fn normals(&self) -> Vec<Vec3> {
         match self {
+            Self::Surface(surface) => surface.normals[0].clone(),
             Self::Grid { mesh, .. } => vec![Vec3::Z; mesh.positions.len()],
         }
     }
@@ -110,6 +130,7 @@ impl Target {
     /// The orientation field.
     pub fn orientations(&self) -> Vec<Vec3> {
         match self {
+            Self::Surface(surface) => surface.frames[0].iter().map(|frame| frame.s).collect(),
             Self::Grid { mesh, .. } => vec![Vec3::X; mesh.positions.len()],
         }
     }
@@ -117,6 +138,7 @@ impl Target {
     /// Mesh units a texel covers.
     pub fn texel(&self) -> f64 {
         match self {
+            Self::Surface(surface) => surface.texel,
             Self::Grid { .. } => 1.0,
         }
     }
@@ -124,7 +146,84 @@ impl Target {
     /// Every edge i < j, with the place of j seen from i in texels.
     pub fn edges(&self) -> Vec<SiteEdge> {
         match self {
+            Self::Surface(surface) => mesh_edges(surface),
             Self::Grid { grid, .. } => grid.edges(),
         }
     }
+}
+
+/// The file's mesh with everything synthesis needs of it, cached beside it.
+fn prepare_mesh(
+    path: &Path,
+    arguments: &TargetArguments,
+    table: &NeighborTable,
+    levels: usize,
+    session: &Session,
+) -> Result<Surface> {
+    let user = crate::mesh::reading::read(path)?;
+    let options = SurfaceOptions {
+        levels: levels as u32,
+        neighborhood: window_width(&table.levels[0].neighborhood.offsets),
+        coarse_neighborhood: window_width(&table.levels[0].neighborhood.coarse_offsets),
+        seed: session.seed(),
+        ..arguments.surface.clone()
+    };
+    let cache = cache_folder(path);
+    surface::prepare(&user, &options, Some(&cache), session.progress())
+        .map_err(|error| error.in_file(path))
+}
+
+/// `MESH.mesotex-cache/` beside the mesh.
+fn cache_folder(mesh: &Path) -> PathBuf {
+    let mut name = mesh.as_os_str().to_owned();
+    name.push(".mesotex-cache");
+    PathBuf::from(name)
+}
+
+/// Refuses a mesh so coarse that most sites see no other.
+fn check_density(surface: &Surface) -> Result<()> {
+    let sites = &surface.hierarchy.levels[0];
+    let on_surface = (0..sites.site_count).filter(|&site| sites.areas[site] > 0.0);
+    let (mut count, mut alone) = (0usize, 0usize);
+    for site in on_surface {
+        count += 1;
+        alone += usize::from(sites.neighbors.of_site(site).is_empty());
+    }
+    if 2 * alone <= count {
+        return Ok(());
+    }
+    let area = surface.meshes[0].area();
+    Err(Error::option(
+        "texel",
+        format!(
+            "{}: {alone} of {count} vertices have no other within the neighbourhood",
+            surface.texel
+        ),
+        format!(
+            "about {:.3e} for this mesh, or mesh --vertices {} for this texel",
+            (area / count.max(1) as f64).sqrt(),
+            (area / surface.texel.powi(2)).ceil()
+        ),
+    ))
+}
+
+fn mesh_edges(surface: &Surface) -> Vec<SiteEdge> {
+    let (mesh, frames) = (&surface.meshes[0], &surface.frames[0]);
+    let corners = mesh.triangles.iter();
+    let mut pairs: Vec<[u32; 2]> = corners
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let edge = |&[from, to]: &[u32; 2]| {
+        let along = mesh.positions[to as usize] - mesh.positions[from as usize];
+        let seen = frames[from as usize].frame_from_mesh(along) / surface.texel as f32;
+        SiteEdge {
+            from,
+            to,
+            offset: [seen.x, seen.y],
+        }
+    };
+    pairs.iter().map(edge).collect()
 }
