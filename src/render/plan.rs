@@ -10,8 +10,9 @@ use crate::render::compass::Compass;
 use crate::render::environment;
 use crate::render::frame_range::FrameRange;
 use crate::render::light::{Light, Origin};
-use crate::render::options::{LightSpec, ProjectionKind, RenderOptions, Sweep};
+use crate::render::options::RenderOptions;
 use crate::render::path_file::{self, Row};
+use crate::render::values::{LightSpec, ProjectionKind, Sweep};
 
 /// One frame to make.
 #[derive(Clone, Debug)]
@@ -394,7 +395,7 @@ fn move_key_light(key: &mut LightSpec, row: &Row) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::options::Point;
+    use crate::render::values::Point;
 
     fn bounds() -> Bounds {
         Bounds {

@@ -19,13 +19,14 @@ use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::frame::{Frame, LayerGroup};
 use crate::render::light::Origin;
-use crate::render::options::{Layer, RenderOptions, Sweep};
+use crate::render::options::RenderOptions;
 use crate::render::plan::{PlannedFrame, plan};
 use crate::render::radiance::Radiance;
 use crate::render::renderer::{Manner, Renderer};
 use crate::render::surroundings;
 use crate::render::texel_table::Allowance;
 use crate::render::tone::{Tone, preview};
+use crate::render::values::{Layer, Sweep};
 use crate::surface_map::SurfaceTextonMap;
 
 /// What a sweep is made from and where it goes.

@@ -1,0 +1,239 @@
+//! Frames a second at the size of docs/performance/render.md: 300,000 vertices, 1280 × 960, 4
+//! samples a pixel, a 64 × 64 sample of 60 views × 60 lights. Input is generated. One iteration is
+//! one frame of a sweep of 96; nothing is written.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use divan::Bencher;
+use divan::counter::{BytesCount, ItemsCount};
+use glam::Vec3;
+use mesotex::btf::direction::Direction;
+use mesotex::btf::sample::{DType, Description, FORMAT, Layout, Sample, VERSION};
+use mesotex::btf::writer::SampleWriter;
+use mesotex::format::exr::{Compression, ExrImage, encode};
+use mesotex::format::id::ContentId;
+use mesotex::grid::TexCoord;
+use mesotex::index::TextonLabel;
+use mesotex::mesh::triangle_mesh::TriangleMesh;
+use mesotex::progress::Progress;
+use mesotex::render::bounds::Bounds;
+use mesotex::render::frame::LayerGroup;
+use mesotex::render::frame_range::FrameRange;
+use mesotex::render::nearest::Weighting;
+use mesotex::render::options::RenderOptions;
+use mesotex::render::plan::{PlannedFrame, plan};
+use mesotex::render::radiance::{Radiance, Texels};
+use mesotex::render::raster::Samples;
+use mesotex::render::renderer::{Manner, Renderer, Shading, Shadows};
+use mesotex::render::texel_table::Allowance;
+use mesotex::render::values::{ImageSize, Sweep};
+use mesotex::surface_map::SurfaceTextonMap;
+
+fn main() {
+    divan::main();
+}
+
+/// Sides of the torus' grid: 300,328 vertices.
+const GRID: [u32; 2] = [868, 346];
+
+fn directions(count: usize) -> Vec<Direction> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..count)
+        .map(|i| {
+            let cos = 1.0 - (i as f64 + 0.5) / count as f64;
+            Direction::from_angles(cos.acos(), i as f64 * golden)
+        })
+        .collect()
+}
+
+/// A sample whose values differ everywhere.
+fn sample(folder: &Path) -> Sample {
+    let path = folder.join("bench.sample");
+    let description = Description {
+        format: FORMAT.into(),
+        version: VERSION,
+        name: "bench".into(),
+        width: 64,
+        height: 64,
+        channels: 3,
+        dtype: DType::F2,
+        texel_mm: None,
+        layout: Layout::Product,
+        views: directions(60),
+        lights: directions(60),
+        pairs: None,
+        tileable: true,
+        id: ContentId::of_bytes(b""),
+        source: serde_json::Value::Null,
+    };
+    let mut writer = SampleWriter::create(&path, description).unwrap();
+    for image in 0..3600u32 {
+        let value = |k: u32| (k.wrapping_mul(2_654_435_761).wrapping_add(image * 97) >> 16) % 1000;
+        let numbers: Vec<f32> = (0..64 * 64 * 3).map(|k| value(k) as f32 * 1e-3).collect();
+        writer.push(&numbers).unwrap();
+    }
+    writer.finish().unwrap();
+    Sample::open(&path).unwrap()
+}
+
+/// A torus with texture coordinates along its circles, repeated.
+fn torus(sample: &Sample) -> SurfaceTextonMap {
+    let [around, across] = GRID;
+    let turn = |k: u32, n: u32| std::f32::consts::TAU * k as f32 / n as f32;
+    let (mut mesh, mut normals) = (TriangleMesh::default(), Vec::new());
+    let (mut orientations, mut coords) = (Vec::new(), Vec::new());
+    for i in 0..around {
+        for j in 0..across {
+            let ((su, cu), (sv, cv)) = (turn(i, around).sin_cos(), turn(j, across).sin_cos());
+            let ring = 1.0 + 0.4 * cv;
+            mesh.positions
+                .push(Vec3::new(ring * su, 0.4 * sv, ring * cu));
+            normals.push(Vec3::new(cv * su, sv, cv * cu));
+            orientations.push(Vec3::new(cu, 0.0, -su));
+            coords.push(TexCoord {
+                s: (i % 64) as f32 + 0.5,
+                t: (j % 64) as f32 + 0.5,
+            });
+            let at = |i: u32, j: u32| i % around * across + j % across;
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    SurfaceTextonMap {
+        textons: vec![TextonLabel(1); mesh.positions.len()],
+        mesh,
+        normals,
+        orientations,
+        coords,
+        exemplar: [64, 64],
+        texel: f64::from(std::f32::consts::TAU) / f64::from(around),
+        seed: 0,
+        sample: sample.id().clone(),
+        space: ContentId::of_bytes(b""),
+    }
+}
+
+struct Material {
+    _folder: tempfile::TempDir,
+    sample: Sample,
+    map: SurfaceTextonMap,
+}
+
+fn material() -> &'static Material {
+    static MATERIAL: OnceLock<Material> = OnceLock::new();
+    MATERIAL.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let sample = sample(folder.path());
+        let map = torus(&sample);
+        Material {
+            _folder: folder,
+            sample,
+            map,
+        }
+    })
+}
+
+fn radiance(mip: bool) -> Radiance {
+    let allowance = Allowance {
+        bytes: 4 << 30,
+        folder: std::env::temp_dir(),
+    };
+    Radiance::new(
+        &material().sample,
+        Weighting::Continuous,
+        Texels::Nearest,
+        mip,
+        &allowance,
+        &Progress::silent(),
+    )
+    .unwrap()
+}
+
+fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
+    let options = RenderOptions {
+        sweep,
+        frames: Some(FrameRange::count(96)),
+        size: ImageSize([1280, 960]),
+        camera_elevation: 30.0,
+        ..RenderOptions::default()
+    };
+    plan(&options, &Bounds::of(&material().map.mesh).unwrap()).unwrap()
+}
+
+fn manner(shading: Shading, shadows: Shadows) -> Manner {
+    Manner {
+        shading,
+        shadows,
+        samples: Samples::Four,
+        soft_rays: 1,
+        extra_layers: false,
+    }
+}
+
+fn run(bencher: Bencher, sweep: Sweep, shading: Shading, shadows: Shadows) {
+    let radiance = radiance(shading == Shading::Pixel);
+    let map = &material().map;
+    let mut renderer = Renderer::new(map, &radiance, manner(shading, shadows)).unwrap();
+    let frames = frames(sweep);
+    // The first frame of a light sweep also finds what is seen; the sweep's rate is without it.
+    renderer.frame(&frames[0].view, &frames[0].lights);
+    let mut next = frames.iter().cycle();
+    bencher.counter(ItemsCount::new(1u32)).bench_local(|| {
+        next.next()
+            .map(|frame| renderer.frame(&frame.view, &frame.lights))
+    });
+}
+
+#[divan::bench(args = [Shadows::None, Shadows::Vertex, Shadows::Pixel])]
+fn light_azimuth_vertex_shading(bencher: Bencher, shadows: Shadows) {
+    run(bencher, Sweep::LightAzimuth, Shading::Vertex, shadows);
+}
+
+#[divan::bench(args = [Shadows::None, Shadows::Vertex])]
+fn view_orbit_vertex_shading(bencher: Bencher, shadows: Shadows) {
+    run(bencher, Sweep::ViewOrbit, Shading::Vertex, shadows);
+}
+
+#[divan::bench(args = [Shadows::None, Shadows::Vertex, Shadows::Pixel], sample_count = 20)]
+fn light_azimuth_pixel_shading(bencher: Bencher, shadows: Shadows) {
+    run(bencher, Sweep::LightAzimuth, Shading::Pixel, shadows);
+}
+
+/// Encoding a frame with all standard layers.
+#[divan::bench(
+    args = [Compression::Zip, Compression::Zips, Compression::Piz, Compression::None],
+    sample_count = 20
+)]
+fn encode_frame(bencher: Bencher, compression: Compression) {
+    let radiance = radiance(false);
+    let manner = manner(Shading::Vertex, Shadows::None);
+    let mut renderer = Renderer::new(&material().map, &radiance, manner).unwrap();
+    let planned = &frames(Sweep::None)[0];
+    let frame = renderer.frame(&planned.view, &planned.lights);
+    let groups = [
+        LayerGroup::Rgba,
+        LayerGroup::Depth,
+        LayerGroup::Normals,
+        LayerGroup::Uv,
+        LayerGroup::Texton,
+    ];
+    let picture = ExrImage {
+        size: frame.size,
+        channels: frame.channels(&groups, false),
+        attributes: Default::default(),
+    };
+    bencher
+        .counter(BytesCount::new(1280u32 * 960 * 36))
+        .bench(|| encode(&picture, compression).unwrap());
+}
+
+/// The machine's own pace: copying as many bytes as the sample laid out for shading has.
+#[divan::bench]
+fn copy_as_many_bytes(bencher: Bencher) {
+    let bytes = vec![1u8; 64 * 64 * 3600 * 6];
+    let mut copy = vec![0u8; bytes.len()];
+    bencher
+        .counter(BytesCount::new(bytes.len()))
+        .bench_local(|| copy.copy_from_slice(divan::black_box(&bytes)));
+}
