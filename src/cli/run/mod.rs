@@ -135,7 +135,7 @@ impl Chain<'_> {
         match frames.and_then(|stage| stage.outputs.first()) {
             Some(frames) => outcome.line(format!(
                 "look at {}",
-                self.folder.join(frames).join("contact-sheet.png").display()
+                self.folder.join(frames).join("contact.png").display()
             )),
             None => outcome,
         }
