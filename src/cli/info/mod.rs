@@ -98,7 +98,7 @@ fn is_map(path: &Path) -> Result<bool> {
     file.take(4096)
         .read_to_end(&mut start)
         .map_err(Error::io(path, "read"))?;
-    let mark = b"\ncomment mesotex ";
+    let mark = b"\ncomment exemplar ";
     Ok(start.windows(mark.len()).any(|window| window == mark))
 }
 

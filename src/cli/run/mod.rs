@@ -80,13 +80,15 @@ impl Chain<'_> {
     fn run(mut self, stages: &[Stage]) -> Result<Outcome> {
         let mut outcome = Outcome::default();
         let mut reports = Vec::new();
-        // Once a stage will run, the record cannot vouch for those that read what it writes.
-        let mut changed = false;
+        // Without running a stage, the record cannot vouch for those that read what it writes.
+        let mut stale: Vec<&PathBuf> = Vec::new();
         for stage in stages {
             let key = self.record.key(stage, self.session.seed());
-            let must = self.fresh || (changed && self.dry_run);
+            let must = self.fresh || stage.inputs.iter().any(|input| stale.contains(&input));
             let skip = !must && self.record.is_done(stage, &key)?;
-            changed |= !skip;
+            if self.dry_run && !skip {
+                stale.extend(&stage.outputs);
+            }
             let (line, report) = match (skip, self.dry_run) {
                 (true, _) => ("skipped, nothing changed".into(), json!(null)),
                 (false, true) => (
