@@ -91,7 +91,7 @@ impl Default for SynthesisOptions {
             search: Search::default(),
             metric: MetricKind::default(),
             energy: 0.97,
-            coherence: 1.0,
+            coherence: 1.2,
             passes: 2,
             start_passes: 2,
             order: Order::default(),
