@@ -50,7 +50,11 @@ fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: Search) {
         height: sites,
         toroidal: true,
     };
-    let neighborhoods: Vec<_> = table.levels.iter().map(|l| l.neighborhood.clone()).collect();
+    let neighborhoods: Vec<_> = table
+        .levels
+        .iter()
+        .map(|l| l.neighborhood.clone())
+        .collect();
     let sites = target.hierarchy(&neighborhoods).unwrap();
     let inputs = Inputs {
         space: &space,
