@@ -1,6 +1,6 @@
 //! Writing a sample image by image: the array is never held whole, the folder appears when done.
 
-use std::fs::File;
+use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -12,6 +12,9 @@ use crate::error::{Error, Result};
 use crate::format::atomic::FolderInProgress;
 use crate::format::id::ContentId;
 use crate::format::{json, npy};
+
+/// In an unfinished folder: the description of what is being written there.
+const UNFINISHED: &str = "unfinished.json";
 
 /// A sample under construction; images come in order, each checked on the way.
 #[derive(Debug)]
@@ -30,26 +33,79 @@ impl SampleWriter {
     pub fn create(target: &Path, description: Description) -> Result<Self> {
         description.check()?;
         let folder = FolderInProgress::create(target)?;
-        let path = folder.member(RADIANCE);
-        let file = File::create(&path).map_err(Error::io(target, "write"))?;
-        let mut header = Vec::new();
-        let shape = description.radiance_shape();
-        match description.dtype {
-            DType::F2 => npy::write_header::<f16>(&mut header, &shape),
-            DType::F4 => npy::write_header::<f32>(&mut header, &shape),
+        Self::begin(target, folder, description)
+    }
+
+    /// Goes on where an interrupted run with the same description stopped, else begins `target`. What
+    /// is written stays when the writer is dropped unfinished, until [`discard`](Self::discard).
+    pub fn resume(target: &Path, description: Description) -> Result<Self> {
+        description.check()?;
+        let folder = FolderInProgress::resumable(target)?;
+        let note = folder.member(UNFINISHED);
+        let text = serde_json::to_vec_pretty(&description)
+            .map_err(|error| Error::data(UNFINISHED, error.to_string()))?;
+        let same = fs::read(&note).is_ok_and(|old| old == text);
+        if same && folder.member(RADIANCE).is_file() {
+            return Self::go_on(target, folder, description);
         }
-        .map_err(Error::io(target, "write"))?;
-        let mut writer = Self {
+        folder.discard();
+        let folder = FolderInProgress::resumable(target)?;
+        fs::write(folder.member(UNFINISHED), text).map_err(Error::io(target, "write"))?;
+        Self::begin(target, folder, description)
+    }
+
+    fn begin(target: &Path, folder: FolderInProgress, description: Description) -> Result<Self> {
+        let file = File::create(folder.member(RADIANCE)).map_err(Error::io(target, "write"))?;
+        let bytes = header(&description).map_err(Error::io(target, "write"))?;
+        let mut writer = Self::over(target, folder, description, file);
+        writer.bytes = bytes;
+        writer.write_bytes()?;
+        Ok(writer)
+    }
+
+    /// Keeps the whole images that are there and hashes them.
+    fn go_on(target: &Path, folder: FolderInProgress, description: Description) -> Result<Self> {
+        let io = |action| Error::io(target, action);
+        let path = folder.member(RADIANCE);
+        let header = header(&description).map_err(io("write"))?.len() as u64;
+        let numbers = description.grid().len() * description.channels as usize;
+        let image = (numbers * description.dtype.size()) as u64;
+        let written = fs::metadata(&path).map_err(io("read"))?.len();
+        let Some(images) = written.checked_sub(header).map(|length| length / image) else {
+            return Self::begin(target, folder, description);
+        };
+        let images = images.min(description.image_count() as u64);
+        let file = OpenOptions::new()
+            .append(true)
+            .open(&path)
+            .map_err(io("write"))?;
+        file.set_len(header + images * image).map_err(io("write"))?;
+        let mut writer = Self::over(target, folder, description, file);
+        writer.hasher.update_mmap_rayon(&path).map_err(io("read"))?;
+        writer.images_written = images as usize;
+        Ok(writer)
+    }
+
+    fn over(target: &Path, folder: FolderInProgress, description: Description, file: File) -> Self {
+        Self {
             target: target.to_path_buf(),
             folder,
             description,
             array: BufWriter::with_capacity(1 << 20, file),
             hasher: blake3::Hasher::new(),
             images_written: 0,
-            bytes: header,
-        };
-        writer.write_bytes()?;
-        Ok(writer)
+            bytes: Vec::new(),
+        }
+    }
+
+    /// Removes what was written.
+    pub fn discard(self) {
+        self.folder.discard();
+    }
+
+    /// How many images are there already.
+    pub fn images_written(&self) -> usize {
+        self.images_written
     }
 
     /// What is being written; the id is not known yet.
@@ -115,6 +171,15 @@ impl SampleWriter {
 
     /// Writes the description and moves the folder to its place; returns the description.
     pub fn finish(mut self) -> Result<Description> {
+        if let Err(error) = self.complete() {
+            self.folder.discard();
+            return Err(error);
+        }
+        self.folder.finish()?;
+        Ok(self.description)
+    }
+
+    fn complete(&mut self) -> Result<()> {
         if self.images_written != self.description.image_count() {
             return Err(Error::data("images", self.images_written.to_string())
                 .expected(self.description.image_count().to_string()));
@@ -124,9 +189,23 @@ impl SampleWriter {
             .map_err(Error::io(&self.target, "write"))?;
         self.description.id = ContentId::of_hash(&self.hasher.finalize());
         json::write(&self.folder.member(DESCRIPTION), &self.description)?;
-        self.folder.finish()?;
-        Ok(self.description)
+        let note = self.folder.member(UNFINISHED);
+        if note.exists() {
+            fs::remove_file(&note).map_err(Error::io(&note, "remove"))?;
+        }
+        Ok(())
     }
+}
+
+/// The head of `radiance.npy`.
+fn header(description: &Description) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let shape = description.radiance_shape();
+    match description.dtype {
+        DType::F2 => npy::write_header::<f16>(&mut bytes, &shape)?,
+        DType::F4 => npy::write_header::<f32>(&mut bytes, &shape)?,
+    }
+    Ok(bytes)
 }
 
 #[cfg(test)]
@@ -175,6 +254,35 @@ mod tests {
                 written.id
             );
         }
+    }
+
+    #[test]
+    fn an_interrupted_sample_goes_on_to_the_same_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("x.sample");
+        let images = [[0.25; 18], [0.5; 18]];
+        let mut whole = SampleWriter::create(&target, description(DType::F4)).unwrap();
+        images.iter().for_each(|image| whole.push(image).unwrap());
+        let wanted = whole.finish().unwrap();
+        let mut first = SampleWriter::resume(&target, description(DType::F4)).unwrap();
+        first.push(&images[0]).unwrap();
+        drop(first);
+        // A torn write at the end of the file is cut off.
+        let partial = folder.path().join(".x.sample.partial").join(RADIANCE);
+        let mut bytes = fs::read(&partial).unwrap();
+        bytes.extend([7; 5]);
+        fs::write(&partial, bytes).unwrap();
+        let mut second = SampleWriter::resume(&target, description(DType::F4)).unwrap();
+        assert_eq!(second.images_written(), 1);
+        second.push(&images[1]).unwrap();
+        assert_eq!(second.finish().unwrap(), wanted);
+        assert_eq!(Sample::open(&target).unwrap().image(1).get(3), 0.5);
+        // Another description starts anew; discarding leaves nothing.
+        drop(SampleWriter::resume(&target, description(DType::F4)).unwrap());
+        let other = SampleWriter::resume(&target, description(DType::F2)).unwrap();
+        assert_eq!(other.images_written(), 0);
+        other.discard();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]

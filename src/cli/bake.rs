@@ -5,10 +5,13 @@ use std::time::Instant;
 
 use clap::Args;
 
+use crate::btf::bake::export::write_surface;
 use crate::btf::bake::maps::{self, MapOptions, read_recipe};
 use crate::btf::bake::material::Material;
 use crate::btf::bake::presets::Preset;
+use crate::btf::bake::preview::write_preview;
 use crate::btf::bake::{BakeOptions, Baked, bake};
+use crate::btf::sample::Sample;
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
@@ -43,6 +46,12 @@ pub struct Arguments {
     /// Texels along the longer side; maps are brought to it by area means.
     #[arg(long, default_value_t = 128)]
     pub size: u32,
+    /// Also write a picture: relief beside flat texture, and a sheet of views × lights.
+    #[arg(long, value_name = "FILE.png")]
+    pub preview: Option<PathBuf>,
+    /// Also write the surface as it is baked: heights in texels, albedo, roughness, metallic.
+    #[arg(long, value_name = "FILE.npz")]
+    pub surface: Option<PathBuf>,
     #[command(flatten)]
     pub options: BakeOptions,
     #[command(flatten)]
@@ -59,14 +68,35 @@ impl Arguments {
             ..self.options.clone()
         };
         options.validate()?;
-        let (material, _lock) = self.material(session)?;
+        let (material, _locks) = self.material(session)?;
         let started = Instant::now();
         let baked = bake(&material, &options, &self.output, &session.progress())?;
-        Ok(self.outcome(&material, &baked, started.elapsed().as_secs_f64()))
+        let seconds = started.elapsed().as_secs_f64();
+        let mut outcome = self.outcome(&material, &baked, seconds);
+        if let Some(path) = &self.surface {
+            write_surface(&material, path)?;
+            outcome = outcome.wrote(path);
+        }
+        if let Some(path) = &self.preview {
+            write_preview(&material, &Sample::open(&self.output)?, path)?;
+            outcome = outcome.wrote(path);
+        }
+        Ok(outcome)
     }
 
-    /// The material, and the right to write the output, which must be none of its files.
-    fn material(&self, session: &Session) -> Result<(Material, OutputLock)> {
+    /// The right to write all outputs, which must be none of `inputs`.
+    fn claim(&self, session: &Session, inputs: &[&Path]) -> Result<Vec<OutputLock>> {
+        let outputs = [
+            Some(&self.output),
+            self.preview.as_ref(),
+            self.surface.as_ref(),
+        ];
+        let claim = |output: &PathBuf| session.claim(output, inputs);
+        outputs.into_iter().flatten().map(claim).collect()
+    }
+
+    /// The material, and the right to write the outputs, which must be none of its files.
+    fn material(&self, session: &Session) -> Result<(Material, Vec<OutputLock>)> {
         if let Some(preset) = self.preset {
             if self.maps != MapOptions::default() {
                 return Err(Error::option(
@@ -75,17 +105,17 @@ impl Arguments {
                     "a preset as it is, or a material with maps",
                 ));
             }
-            let lock = session.claim(&self.output, &[])?;
-            return Ok((preset.material(self.size, session.seed())?, lock));
+            let locks = self.claim(session, &[])?;
+            return Ok((preset.material(self.size, session.seed())?, locks));
         }
         let path = self.material.as_deref().unwrap_or(Path::new(""));
         let recipe = read_recipe(path)?;
         let files = recipe.files();
         let mut inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
         inputs.push(path);
-        let lock = session.claim(&self.output, &inputs)?;
+        let locks = self.claim(session, &inputs)?;
         let material = maps::material(&recipe, &self.maps, self.size, &session.progress())?;
-        Ok((material, lock))
+        Ok((material, locks))
     }
 
     fn outcome(&self, material: &Material, baked: &Baked, seconds: f64) -> Outcome {
@@ -93,7 +123,11 @@ impl Arguments {
         let (views, lights) = (description.views.len(), description.lights.len());
         let (width, height) = (description.width, description.height);
         let rate = baked.rays as f64 / seconds / 1e6;
-        Outcome::default()
+        let outcome = match baked.resumed {
+            0 => Outcome::default(),
+            images => Outcome::default().line(format!("went on after {images} images")),
+        };
+        outcome
             .line(format!(
                 "{}: {width} × {height} texels, {views} views × {lights} lights",
                 material.name
@@ -107,6 +141,7 @@ impl Arguments {
             .figure("height", height)
             .figure("views", views)
             .figure("lights", lights)
+            .figure("resumed", baked.resumed)
             .figure("rays", baked.rays)
             .figure("seconds", seconds)
             .figure("id", description.id.to_string())

@@ -81,6 +81,11 @@ impl FolderInProgress {
         Ok(self)
     }
 
+    /// Removes the folder under construction, a resumable one too.
+    pub fn discard(mut self) {
+        self.keep_partial = false;
+    }
+
     /// Where to write a member of the folder while it is under construction.
     pub fn member(&self, name: &str) -> PathBuf {
         self.partial.join(name)
@@ -88,6 +93,7 @@ impl FolderInProgress {
 
     /// Renames the folder to its target, replacing an earlier one.
     pub fn finish(mut self) -> Result<()> {
+        self.keep_partial = false;
         let replaced = parent(&self.target).join(hidden_name(&self.target, ".replaced"));
         let io_error = |source| Error::io(&self.target, "replace")(source);
         if self.target.exists() {
@@ -156,6 +162,10 @@ mod tests {
             assert_eq!(fs::read_to_string(target.join("f")).unwrap(), content);
         }
         drop(FolderInProgress::create(&target).unwrap());
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1);
+        drop(FolderInProgress::resumable(&target).unwrap());
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 2);
+        FolderInProgress::resumable(&target).unwrap().discard();
         assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1);
     }
 }

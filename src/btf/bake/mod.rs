@@ -7,10 +7,12 @@
 //! Not handled: transmission, translucency, overhangs (a height field has none).
 
 pub mod brdf;
+pub mod export;
 pub mod height_field;
 pub mod maps;
 pub mod material;
 pub mod presets;
+pub mod preview;
 mod shade;
 mod trace;
 
@@ -110,11 +112,14 @@ impl BakeOptions {
 pub struct Baked {
     /// The sample's description, as written.
     pub description: Description,
-    /// View, shadow and path rays traced.
+    /// View, shadow and path rays traced by this run.
     pub rays: u64,
+    /// Images that an interrupted run had written already.
+    pub resumed: usize,
 }
 
-/// Bakes `material` into the sample folder `target`.
+/// Bakes `material` into the sample folder `target`. An interrupted bake leaves a hidden folder beside
+/// it, from which the same call goes on to the same bytes; any other failure leaves nothing.
 pub fn bake(
     material: &Material,
     options: &BakeOptions,
@@ -132,12 +137,20 @@ pub fn bake(
         light_radius: 0.5 * options.light_diameter.to_radians(),
         seed: options.seed,
     };
-    let mut writer = SampleWriter::create(target, description)?;
-    let rays = write_images(&scene, &mut writer, progress)?;
-    Ok(Baked {
-        description: writer.finish()?,
-        rays,
-    })
+    let mut writer = SampleWriter::resume(target, description)?;
+    let resumed = writer.images_written();
+    match write_images(&scene, &mut writer, progress) {
+        Ok(rays) => Ok(Baked {
+            description: writer.finish()?,
+            rays,
+            resumed,
+        }),
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Err(error) => {
+            writer.discard();
+            Err(error)
+        }
+    }
 }
 
 fn describe(material: &Material, options: &BakeOptions) -> Result<Description> {
@@ -198,9 +211,11 @@ struct Rendered {
 fn write_images(scene: &Scene, writer: &mut SampleWriter, progress: &Progress) -> Result<u64> {
     let description = writer.description().clone();
     progress.begin("bake", description.image_count() as u64);
+    let done = writer.images_written();
+    progress.advance(done as u64)?;
     let mut rays = 0;
     let mut finished: Option<Rendered> = None;
-    for slab in slabs(&description) {
+    for slab in slabs(&description, done) {
         progress.check()?;
         let (written, rendered) = rayon::join(
             || write(finished.as_ref(), writer, progress),
@@ -215,17 +230,20 @@ fn write_images(scene: &Scene, writer: &mut SampleWriter, progress: &Progress) -
     Ok(rays)
 }
 
-/// The images in the order of the file, cut so that a slab fits the memory for it.
-fn slabs(description: &Description) -> Vec<Slab> {
+/// The images from `done` on in the order of the file, cut so that a slab fits the memory for it.
+fn slabs(description: &Description, done: usize) -> Vec<Slab> {
     let image = description.grid().len() * size_of::<Vec3>();
     let at_once = (SLAB / image).max(1);
     let lights = description.lights.len();
     let cut = |(index, &direction): (usize, &Direction)| {
         let view = View { index, direction };
-        (0..lights).step_by(at_once).map(move |first| Slab {
-            view,
-            lights: first..lights.min(first + at_once),
-        })
+        let first_left = done.saturating_sub(index * lights).min(lights);
+        (first_left..lights)
+            .step_by(at_once)
+            .map(move |first| Slab {
+                view,
+                lights: first..lights.min(first + at_once),
+            })
     };
     description.views.iter().enumerate().flat_map(cut).collect()
 }

@@ -72,6 +72,25 @@ impl Scene<'_> {
         rays
     }
 
+    /// The mean radiance of what is seen through a footprint of the mean plane under one light.
+    pub(super) fn seen_color(
+        &self,
+        view: View,
+        centre: DVec2,
+        footprint: DVec2,
+        light: Direction,
+    ) -> Vec3 {
+        let lamps = [Lamp::new(light)];
+        let mut sum = [Vec3::ZERO];
+        for sample in 0..self.samples {
+            let on_plane = centre + in_texel(sample) * footprint;
+            if let Some(seen) = self.surface.seen_through(on_plane, view.direction.0) {
+                self.follow(seen, view.direction.0, &lamps, None, &mut None, &mut sum);
+            }
+        }
+        sum[0] / self.samples as f32
+    }
+
     /// A stream of its own for every view and texel, where anything is drawn at all.
     fn random(&self, view: View, texel: usize) -> Option<Stream> {
         let drawn = self.bounces > 0 || self.light_radius > 0.0;

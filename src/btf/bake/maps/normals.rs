@@ -94,11 +94,11 @@ impl Slopes {
             height,
             along_x: all
                 .clone()
-                .map(|i| source(i))
+                .map(source)
                 .map(|(at, sign, _)| sign * self.along_x[at])
                 .collect(),
             along_y: all
-                .map(|i| source(i))
+                .map(source)
                 .map(|(at, _, sign)| sign * self.along_y[at])
                 .collect(),
         }
