@@ -18,11 +18,12 @@ mod trace;
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use crate::btf::bake::height_field::SurfacePoint;
 use crate::btf::bake::material::Material;
 use crate::btf::bake::shade::{Scene, View};
 use crate::btf::direction::Direction;
@@ -35,6 +36,8 @@ use crate::progress::Progress;
 
 /// Memory for images under way, in bytes.
 const SLAB: usize = 64 << 20;
+/// A surface of which more than this share sees no light at all is warned of.
+const DARK: f64 = 0.1;
 /// Views closer to the horizon see the surface from the side only.
 const LEAST_VIEW_COSINE: f64 = 1e-3;
 
@@ -137,6 +140,7 @@ pub fn bake(
         light_radius: 0.5 * options.light_diameter.to_radians(),
         seed: options.seed,
     };
+    warn_of_darkness(&scene, &description, progress);
     let mut writer = SampleWriter::resume(target, description)?;
     let resumed = writer.images_written();
     match write_images(&scene, &mut writer, progress) {
@@ -150,6 +154,32 @@ pub fn bake(
             writer.discard();
             Err(error)
         }
+    }
+}
+
+/// Warns when much of the surface sees none of the lights: its height scale is likely wrong.
+fn warn_of_darkness(scene: &Scene, description: &Description, progress: &Progress) {
+    let surface = &scene.surface;
+    let texels = surface.width() * surface.height();
+    let in_the_dark = |texel: &usize| {
+        let point = SurfacePoint {
+            x: texel % surface.width(),
+            y: texel / surface.width(),
+            within: DVec2::ZERO,
+        };
+        let normal = surface.normal(point);
+        let lit = |light: &Direction| normal.dot(light.0) > 0.0 && !surface.occluded(point, light.0);
+        !description.lights.iter().any(lit)
+    };
+    let dark = (0..texels).into_par_iter().filter(in_the_dark).count();
+    let share = dark as f64 / texels as f64;
+    if share > DARK {
+        progress.warn(format!(
+            "no light reaches {:.0} % of the surface: its relief is {:.1} texels deep; check the height \
+             scale",
+            100.0 * share,
+            surface.highest() - surface.lowest()
+        ));
     }
 }
 

@@ -84,7 +84,7 @@ pub(super) fn corduroy(tile: &Tile, at: Vec2) -> Facet {
     let worn = tile.noise(at, Vec2::splat(26.0), 35);
     let profile = round(across / 0.92).powf(0.8);
     Facet {
-        height: 0.42 * pitch * profile * (1.0 + 0.10 * worn) + 0.35 * pile * profile,
+        height: 0.34 * pitch * profile * (1.0 + 0.10 * worn) + 0.35 * pile * profile,
         albedo: Vec3::new(0.30, 0.145, 0.055)
             * (0.25 + 0.75 * profile)
             * (0.9 + 0.2 * rib + 0.12 * pile + 0.12 * worn),

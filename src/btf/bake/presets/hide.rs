@@ -65,12 +65,12 @@ pub(super) fn leather(tile: &Tile, at: Vec2) -> Facet {
     let fine = tile.nearest_cell(at + 0.8 * wander, Vec2::new(6.5, 5.5), 0.9, 116);
     let repeats = IVec2::new(tile.repeats(14.0, 1), tile.repeats(11.0, 1));
     let plump = 0.7 + 0.6 * tile.random(coarse.cell, repeats, 115);
-    let bump = smooth_step(0.0, 4.2, coarse.border).powf(0.7);
-    let grain = smooth_step(0.0, 2.4, fine.border);
+    let bump = smooth_step(0.0, 2.6, coarse.border).powf(0.8);
+    let grain = smooth_step(0.0, 1.5, fine.border);
     let blotch = tile.rough(at, Vec2::splat(30.0), 2, 118);
     let high = bump * (0.6 + 0.4 * grain);
     Facet {
-        height: 2.9 * plump * bump + 0.75 * grain * (0.4 + 0.6 * bump),
+        height: 1.9 * plump * bump + 0.55 * grain * (0.4 + 0.6 * bump),
         albedo: Vec3::new(0.05, 0.018, 0.009).lerp(Vec3::new(0.24, 0.095, 0.04), high)
             * (1.0 + 0.22 * blotch),
         roughness: 0.62 - 0.26 * high,
@@ -86,13 +86,13 @@ pub(super) fn bark(tile: &Tile, at: Vec2) -> Facet {
     let plate = tile.nearest_cell(at + bend, Vec2::new(13.0, 34.0), 0.9, 125);
     let repeats = IVec2::new(tile.repeats(13.0, 1), tile.repeats(34.0, 1));
     let tall = tile.random(plate.cell, repeats, 127);
-    let ridge = smooth_step(0.1, 4.6, plate.border).powf(0.75);
+    let ridge = smooth_step(0.1, 2.9, plate.border).powf(0.8);
     let fibre = tile.rough(at + bend, Vec2::new(4.0, 15.0), 3, 128);
     let crack = smooth_step(0.25, 0.75, tile.noise(at + bend, Vec2::new(10.0, 5.0), 132)) * ridge;
     let lichen = smooth_step(0.25, 0.7, tile.rough(at, Vec2::splat(22.0), 3, 134)) * ridge;
     let wood = Vec3::new(0.045, 0.027, 0.017).lerp(Vec3::new(0.23, 0.155, 0.105), ridge);
     Facet {
-        height: ridge * (4.6 + 1.8 * tall) + 0.8 * fibre * (0.3 + 0.7 * ridge) - 1.3 * crack,
+        height: ridge * (3.4 + 1.6 * tall) + 0.8 * fibre * (0.3 + 0.7 * ridge) - 1.3 * crack,
         albedo: (wood * (0.85 + 0.3 * tall + 0.3 * fibre) * (1.0 - 0.5 * crack))
             .lerp(Vec3::new(0.24, 0.27, 0.16), 0.6 * lichen),
         roughness: 0.88,
