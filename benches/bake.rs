@@ -22,7 +22,15 @@ fn whole_bake(bencher: Bencher, preset: Preset) {
     let target = folder.path().join("x.sample");
     bencher
         .counter(ItemsCount::new(128_usize * 128 * 3600))
-        .bench_local(|| bake(&material, &BakeOptions::default(), &target, &Progress::silent()).is_ok());
+        .bench_local(|| {
+            bake(
+                &material,
+                &BakeOptions::default(),
+                &target,
+                &Progress::silent(),
+            )
+            .is_ok()
+        });
 }
 
 /// Rays from the viewer, one a texel of 128 × 128.
@@ -33,11 +41,15 @@ fn view_rays(bencher: Bencher, theta_deg: i32) {
     };
     let surface = material.surface();
     let towards = tilted(theta_deg);
-    bencher.counter(ItemsCount::new(128_usize * 128)).bench_local(|| {
-        (0..128 * 128)
-            .filter_map(|i| surface.seen_through(DVec2::new((i % 128) as f64, (i / 128) as f64), towards))
-            .count()
-    });
+    bencher
+        .counter(ItemsCount::new(128_usize * 128))
+        .bench_local(|| {
+            (0..128 * 128)
+                .filter_map(|i| {
+                    surface.seen_through(DVec2::new((i % 128) as f64, (i / 128) as f64), towards)
+                })
+                .count()
+        });
 }
 
 /// Rays from those points to a light.
@@ -56,7 +68,12 @@ fn shadow_rays(bencher: Bencher, theta_deg: i32) {
     let light = tilted(theta_deg);
     bencher
         .counter(ItemsCount::new(points.len()))
-        .bench_local(|| points.iter().filter(|&&point| surface.occluded(point, light)).count());
+        .bench_local(|| {
+            points
+                .iter()
+                .filter(|&&point| surface.occluded(point, light))
+                .count()
+        });
 }
 
 fn tilted(theta_deg: i32) -> DVec3 {

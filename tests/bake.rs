@@ -76,7 +76,16 @@ fn a_flat_lambertian_plane_is_albedo_cosine_over_pi() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("flat.toml"), "albedo = [0.8, 0.5, 0.1]").unwrap();
     for (dtype, tolerance) in [("f4", 1e-4), ("f2", 5e-4)] {
-        let words = ["bake", "flat.toml", "-o", "x.sample", "--size", "8", "--dtype", dtype];
+        let words = [
+            "bake",
+            "flat.toml",
+            "-o",
+            "x.sample",
+            "--size",
+            "8",
+            "--dtype",
+            dtype,
+        ];
         let words = [&words[..], &["--views", "bonn81", "--lights", "bonn151"]].concat();
         succeed(folder.path(), &words);
         let sample = Sample::open(&folder.path().join("x.sample")).unwrap();
@@ -86,7 +95,10 @@ fn a_flat_lambertian_plane_is_albedo_cosine_over_pi() {
             for (channel, albedo) in [0.8, 0.5, 0.1].into_iter().enumerate() {
                 let wanted = albedo * cos / PI;
                 let found = f64::from(sample.image(image).get(3 * 17 + channel));
-                assert!((found - wanted).abs() <= tolerance * wanted, "{found} {wanted}");
+                assert!(
+                    (found - wanted).abs() <= tolerance * wanted,
+                    "{found} {wanted}"
+                );
             }
         }
     }
@@ -114,7 +126,10 @@ fn a_sphere_cap_casts_the_shadow_of_a_sphere() {
         let dark = |col: u32| image.get(((48 * SIDE + col) * 3) as usize) == 0.0;
         let tip = (0..48).find(|&col| dark(col)).unwrap();
         let found = centre - f64::from(tip);
-        assert!((found - wanted).abs() <= 1.0, "{elevation}°: {found} {wanted}");
+        assert!(
+            (found - wanted).abs() <= 1.0,
+            "{elevation}°: {found} {wanted}"
+        );
         assert!((tip..40).all(dark) && !(60..SIDE).any(dark));
     }
 }
@@ -128,12 +143,19 @@ fn what_stands_above_the_mean_plane_moves_with_the_view() {
         .collect();
     let mut material = white(SIDE, heights);
     let color = |col: u32| 0.2 + 0.6 * col as f32 / SIDE as f32;
-    material.albedo = (0..SIDE * SIDE).map(|i| Vec3::splat(color(i % SIDE))).collect();
+    material.albedo = (0..SIDE * SIDE)
+        .map(|i| Vec3::splat(color(i % SIDE)))
+        .collect();
     let (_folder, sample) = baked(&material, &options("rings:45:1", "rings:0:1"));
     // Seen from +x at 45° (tan = 1): z = 2 is met two texels further towards the viewer.
-    let value = |col: u32| sample.image(0).get((5 * SIDE + col) as usize * 3) * std::f32::consts::PI;
+    let value =
+        |col: u32| sample.image(0).get((5 * SIDE + col) as usize * 3) * std::f32::consts::PI;
     for (col, wanted) in [(10, color(12)), (20, color(22)), (45, color(43))] {
-        assert!((value(col) - wanted).abs() < 1e-5, "{col}: {} {wanted}", value(col));
+        assert!(
+            (value(col) - wanted).abs() < 1e-5,
+            "{col}: {} {wanted}",
+            value(col)
+        );
     }
 }
 
@@ -141,7 +163,9 @@ fn what_stands_above_the_mean_plane_moves_with_the_view() {
 fn a_white_furnace_is_white() {
     const SIDE: u32 = 12;
     let mut random = mesotex::random::stream(1, "furnace", 0, 0);
-    let heights = (0..SIDE * SIDE).map(|_| random.gen_range(0.0..1.6)).collect();
+    let heights = (0..SIDE * SIDE)
+        .map(|_| random.gen_range(0.0..1.6))
+        .collect();
     let lights = 300;
     let furnace = BakeOptions {
         samples: 12,
@@ -180,9 +204,26 @@ fn the_same_bytes_at_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let mut ids = Vec::new();
     for threads in ["1", "2", "8"] {
-        let words = ["bake", "--preset", "scales", "--size", "20", "-o", "x.sample", "--seed", "7"];
-        let random = ["--bounces", "3", "--light-diameter", "5", "--samples", "3", "--json"];
-        let sets = ["--views", "fibonacci:5", "--lights", "fibonacci:6", "--threads", threads];
+        let words = [
+            "bake", "--preset", "scales", "--size", "20", "-o", "x.sample", "--seed", "7",
+        ];
+        let random = [
+            "--bounces",
+            "3",
+            "--light-diameter",
+            "5",
+            "--samples",
+            "3",
+            "--json",
+        ];
+        let sets = [
+            "--views",
+            "fibonacci:5",
+            "--lights",
+            "fibonacci:6",
+            "--threads",
+            threads,
+        ];
         let text = succeed(folder.path(), &[&words[..], &random, &sets].concat());
         let report: serde_json::Value = serde_json::from_str(&text).unwrap();
         ids.push(report["id"].as_str().unwrap().to_owned());
@@ -206,7 +247,12 @@ fn an_interrupted_bake_goes_on_to_the_same_bytes() {
             stop.store(true, Ordering::Relaxed);
         }
     };
-    let interrupted = bake(&material, &options, &target, &Progress::new(&listener, Some(&stop)));
+    let interrupted = bake(
+        &material,
+        &options,
+        &target,
+        &Progress::new(&listener, Some(&stop)),
+    );
     assert!(matches!(interrupted, Err(Error::Interrupted)));
     assert!(!target.exists());
     let rest = bake(&material, &options, &target, &Progress::silent()).unwrap();
@@ -219,7 +265,13 @@ fn an_interrupted_bake_goes_on_to_the_same_bytes() {
 fn soft_shadows_have_a_penumbra_and_keep_the_irradiance() {
     const SIDE: u32 = 32;
     let wall = (0..SIDE * SIDE)
-        .map(|i| if (8..12).contains(&(i % SIDE)) { 6.0 } else { 0.0 })
+        .map(|i| {
+            if (8..12).contains(&(i % SIDE)) {
+                6.0
+            } else {
+                0.0
+            }
+        })
         .collect();
     let material = white(SIDE, wall);
     let distinct = |diameter: f64| {
@@ -232,7 +284,9 @@ fn soft_shadows_have_a_penumbra_and_keep_the_irradiance() {
         let value = |col: u32| sample.image(0).get((16 * SIDE + col) as usize * 3);
         let lit = 45_f32.to_radians().cos() / std::f32::consts::PI;
         assert!((value(28) - lit).abs() < 0.01 * lit, "{}", value(28));
-        (12..28).filter(|&col| value(col) > 0.02 * lit && value(col) < 0.98 * lit).count()
+        (12..28)
+            .filter(|&col| value(col) > 0.02 * lit && value(col) < 0.98 * lit)
+            .count()
     };
     assert!(distinct(20.0) > distinct(0.0) + 1);
 }
@@ -240,11 +294,16 @@ fn soft_shadows_have_a_penumbra_and_keep_the_irradiance() {
 #[test]
 fn previews_and_surfaces_are_written_beside() {
     let folder = tempfile::tempdir().unwrap();
-    let words = ["bake", "--preset", "hammered", "--size", "16", "-o", "x.sample"];
+    let words = [
+        "bake", "--preset", "hammered", "--size", "16", "-o", "x.sample",
+    ];
     let sets = ["--views", "fibonacci:2", "--lights", "fibonacci:3"];
     let beside = ["--preview", "x.png", "--surface", "x.npz"];
     let text = succeed(folder.path(), &[&words[..], &sets, &beside].concat());
-    assert!(text.contains("wrote x.png") && text.contains("wrote x.npz"), "{text}");
+    assert!(
+        text.contains("wrote x.png") && text.contains("wrote x.npz"),
+        "{text}"
+    );
     let picture = image::open(folder.path().join("x.png")).unwrap();
     assert_eq!(picture.width(), 2 * 64 + 4);
     let mut surface = mesotex::format::npz::Reader::open(&folder.path().join("x.npz")).unwrap();
@@ -259,24 +318,55 @@ fn what_cannot_be_baked_is_refused_and_nothing_is_left() {
     let folder = tempfile::tempdir().unwrap();
     let inputs = tempfile::tempdir().unwrap();
     let shiny = inputs.path().join("shiny.toml");
-    fs::write(&shiny, "albedo = [1, 1, 1]\nmetallic = 1.0\nroughness = 0.0").unwrap();
+    fs::write(
+        &shiny,
+        "albedo = [1, 1, 1]\nmetallic = 1.0\nroughness = 0.0",
+    )
+    .unwrap();
     let csv = inputs.path().join("bad.csv");
     fs::write(&csv, "theta_deg,phi_deg\n95,0\n").unwrap();
     let (shiny, csv) = (shiny.to_str().unwrap(), csv.to_str().unwrap());
     let cases: [(&[&str], i32, &str); 9] = [
         (&["--preset", "weave", "--samples", "0"], 2, "--samples: 0"),
-        (&["--preset", "weave", "--light-diameter", "nan"], 2, "0 to 90"),
+        (
+            &["--preset", "weave", "--light-diameter", "nan"],
+            2,
+            "0 to 90",
+        ),
         (&["--preset", "weave", "--size", "3"], 2, "--size: 3"),
         (&["--preset", "weave", "--views", "13x5"], 2, "bonn151"),
         (&["--preset", "weave", "--depth", "0.1"], 2, "--preset"),
-        (&["--preset", "weave", "--views", "rings:90:4"], 2, "above the horizon"),
-        (&["--preset", "weave", "--lights", csv], 1, "line 2: theta_deg: 95"),
+        (
+            &["--preset", "weave", "--views", "rings:90:4"],
+            2,
+            "above the horizon",
+        ),
+        (
+            &["--preset", "weave", "--lights", csv],
+            1,
+            "line 2: theta_deg: 95",
+        ),
         (&["no-such.toml"], 1, "no-such.toml"),
         // A mirror seen in the light's own direction: brighter than half precision holds.
-        (&[shiny, "--size", "4", "--views", "rings:0:1", "--lights", "rings:0:1"], 1, "f4"),
+        (
+            &[
+                shiny,
+                "--size",
+                "4",
+                "--views",
+                "rings:0:1",
+                "--lights",
+                "rings:0:1",
+            ],
+            1,
+            "f4",
+        ),
     ];
     for (words, code, says) in cases {
-        let output = mesotex(folder.path(), &[&["bake", "-o", "x.sample"], words].concat());
+        let output = mesotex(
+            folder.path(),
+            &[&["bake", "-o", "x.sample"], words].concat(),
+        );
         let errors = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{words:?}: {errors}");
         assert!(errors.contains(says), "{words:?}: {errors}");

@@ -168,7 +168,8 @@ fn warn_of_darkness(scene: &Scene, description: &Description, progress: &Progres
             within: DVec2::ZERO,
         };
         let normal = surface.normal(point);
-        let lit = |light: &Direction| normal.dot(light.0) > 0.0 && !surface.occluded(point, light.0);
+        let lit =
+            |light: &Direction| normal.dot(light.0) > 0.0 && !surface.occluded(point, light.0);
         !description.lights.iter().any(lit)
     };
     let dark = (0..texels).into_par_iter().filter(in_the_dark).count();
