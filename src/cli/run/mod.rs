@@ -133,13 +133,10 @@ impl Chain<'_> {
         for output in stages.iter().flat_map(|stage| &stage.outputs) {
             outcome = outcome.wrote(&self.folder.join(output));
         }
-        let frames = stages.iter().rev().find(|stage| stage.words[0] == "render");
-        match frames.and_then(|stage| stage.outputs.first()) {
-            Some(frames) => outcome.line(format!(
-                "look at {}",
-                self.folder.join(frames).join("contact.png").display()
-            )),
-            None => outcome,
+        for stage in stages.iter().filter(|stage| stage.words[0] == "render") {
+            let sheet = self.folder.join(&stage.outputs[0]).join("contact.png");
+            outcome = outcome.line(format!("look at {}", sheet.display()));
         }
+        outcome
     }
 }
