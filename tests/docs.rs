@@ -7,7 +7,7 @@ use std::process::Command;
 
 /// Numbers of these options are cut down to the given one.
 const CAPS: [(&str, u64); 8] = [
-    ("--size", 24),
+    ("--size", 64),
     ("--vertices", 2500),
     ("--textons", 16),
     ("--images", 9),
