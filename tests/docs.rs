@@ -1,5 +1,5 @@
-//! Every command in README.md and docs/ is run, page by page and in order, in a folder that holds
-//! what the pages take for granted. Sizes are cut down; names and options are not.
+//! Every command in README.md and docs/ is run, in order, in one folder: first the README's, then
+//! page by page those that take its files for granted. Sizes are cut down; names and options are not.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,8 +25,9 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// All pages, the README first.
 fn pages() -> Vec<PathBuf> {
-    let mut pages = vec![root().join("README.md")];
+    let mut pages = Vec::new();
     let mut folders = vec![root().join("docs")];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
@@ -39,6 +40,7 @@ fn pages() -> Vec<PathBuf> {
         }
     }
     pages.sort();
+    pages.insert(0, root().join("README.md"));
     pages
 }
 
@@ -103,13 +105,11 @@ fn run(words: &[String], folder: &Path) -> Result<(), String> {
     }
 }
 
-fn check_page(page: &Path) -> usize {
-    let folder = tempfile::tempdir().unwrap();
-    fixtures::fill(folder.path());
+fn check_page(page: &Path, folder: &Path) -> usize {
     let mut ran = 0;
     for command in commands(page) {
         if let Some(words) = words_of(&command) {
-            if let Err(error) = run(&words, folder.path()) {
+            if let Err(error) = run(&words, folder) {
                 panic!(
                     "{}: `{command}`, run as `{}`, failed:\n{error}",
                     page.display(),
@@ -133,7 +133,12 @@ fn check_page(page: &Path) -> usize {
 
 #[test]
 fn the_commands_of_every_page_run() {
-    let ran: usize = pages().iter().map(|page| check_page(page)).sum();
+    let folder = tempfile::tempdir().unwrap();
+    fixtures::fill(folder.path());
+    let ran: usize = pages()
+        .iter()
+        .map(|page| check_page(page, folder.path()))
+        .sum();
     assert!(ran > 10, "only {ran} commands were found");
 }
 
