@@ -342,6 +342,14 @@ impl Sample {
         }
     }
 
+    /// Lets the system take back the memory of images read so far.
+    pub fn release(&self) {
+        match &self.radiance {
+            Radiance::F2(map) => map.release(),
+            Radiance::F4(map) => map.release(),
+        }
+    }
+
     /// Checks that an image's values are finite and not negative; says which texel is not.
     pub fn check_image(&self, image: usize, values: &[f32]) -> Result<()> {
         // One pass without branches; the slow search runs only when something is wrong.

@@ -39,7 +39,8 @@ impl Arguments {
             seed: session.seed(),
             ..self.options.clone()
         };
-        let mut vocabulary = texton::analyze(&sample, &options, session.progress())?;
+        let texton::Analysis { mut vocabulary, report: _ } =
+            texton::analyze(&sample, &options, session.progress())?;
         vocabulary.write(&self.output)?;
         Ok(self.outcome(&vocabulary))
     }

@@ -212,6 +212,22 @@ impl<T: Element> Mapped<T> {
         &self.header.shape
     }
 
+    /// Lets the system take back the memory of pages read so far; they are read again when
+    /// touched. Without it a long pass over a large file counts as resident memory.
+    #[cfg(unix)]
+    pub fn release(&self) {
+        #[allow(
+            unsafe_code,
+            reason = "dropping clean pages of a read-only file mapping changes no byte of it"
+        )]
+        // A system that does not take the advice keeps the pages: nothing to report.
+        let _ = unsafe { self.map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+    }
+
+    /// Lets the system take back memory, where it offers that.
+    #[cfg(not(unix))]
+    pub fn release(&self) {}
+
     /// All numbers, in C order.
     pub fn as_slice(&self) -> &[T] {
         bytemuck::cast_slice(&self.map[self.header.data_offset..])

@@ -5,14 +5,18 @@
 //! averages, a centre's response is (Aᵀ F_f) I: the few textons are filtered backwards
 //! instead of the many images forwards, and one matrix product per filter does the rest.
 
-use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, s};
+use std::ops::Range;
+
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, azip, s};
 use rayon::prelude::*;
 
 use crate::texton::basis::{PLANE_PARITIES, PlaneBasis, Transfer};
-use crate::texton::matrix::{Target, as_rows, multiply};
+use crate::texton::matrix::{Target, multiply};
 
 /// Planes multiplied at once.
 const PANEL: usize = 512;
+/// Waves weighted at once.
+const WAVES: usize = 2048;
 
 /// The members' averages of a level, seen by every filter backwards.
 pub struct BackwardFilters<'a> {
@@ -29,12 +33,19 @@ impl<'a> BackwardFilters<'a> {
         for (texel, &label) in labels.iter().enumerate() {
             members[label as usize * texels + texel] = 1.0 / counts[label as usize] as f32;
         }
+        Self::of_functions(basis, transfer, &members)
+    }
+
+    /// Over functions on the grid instead of averages, one after another.
+    pub fn of_functions(basis: &PlaneBasis, transfer: &'a Transfer, functions: &[f32]) -> Self {
+        let texels = basis.grid.len();
+        let count = functions.len() / texels;
         let averages = PLANE_PARITIES
             .into_iter()
             .map(|parities| {
-                let mut functions = members.clone();
+                let mut functions = functions.to_vec();
                 basis.adjoint(parities, &mut functions);
-                as_rows(&functions, counts.len(), texels).to_owned()
+                rows_of(functions, count, texels)
             })
             .collect();
         Self { transfer, averages }
@@ -60,22 +71,40 @@ impl<'a> BackwardFilters<'a> {
 
     /// One filter's components, [textons, planes].
     fn components(&self, filter: usize, planes: ArrayView2<'_, f32>) -> Array2<f32> {
-        let mut backward = Array2::zeros(self.averages[0].raw_dim());
+        let (textons, waves) = self.averages[0].dim();
+        let mut out = Array2::zeros((textons, planes.nrows()));
+        for from in (0..waves).step_by(WAVES) {
+            let block = s![.., from..(from + WAVES).min(waves)];
+            let backward = self.backward(filter, from..(from + WAVES).min(waves));
+            let planes = planes.slice(block).reversed_axes();
+            multiply(backward.view(), planes, out.view_mut(), Target::Add);
+        }
+        out
+    }
+
+    /// One filter seen backwards by every average, on some waves: Σ_p d_{f,p} ∘ S_pᵀ A.
+    fn backward(&self, filter: usize, waves: Range<usize>) -> Array2<f32> {
+        let mut sum = Array2::zeros((self.averages[0].nrows(), waves.len()));
         for (parity, averages) in self.averages.iter().enumerate() {
             let factors = self.transfer.factors(parity);
-            let factors = factors.row(filter);
-            if factors.iter().any(|&d| d != 0.0) {
-                backward.zip_mut_with(&(averages * &factors), |sum, v| *sum += v);
+            let factors = factors.slice(s![filter, waves.clone()]);
+            if factors.iter().all(|&d| d == 0.0) {
+                continue;
             }
+            let averages = averages.slice(s![.., waves.clone()]);
+            azip!((mut row in sum.outer_iter_mut(), averages in averages.outer_iter()) {
+                azip!((sum in &mut row, &a in &averages, &d in &factors) *sum += a * d);
+            });
         }
-        let mut out = Array2::zeros((backward.nrows(), planes.nrows()));
-        multiply(
-            backward.view(),
-            planes.reversed_axes(),
-            out.view_mut(),
-            Target::Replace,
-        );
-        out
+        sum
+    }
+}
+
+/// Numbers as the rows of a matrix.
+fn rows_of(numbers: Vec<f32>, rows: usize, columns: usize) -> Array2<f32> {
+    match Array2::from_shape_vec((rows, columns), numbers) {
+        Ok(matrix) => matrix,
+        Err(error) => unreachable!("{rows} × {columns}: {error}"),
     }
 }
 
@@ -98,6 +127,7 @@ mod tests {
     use super::*;
     use crate::grid::TexelGrid;
     use crate::texton::filter_bank::leung_malik;
+    use crate::texton::matrix::as_rows;
     use crate::texton::oracle;
 
     #[test]

@@ -39,6 +39,8 @@ pub struct Clustering {
     pub iterations: u32,
     /// Empty clusters that were given the farthest point.
     pub refilled: u32,
+    /// Points that are the same as an earlier one of their cluster, to `f32`'s rounding.
+    pub duplicates: u32,
 }
 
 /// Clusters the points of `gram` into `clusters` clusters, or into as many as there are distinct
@@ -343,6 +345,7 @@ impl State {
                 *best = (distance, point as u32);
             }
         }
+        let duplicates = self.duplicates(points);
         Clustering {
             labels: self.labels,
             counts: self.counts,
@@ -350,7 +353,25 @@ impl State {
             inertia,
             iterations,
             refilled: self.refilled,
+            duplicates,
         }
+    }
+
+    /// Points that are the same as an earlier member of their cluster.
+    fn duplicates(&self, points: &Points<'_>) -> u32 {
+        let mut members = vec![Vec::new(); self.clusters];
+        for (point, &label) in self.labels.iter().enumerate() {
+            members[label as usize].push(point);
+        }
+        let repeats = |members: &Vec<usize>| {
+            let repeated = |at: &usize| {
+                let point = members[*at];
+                let row = points.row(point);
+                members[..*at].iter().any(|&earlier| points.distance(row, point, earlier) == 0.0)
+            };
+            (0..members.len()).filter(repeated).count() as u32
+        };
+        members.par_iter().map(repeats).sum()
     }
 }
 

@@ -57,7 +57,16 @@ impl ImageStack<'_> {
         for (planes, grid) in levels.iter_mut().zip(&self.grids) {
             planes.par_chunks_mut(grid.len()).for_each(take_off_mean);
         }
+        self.sample.release();
         Ok(levels)
+    }
+
+    /// Planes of `images` at the finest level alone.
+    pub fn read_finest(&self, images: &[u32]) -> Result<Vec<f32>> {
+        let mut planes = self.finest(images)?;
+        planes.par_chunks_mut(self.grids[0].len()).for_each(take_off_mean);
+        self.sample.release();
+        Ok(planes)
     }
 
     fn finest(&self, images: &[u32]) -> Result<Vec<f32>> {

@@ -10,13 +10,17 @@ pub mod image_stack;
 pub mod matrix;
 pub mod options;
 pub mod outer_products;
+pub mod plan;
+pub mod report;
 pub mod representatives;
+pub mod sketch;
 pub mod texel_gram;
+pub mod vector_kmeans;
 pub mod vocabulary;
 
 #[cfg(test)]
 mod oracle;
 
-pub use analysis::analyze;
+pub use analysis::{Analysis, analyze};
 pub use options::TextonOptions;
 pub use vocabulary::{Vocabulary, VocabularyLevel};

@@ -5,6 +5,7 @@
 //! of each cluster the image nearest to the mean is chosen.
 
 use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, Axis, s};
+use rand::Rng;
 use rayon::prelude::*;
 
 use crate::error::Result;
@@ -16,6 +17,8 @@ use crate::texton::gram_kmeans;
 use crate::texton::image_stack::ImageStack;
 use crate::texton::matrix::{Target, as_rows, multiply};
 use crate::texton::outer_products::OuterProducts;
+use crate::texton::sketch::principal;
+use crate::texton::vector_kmeans;
 
 /// Planes that one task filters.
 const BLOCK: usize = 16;
@@ -54,6 +57,13 @@ impl<'a> SubGridFilters<'a> {
     /// Numbers of one plane's responses.
     pub fn components(&self) -> usize {
         self.rows.len() * self.cols.len() * FILTERS
+    }
+
+    /// The texels of the sub-grid, row by row.
+    pub fn points(&self) -> Vec<usize> {
+        let width = self.basis.sides().1;
+        let of_row = |&row: &usize| self.cols.iter().map(move |&col| row * width + col);
+        self.rows.iter().flat_map(of_row).collect()
     }
 
     /// Responses [planes, row · cols · 48 + col · 48 + filter] of coefficients [planes, waves].
@@ -122,22 +132,54 @@ fn spread(side: usize, points: usize) -> Vec<usize> {
         .collect()
 }
 
+/// How image appearance vectors are held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageVectors {
+    /// In full, and clustered through all pairs of dot products.
+    Exact,
+    /// Folded to [`FOLDED`] numbers by random signs (Charikar and others 2002, count sketch), and
+    /// clustered as vectors: for samples of more images than memory has room for.
+    Folded,
+}
+
+/// Numbers of a folded image appearance vector.
+pub const FOLDED: usize = 512;
+
+impl ImageVectors {
+    /// Bytes to cluster so many images of so many planes' responses.
+    pub fn bytes(self, images: usize, components: usize) -> u64 {
+        let (images, components) = (images as u64, components as u64);
+        match self {
+            Self::Exact => 4 * images * (components + images),
+            Self::Folded => 3 * 4 * images * FOLDED as u64 + (256 << 20),
+        }
+    }
+}
+
 /// Chooses `count` of the stack's images; `panel` images are read at once.
 pub fn choose(
     stack: &ImageStack<'_>,
     basis: &PlaneBasis,
     filters: &SubGridFilters<'_>,
     count: usize,
-    panel: usize,
+    (panel, held): (usize, ImageVectors),
     random: &mut Stream,
     progress: Progress<'_>,
 ) -> Result<Vec<u32>> {
-    let vectors = image_vectors(stack, basis, filters, panel, progress)?;
-    let mut products = OuterProducts::new(vectors.nrows());
-    products.add(vectors.t());
-    drop(vectors);
-    let gram = products.finish();
-    let found = gram_kmeans::cluster(gram.view(), count, MAX_ITERATIONS, random, progress)?;
+    let vectors = image_vectors(stack, basis, filters, (panel, held), random, progress)?;
+    let found = match held {
+        ImageVectors::Exact => {
+            let mut products = OuterProducts::new(vectors.nrows());
+            products.add(vectors.t());
+            drop(vectors);
+            let gram = products.finish();
+            gram_kmeans::cluster(gram.view(), count, MAX_ITERATIONS, random, progress)?
+        }
+        ImageVectors::Folded => {
+            let vectors = principal(vectors);
+            vector_kmeans::cluster(vectors.view(), count, MAX_ITERATIONS, random, progress)?
+        }
+    };
     let mut chosen = found.nearest;
     chosen.sort_unstable();
     Ok(chosen)
@@ -146,32 +188,67 @@ pub fn choose(
 /// Lloyd steps over the images; representatives need no fixed point.
 const MAX_ITERATIONS: u32 = 100;
 
-/// Image appearance vectors [images, C · points · 48].
+/// Image appearance vectors [images, C · points · 48], or folded.
 fn image_vectors(
     stack: &ImageStack<'_>,
     basis: &PlaneBasis,
     filters: &SubGridFilters<'_>,
-    panel: usize,
+    (panel, held): (usize, ImageVectors),
+    random: &mut Stream,
     progress: Progress<'_>,
 ) -> Result<Array2<f32>> {
     let (images, channels) = (stack.sample.image_count(), stack.channels.count());
-    let mut vectors = Array2::zeros((images, channels * filters.components()));
+    let components = channels * filters.components();
+    let fold = match held {
+        ImageVectors::Exact => None,
+        ImageVectors::Folded => Some(Fold::new(components, random)),
+    };
+    let columns = if fold.is_some() { FOLDED } else { components };
+    let mut vectors = Array2::zeros((images, columns));
     let numbers: Vec<u32> = (0..images as u32).collect();
     progress.begin("image appearance", images as u64);
-    for (numbers, mut target) in numbers
-        .chunks(panel)
-        .zip(vectors.axis_chunks_iter_mut(Axis(0), panel))
-    {
-        let mut planes = stack.read(numbers)?.swap_remove(0);
+    let targets = vectors.axis_chunks_iter_mut(Axis(0), panel);
+    for (numbers, mut target) in numbers.chunks(panel).zip(targets) {
+        let mut planes = stack.read_finest(numbers)?;
         basis.analyze(&mut planes);
         let planes = as_rows(&planes, numbers.len() * channels, basis.grid.len());
         let responses = filters.responses(planes);
-        let flat = responses.iter();
-        target.iter_mut().zip(flat).for_each(|(t, &r)| *t = r);
+        match &fold {
+            None => target.iter_mut().zip(&responses).for_each(|(t, &r)| *t = r),
+            Some(fold) => fold.add(&responses, target),
+        }
         progress.advance(numbers.len() as u64)?;
     }
     progress.end();
     Ok(vectors)
+}
+
+/// Adds every component, with a random sign, to one of few numbers.
+struct Fold {
+    /// Place and sign of each component.
+    places: Vec<(usize, f32)>,
+}
+
+impl Fold {
+    fn new(components: usize, random: &mut Stream) -> Self {
+        let place = |_| {
+            let sign = if random.r#gen() { 1.0 } else { -1.0 };
+            (random.gen_range(0..FOLDED), sign)
+        };
+        Self { places: (0..components).map(place).collect() }
+    }
+
+    /// Adds the responses of images' planes, plane after plane.
+    fn add(&self, responses: &Array2<f32>, mut target: ArrayViewMut2<'_, f32>) {
+        let channels = responses.nrows() / target.nrows().max(1);
+        for (responses, mut target) in
+            responses.axis_chunks_iter(Axis(0), channels).zip(target.outer_iter_mut())
+        {
+            for (&(place, sign), value) in self.places.iter().zip(&responses) {
+                target[place] += sign * value;
+            }
+        }
+    }
 }
 
 #[cfg(test)]

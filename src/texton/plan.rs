@@ -1,0 +1,194 @@
+//! Which route every level takes, from what it would need and what it may take.
+//!
+//! In: sizes and a memory limit. Out: a route a level, and how images are held; or the least
+//! memory that would do. Figures are of the arrays that dominate, with a margin for the rest.
+
+use crate::error::{Error, Result};
+use crate::grid::TexelGrid;
+use crate::texton::filter_bank::FILTERS;
+use crate::texton::options::ByteSize;
+use crate::texton::representatives::ImageVectors;
+use crate::texton::sketch::COORDINATES;
+use crate::texton::texel_gram;
+
+/// Panels, transfer factors of small levels, the program itself.
+const MARGIN: u64 = 160 << 20;
+
+/// How a level's textons are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Route {
+    /// Through all pairs of dot products: exact.
+    Gram,
+    /// Through a projection of the appearance vectors: with a measured distortion.
+    Sketch,
+}
+
+/// The sizes that decide.
+#[derive(Clone, Debug)]
+pub struct Sizes<'a> {
+    /// Texel grids, finest first.
+    pub grids: &'a [TexelGrid],
+    /// Textons a level.
+    pub textons: Vec<usize>,
+    /// Planes of an image.
+    pub channels: usize,
+    /// Images of the sample.
+    pub images: usize,
+    /// Images the appearance vectors are made of.
+    pub representatives: usize,
+    /// Responses of one image on the sub-grid.
+    pub image_components: usize,
+    /// Rows of the sub-grid.
+    pub image_rows: usize,
+}
+
+/// What is done within the memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// A route a level.
+    pub routes: Vec<Route>,
+    /// How image appearance vectors are held.
+    pub image_vectors: ImageVectors,
+    /// Whether the representative images stay in memory after they were read once.
+    pub keep_images: bool,
+    /// Bytes the plan expects to take at most.
+    pub bytes: u64,
+}
+
+impl Plan {
+    /// The exact routes where they fit `limit`, else the others; an error when nothing fits.
+    pub fn new(sizes: &Sizes<'_>, limit: Option<ByteSize>) -> Result<Self> {
+        let limit = limit.map_or(u64::MAX, |size| size.0);
+        let finest = (0..=sizes.grids.len()).find(|&first_gram| {
+            sizes.levels_bytes(first_gram, ImageVectors::Folded) <= limit
+        });
+        let Some(first_gram) = finest else {
+            return Err(too_small(sizes, limit));
+        };
+        let routes = (0..sizes.grids.len())
+            .map(|level| if level < first_gram { Route::Sketch } else { Route::Gram })
+            .collect();
+        let exact = sizes.levels_bytes(first_gram, ImageVectors::Exact) <= limit;
+        let image_vectors = if exact { ImageVectors::Exact } else { ImageVectors::Folded };
+        let bytes = sizes.levels_bytes(first_gram, image_vectors);
+        // Only a sketch reads the representatives more often than twice.
+        let kept = sizes.kept_bytes();
+        let keep_images = first_gram > 0 && bytes.saturating_add(kept) <= limit;
+        Ok(Self {
+            routes,
+            image_vectors,
+            keep_images,
+            bytes: if keep_images { bytes + kept } else { bytes },
+        })
+    }
+}
+
+fn too_small(sizes: &Sizes<'_>, limit: u64) -> Error {
+    let least = (0..=sizes.grids.len())
+        .map(|first_gram| sizes.levels_bytes(first_gram, ImageVectors::Folded))
+        .min()
+        .unwrap_or(0);
+    Error::option(
+        "memory",
+        format!("{}, too little for this sample and these options", ByteSize(limit)),
+        format!("at least {}, or fewer --images or --textons", ByteSize(least)),
+    )
+}
+
+impl Sizes<'_> {
+    /// Numbers of an appearance vector.
+    fn components(&self) -> u64 {
+        (self.representatives * self.channels * FILTERS) as u64
+    }
+
+    /// Bytes of the representatives' planes at all levels.
+    fn kept_bytes(&self) -> u64 {
+        let texels: u64 = self.grids.iter().map(|grid| grid.len() as u64).sum();
+        4 * (self.representatives * self.channels) as u64 * texels
+    }
+
+    /// The largest of the phases when levels from `first_gram` on take the Gram route.
+    fn levels_bytes(&self, first_gram: usize, images: ImageVectors) -> u64 {
+        let transfer: u64 = self.grids.iter().map(|g| 16 * (FILTERS * g.len()) as u64).sum();
+        let choosing = if self.representatives < self.images {
+            let filters = 2 * 4 * (self.image_components / self.channels) as u64;
+            let rows = self.image_rows.max(1) as u64;
+            images.bytes(self.images, self.image_components)
+                + filters / rows * self.grids[0].len() as u64
+        } else {
+            0
+        };
+        let phases = [choosing, self.clustering(first_gram), self.centring()];
+        let largest = phases.into_iter().max().unwrap_or(0);
+        largest.saturating_add(transfer).saturating_add(MARGIN)
+    }
+
+    fn clustering(&self, first_gram: usize) -> u64 {
+        let (sketched, gram) = self.grids.split_at(first_gram);
+        let covariances: u64 = gram.iter().map(|grid| texel_gram::bytes(grid.len()) / 2).sum();
+        let working = gram.first().map_or(0, |grid| {
+            let sums = 8 * (grid.len() * self.textons[first_gram]) as u64;
+            (texel_gram::bytes(grid.len()) / 2).max(sums)
+        });
+        let sketches: u64 = sketched
+            .iter()
+            .map(|grid| {
+                let numbers = 6 * grid.len() as u64 + 2 * self.components();
+                4 * COORDINATES as u64 * numbers
+            })
+            .sum();
+        let subsample = if sketched.is_empty() { 0 } else { 256 << 20 };
+        covariances + working + sketches + subsample
+    }
+
+    fn centring(&self) -> u64 {
+        let textons = self.textons.iter().map(|&n| n as u64);
+        let centroids: u64 = textons.clone().map(|n| 4 * n * self.components()).sum();
+        let averages: u64 = textons
+            .zip(self.grids)
+            .map(|(n, grid)| 4 * 5 * n * grid.len() as u64)
+            .sum();
+        centroids + averages
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(side: u32, images: usize, limit: Option<u64>) -> Result<Plan> {
+        let mut grids = vec![TexelGrid { width: side, height: side, tileable: true }];
+        for _ in 1..4 {
+            grids.push(grids[grids.len() - 1].coarser());
+        }
+        let sizes = Sizes {
+            grids: &grids,
+            textons: vec![400, 100, 25, 6],
+            channels: 3,
+            images,
+            representatives: 400,
+            image_components: 9216,
+            image_rows: 8,
+        };
+        Plan::new(&sizes, limit.map(ByteSize))
+    }
+
+    #[test]
+    fn what_fits_is_exact() {
+        let free = plan(512, 22_801, None).unwrap();
+        assert_eq!((free.routes[0], free.image_vectors), (Route::Gram, ImageVectors::Exact));
+        let small = plan(64, 3600, Some(2 << 30)).unwrap();
+        assert_eq!((small.routes, small.image_vectors), (vec![Route::Gram; 4], ImageVectors::Exact));
+        assert_eq!(plan(128, 3600, Some(4 << 30)).unwrap().routes, [Route::Gram; 4]);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_sketched_or_refused() {
+        let large = plan(256, 22_801, Some(3 << 30)).unwrap();
+        assert_eq!(large.routes[0], Route::Sketch);
+        assert!(large.bytes <= 3 << 30);
+        let error = plan(256, 22_801, Some(200 << 20)).unwrap_err().to_string();
+        assert!(error.contains("--memory") && error.contains("at least"), "{error}");
+    }
+}
