@@ -9,7 +9,8 @@ use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::exemplar::KnnOptions;
-use crate::exemplar::neighbor_table::{self, NeighborTable};
+use crate::exemplar::knn_options::Search;
+use crate::exemplar::neighbor_table::{self, LevelSearch, NeighborTable};
 use crate::exemplar::space::Space;
 
 /// Find the k nearest neighbours of every texel, by the distance of their neighbourhoods.
@@ -35,22 +36,33 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _lock = session.claim(&self.output, &[&self.space])?;
         let space = Space::read(&self.space)?;
-        let mut table = neighbor_table::build(&space, &self.options, session.progress())?;
+        let (mut table, searches) =
+            neighbor_table::build_and_measure(&space, &self.options, session.progress())?;
         table.write(&self.output, &self.options)?;
-        Ok(self.outcome(&space, &table))
+        Ok(self.outcome(&space, &table, &searches))
     }
 
-    fn outcome(&self, space: &Space, table: &NeighborTable) -> Outcome {
+    fn outcome(&self, space: &Space, table: &NeighborTable, searches: &[LevelSearch]) -> Outcome {
         let mut outcome = Outcome::default();
         let mut levels = Vec::new();
-        for (at, (level, source)) in table.levels.iter().zip(&space.levels).enumerate() {
+        let all = table.levels.iter().zip(&space.levels).zip(searches);
+        for (at, ((level, source), found)) in all.enumerate() {
             let whole = level
                 .whole(source.grid)
                 .iter()
                 .filter(|&&whole| whole)
                 .count();
+            let search = match found.search {
+                Search::TwoLevel => {
+                    format!(
+                        "two-level search, recall at {} is {:.3}",
+                        table.k, found.recall
+                    )
+                }
+                Search::Auto | Search::Exact => "exact search".into(),
+            };
             outcome = outcome.line(format!(
-                "level {at}: {} × {} texels, {whole} whole, separation {}",
+                "level {at}: {} × {} texels, {whole} whole, separation {}, {search}",
                 source.grid.width, source.grid.height, level.min_separation
             ));
             levels.push(json!({
@@ -58,6 +70,8 @@ impl Arguments {
                 "height": source.grid.height,
                 "whole": whole,
                 "min_separation": level.min_separation,
+                "search": found.search,
+                "recall": found.recall,
             }));
         }
         outcome

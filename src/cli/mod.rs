@@ -10,6 +10,7 @@ mod gram;
 mod import;
 mod info;
 mod knn;
+mod machine;
 mod mesh;
 mod outcome;
 mod render;

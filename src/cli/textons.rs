@@ -1,15 +1,20 @@
 //! `mesotex textons`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::btf::sample::Sample;
+use crate::cli::machine;
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
-use crate::error::Result;
-use crate::texton::{self, TextonOptions, Vocabulary};
+use crate::error::{Error, Result};
+use crate::format::image::write_png;
+use crate::format::json;
+use crate::texton::picture::{self, Picture};
+use crate::texton::report::{AnalysisReport, LevelReport};
+use crate::texton::{self, Analysis, TextonOptions};
 
 /// Find the 3D textons of a BTF sample: filter bank, representative images, K-means.
 #[derive(Clone, Debug, Args)]
@@ -17,13 +22,23 @@ use crate::texton::{self, TextonOptions, Vocabulary};
 Examples:
   mesotex textons weave.sample -o weave.textons.npz
   mesotex textons weave.sample -o weave.textons.npz --textons 200 --images all --levels 3
-  mesotex textons ubo.sample -o ubo.textons.npz --memory 3GiB --no-tile")]
+  mesotex textons ubo.sample -o ubo.textons.npz --memory 3GiB --no-tile
+  mesotex textons weave.sample -o weave.textons.npz --report r.json --montage textons.png")]
 pub struct Arguments {
     /// The BTF sample, a folder NAME.sample.
     pub sample: PathBuf,
     /// The vocabulary to write, NAME.textons.npz.
     #[arg(long, short)]
     pub output: PathBuf,
+    /// Write times, routes, inertia and cluster sizes as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Write a picture of what each texton looks like, the most frequent first.
+    #[arg(long, value_name = "FILE.png")]
+    pub montage: Option<PathBuf>,
+    /// Write a picture of the finest texton map, a stable colour a label.
+    #[arg(long, value_name = "FILE.png")]
+    pub label_map: Option<PathBuf>,
     #[command(flatten)]
     pub options: TextonOptions,
     #[command(flatten)]
@@ -33,49 +48,98 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _lock = session.claim(&self.output, &[&self.sample])?;
+        let outputs = std::iter::once(&self.output).chain(self.side_outputs());
+        let _locks = outputs
+            .map(|output| session.claim(output, &[&self.sample]))
+            .collect::<Result<Vec<_>>>()?;
         let sample = Sample::open(&self.sample)?;
         let options = TextonOptions {
             seed: session.seed(),
+            memory: self.options.memory.or_else(machine::quarter_of_memory),
             ..self.options.clone()
         };
-        let texton::Analysis { mut vocabulary, report: _ } =
-            texton::analyze(&sample, &options, session.progress())?;
-        vocabulary.write(&self.output)?;
-        Ok(self.outcome(&vocabulary))
+        let mut analysis = texton::analyze(&sample, &options, session.progress())?;
+        self.write_side_outputs(&sample, &analysis)?;
+        analysis.vocabulary.write(&self.output)?;
+        self.outcome(&analysis)
     }
 
-    fn outcome(&self, vocabulary: &Vocabulary) -> Outcome {
-        let images = vocabulary.representatives.len();
-        let mut outcome = Outcome::default()
-            .line(format!("{images} images, {} channels", vocabulary.channels))
-            .figure("images", images)
-            .figure("channels", vocabulary.channels)
-            .figure("id", vocabulary.id.to_string());
-        let mut levels = Vec::new();
-        for (at, level) in vocabulary.levels.iter().enumerate() {
-            outcome = outcome.line(format!(
-                "level {at}: {} × {} texels, {} textons, inertia {:.6e} after {} steps",
-                level.grid.width,
-                level.grid.height,
-                level.counts.len(),
-                level.inertia,
-                level.iterations
-            ));
-            levels.push(json!({
-                "width": level.grid.width,
-                "height": level.grid.height,
-                "textons": level.counts.len(),
-                "inertia": level.inertia,
-                "iterations": level.iterations,
-            }));
-        }
-        outcome
-            .figure("levels", levels)
-            .wrote(&self.output)
-            .next(format!(
-                "mesotex gram {} -o NAME.space.npz",
-                self.output.display()
-            ))
+    /// Files beside the vocabulary.
+    fn side_outputs(&self) -> impl Iterator<Item = &PathBuf> {
+        [&self.report, &self.montage, &self.label_map]
+            .into_iter()
+            .flatten()
     }
+
+    fn write_side_outputs(&self, sample: &Sample, analysis: &Analysis) -> Result<()> {
+        let finest = &analysis.vocabulary.levels[0];
+        if let Some(path) = &self.montage {
+            write(
+                path,
+                &picture::montage(sample, &finest.labels, &finest.counts)?,
+            )?;
+        }
+        if let Some(path) = &self.label_map {
+            write(path, &picture::label_map(finest.grid, &finest.labels))?;
+        }
+        match &self.report {
+            Some(path) => json::write(path, &figures(&analysis.report)?),
+            None => Ok(()),
+        }
+    }
+
+    fn outcome(&self, Analysis { vocabulary, report }: &Analysis) -> Result<Outcome> {
+        let mut outcome = Outcome::default().line(format!(
+            "{} of {} images, {} channels, read {} times at most",
+            report.representatives, report.images, vocabulary.channels, report.times_read
+        ));
+        for (at, level) in report.levels.iter().enumerate() {
+            outcome = outcome.line(level_line(at, level));
+        }
+        if let Value::Object(figures) = figures(report)? {
+            outcome.figures.extend(figures);
+        }
+        outcome = outcome
+            .figure("id", vocabulary.id.to_string())
+            .wrote(&self.output);
+        for path in self.side_outputs() {
+            outcome = outcome.wrote(path);
+        }
+        Ok(outcome.next(format!(
+            "mesotex gram {} -o NAME.space.npz",
+            self.output.display()
+        )))
+    }
+}
+
+fn write(path: &Path, picture: &Picture) -> Result<()> {
+    write_png(path, picture.width, picture.height, &picture.pixels)
+}
+
+/// The report with the process' memory.
+fn figures(report: &AnalysisReport) -> Result<Value> {
+    let mut value =
+        serde_json::to_value(report).map_err(|error| Error::data("report", error.to_string()))?;
+    value["peak_bytes"] = json!(machine::peak_memory().map(|size| size.0));
+    Ok(value)
+}
+
+fn level_line(at: usize, level: &LevelReport) -> String {
+    let mut line = format!(
+        "level {at}: {} × {} texels, {} textons, inertia {:.6e} after {} steps",
+        level.width, level.height, level.textons, level.inertia, level.iterations
+    );
+    if level.explained_variance < 1.0 {
+        line += &format!(
+            ", on a sketch of {:.3} % of the variance",
+            100.0 * level.explained_variance
+        );
+    }
+    if level.duplicates > 0 {
+        line += &format!(", {} duplicate texels", level.duplicates);
+    }
+    if level.refilled > 0 {
+        line += &format!(", {} empty clusters refilled", level.refilled);
+    }
+    line
 }

@@ -10,6 +10,22 @@ const SEPARATION_SHARE: f64 = 0.05;
 /// The widest window, beyond any use.
 const WIDEST: u32 = 255;
 
+/// Texels up to which exact search is cheap: 128 × 128.
+const CHEAP_TEXELS: usize = 1 << 14;
+
+/// How neighbours are searched.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Search {
+    /// Exact up to 128 × 128 texels, two-level beyond.
+    #[default]
+    Auto,
+    /// Every texel against every other.
+    Exact,
+    /// Through the parent level's nearest (Tong 2002 §5.2); the coarsest level stays exact.
+    TwoLevel,
+}
+
 /// Options of the neighbour table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
@@ -27,6 +43,12 @@ pub struct KnnOptions {
     /// level. Default: 5 % of the level's shorter side, at least 1.
     #[arg(long, value_name = "N")]
     pub min_separation: Option<u32>,
+    /// How neighbours are searched.
+    #[arg(long, value_enum, default_value_t = Self::default().search)]
+    pub search: Search,
+    /// Parents that two-level search considers first (Tong 2002 §5.2: 100).
+    #[arg(long, default_value_t = Self::default().candidates, value_name = "N")]
+    pub candidates: u32,
 }
 
 impl Default for KnnOptions {
@@ -36,6 +58,8 @@ impl Default for KnnOptions {
             neighborhood: 7,
             coarse_neighborhood: 3,
             min_separation: None,
+            search: Search::Auto,
+            candidates: 100,
         }
     }
 }
@@ -45,6 +69,9 @@ impl KnnOptions {
     pub fn validate(&self) -> Result<()> {
         if self.k == 0 {
             return Err(Error::option("k", "0", "at least 1: the texel itself"));
+        }
+        if self.candidates == 0 {
+            return Err(Error::option("candidates", "0", "at least 1"));
         }
         for (name, width) in [
             ("neighborhood", self.neighborhood),
@@ -71,6 +98,15 @@ impl KnnOptions {
                 0
             },
         )
+    }
+
+    /// The search of a level.
+    pub fn search_at(&self, grid: TexelGrid, has_parent: bool) -> Search {
+        match self.search {
+            Search::TwoLevel if has_parent => Search::TwoLevel,
+            Search::Auto if has_parent && grid.len() > CHEAP_TEXELS => Search::TwoLevel,
+            _ => Search::Exact,
+        }
     }
 
     /// The least separation at a level.

@@ -3,9 +3,11 @@
 
 pub mod greedy_choice;
 pub mod knn_options;
+pub mod level_distances;
 pub mod neighbor_table;
 pub mod plain_images;
 pub mod space;
+pub mod two_level;
 pub mod window_distance;
 
 pub use knn_options::KnnOptions;

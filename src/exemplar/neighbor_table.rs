@@ -8,15 +8,16 @@
 
 use std::path::Path;
 
-use ndarray::{Array2, Ix2};
+use ndarray::{Array2, Ix2, s};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::exemplar::greedy_choice::choose_neighbors;
-use crate::exemplar::knn_options::KnnOptions;
-use crate::exemplar::space::{Space, SpaceLevel};
-use crate::exemplar::window_distance::WindowDistances;
+use crate::exemplar::knn_options::{KnnOptions, Search};
+use crate::exemplar::level_distances::LevelDistances;
+use crate::exemplar::space::Space;
+use crate::exemplar::two_level::{Rows, TwoLevelSearch};
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;
@@ -28,7 +29,7 @@ use crate::texton::vocabulary::as_map;
 pub const FORMAT: &str = "mesotex-knn";
 /// The version written, and the only one read.
 pub const VERSION: u32 = 1;
-/// Rows of texels whose distances are held at once; even, so that parents come in whole rows.
+/// Rows of texels whose distances are held at once.
 const STRIP: usize = 8;
 
 /// The neighbourhood of a level: where its samples lie and what they weigh.
@@ -124,19 +125,40 @@ impl TableLevel {
     }
 }
 
+/// How the table of a level was made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelSearch {
+    /// The search that was run.
+    pub search: Search,
+    /// The share of exact search's neighbours it found, measured on a few rows of texels; 1 for
+    /// exact search.
+    pub recall: f64,
+}
+
 /// The neighbour tables of all levels of a space.
 pub fn build(space: &Space, options: &KnnOptions, progress: Progress<'_>) -> Result<NeighborTable> {
+    build_and_measure(space, options, progress).map(|(table, _)| table)
+}
+
+/// The neighbour tables of all levels of a space, and how each was found.
+pub fn build_and_measure(
+    space: &Space,
+    options: &KnnOptions,
+    progress: Progress<'_>,
+) -> Result<(NeighborTable, Vec<LevelSearch>)> {
     options.validate()?;
-    let levels = (0..space.levels.len())
+    let built = (0..space.levels.len())
         .map(|at| build_level(space, at, options, progress))
-        .collect::<Result<_>>()?;
-    Ok(NeighborTable {
+        .collect::<Result<Vec<_>>>()?;
+    let (levels, searches) = built.into_iter().unzip();
+    let table = NeighborTable {
         levels,
         k: options.k as usize,
         tileable: space.tileable(),
         id: ContentId::of_bytes(&[]),
         space: space.id.clone(),
-    })
+    };
+    Ok((table, searches))
 }
 
 fn build_level(
@@ -144,42 +166,100 @@ fn build_level(
     at: usize,
     options: &KnnOptions,
     progress: Progress<'_>,
-) -> Result<TableLevel> {
-    let level = &space.levels[at];
-    let coarser = space.levels.get(at + 1);
-    let (fine_width, coarse_width) = options.widths(coarser.is_some());
+) -> Result<(TableLevel, LevelSearch)> {
+    let grid = space.levels[at].grid;
+    let (fine_width, coarse_width) = options.widths(at + 1 < space.levels.len());
     let neighborhood = Neighborhood::square(fine_width, coarse_width);
-    let (k, grid) = (options.k as usize, level.grid);
     let min_separation = options.separation(grid, at);
-    let whole = whole_texels(grid, &neighborhood, k);
-    let mut neighbors = Array2::zeros((grid.len(), k));
-    let mut distances = Array2::zeros((grid.len(), k));
-    let source = LevelDistances::new(level, coarser, fine_width, coarse_width);
-    progress.begin(format!("neighbours, level {at}"), u64::from(grid.height));
-    let width = grid.width as usize;
-    for first in (0..grid.height as usize).step_by(STRIP) {
-        let rows = first..(first + STRIP).min(grid.height as usize);
-        let texels = first * width..rows.end * width;
-        let mut strip = source.strip(rows.clone());
-        choose_neighbors(
-            &mut strip,
-            grid,
-            texels.clone(),
-            &whole,
-            min_separation,
-            neighbors.slice_mut(ndarray::s![texels.clone(), ..]),
-            distances.slice_mut(ndarray::s![texels, ..]),
-        )
-        .map_err(|found| too_few(at, grid, k, found, min_separation))?;
-        progress.advance(rows.len() as u64)?;
-    }
+    let whole = whole_texels(grid, &neighborhood, options.k as usize);
+    let search = options.search_at(grid, at + 1 < space.levels.len());
+    progress.begin(format!("neighbours, level {at}"), 0);
+    let task = LevelTask {
+        space,
+        at,
+        options,
+        whole,
+        min_separation,
+    };
+    let (found, recall) = match search {
+        Search::TwoLevel => task.two_level(progress)?,
+        Search::Auto | Search::Exact => (task.exact(progress)?, 1.0),
+    };
+    let (neighbors, distances) =
+        found.map_err(|found| too_few(at, grid, options.k as usize, found, min_separation))?;
     progress.end();
-    Ok(TableLevel {
+    let level = TableLevel {
         neighbors,
         distances,
         neighborhood,
         min_separation,
-    })
+    };
+    Ok((level, LevelSearch { search, recall }))
+}
+
+/// One level's search, with all it needs.
+struct LevelTask<'a> {
+    space: &'a Space,
+    at: usize,
+    options: &'a KnnOptions,
+    whole: Vec<bool>,
+    min_separation: u32,
+}
+
+/// Rows of a level, or the number of neighbours of a texel that has too few.
+type Found = std::result::Result<Rows, usize>;
+
+impl LevelTask<'_> {
+    /// Window distances of a level of the space.
+    fn distances(&self, at: usize) -> LevelDistances {
+        let levels = &self.space.levels;
+        let (fine, coarse) = self.options.widths(at + 1 < levels.len());
+        LevelDistances::new(&levels[at], levels.get(at + 1), fine, coarse)
+    }
+
+    fn exact(&self, progress: Progress<'_>) -> Result<Found> {
+        let (grid, k) = (self.space.levels[self.at].grid, self.options.k as usize);
+        let source = self.distances(self.at);
+        let mut neighbors = Array2::zeros((grid.len(), k));
+        let mut distances = Array2::zeros((grid.len(), k));
+        let width = grid.width as usize;
+        for first in (0..grid.height as usize).step_by(STRIP) {
+            let rows = first..(first + STRIP).min(grid.height as usize);
+            let texels = first * width..rows.end * width;
+            let mut strip = source.strip(rows);
+            let chosen = choose_neighbors(
+                &mut strip,
+                grid,
+                texels.clone(),
+                &self.whole,
+                self.min_separation,
+                neighbors.slice_mut(s![texels.clone(), ..]),
+                distances.slice_mut(s![texels, ..]),
+            );
+            if let Err(found) = chosen {
+                return Ok(Err(found));
+            }
+            progress.check()?;
+        }
+        Ok(Ok((neighbors, distances)))
+    }
+
+    fn two_level(&self, progress: Progress<'_>) -> Result<(Found, f64)> {
+        let (fine, coarse) = (self.distances(self.at), self.distances(self.at + 1));
+        let search = TwoLevelSearch {
+            fine: &fine,
+            coarse: &coarse,
+            whole: &self.whole,
+            separation: self.min_separation,
+            k: self.options.k as usize,
+            candidates: self.options.candidates as usize,
+        };
+        let found = search.run(progress)?;
+        let recall = found
+            .as_ref()
+            .map_or(0.0, |(neighbors, _)| search.recall(neighbors));
+        Ok((found, recall))
+    }
 }
 
 fn too_few(at: usize, grid: TexelGrid, k: usize, found: usize, separation: u32) -> Error {
@@ -192,64 +272,6 @@ fn too_few(at: usize, grid: TexelGrid, k: usize, found: usize, separation: u32) 
         ),
         format!("at most {found}, fewer pyramid levels, or a smaller --min-separation"),
     )
-}
-
-/// Both windows' distances of a level.
-struct LevelDistances {
-    grid: TexelGrid,
-    fine: WindowDistances,
-    coarse: Option<WindowDistances>,
-}
-
-impl LevelDistances {
-    fn new(
-        level: &SpaceLevel,
-        coarser: Option<&SpaceLevel>,
-        fine_width: u32,
-        coarse_width: u32,
-    ) -> Self {
-        Self {
-            grid: level.grid,
-            fine: WindowDistances::new(level, fine_width),
-            coarse: coarser.map(|coarser| WindowDistances::new(coarser, coarse_width)),
-        }
-    }
-
-    /// Neighbourhood distances [texels of the rows, texels].
-    fn strip(&self, rows: std::ops::Range<usize>) -> Array2<f32> {
-        let mut strip = self.fine.strip(rows.clone());
-        if let Some(coarse) = &self.coarse {
-            let parents = rows.start / 2..rows.end.div_ceil(2);
-            let coarse = coarse.strip(parents.clone());
-            self.add_parents(&mut strip, &coarse, rows.start, parents.start);
-        }
-        strip
-    }
-
-    /// Adds to every pair of texels the distance of their parents.
-    fn add_parents(
-        &self,
-        strip: &mut Array2<f32>,
-        coarse: &Array2<f32>,
-        first: usize,
-        first_parent: usize,
-    ) {
-        use rayon::prelude::*;
-        let width = self.grid.width as usize;
-        let parent_width = width.div_ceil(2);
-        strip
-            .axis_iter_mut(ndarray::Axis(0))
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(at, mut row)| {
-                let (texel_row, col) = (first + at / width, at % width);
-                let parent = (texel_row / 2 - first_parent) * parent_width + col / 2;
-                let parents = coarse.row(parent);
-                for (to, distance) in row.iter_mut().enumerate() {
-                    *distance += parents[(to / width / 2) * parent_width + to % width / 2];
-                }
-            });
-    }
 }
 
 /// `meta.json`.

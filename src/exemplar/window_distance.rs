@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::exemplar::space::{Features, SpaceLevel};
 use crate::grid::TexelGrid;
+use crate::index::TexelIndex;
 
 /// What stands at every place of the level and of a border around it.
 enum Places {
@@ -91,6 +92,42 @@ impl WindowDistances {
                 }
             });
         strip
+    }
+
+    /// Squared window distance of two texels.
+    pub fn between(&self, a: TexelIndex, b: TexelIndex) -> f32 {
+        let side = self.grid.width as usize + 2 * self.radius;
+        let corner = |texel| {
+            let (row, col) = self.grid.row_col(texel);
+            row as usize * side + col as usize
+        };
+        let (a, b) = (corner(a), corner(b));
+        let width = 2 * self.radius + 1;
+        let mut sum = 0.0;
+        for row in 0..width {
+            let (a, b) = (a + row * side, b + row * side);
+            let mut row_sum = 0.0;
+            for at in 0..width {
+                row_sum += self.place_distance(a + at, b + at);
+            }
+            sum += row_sum;
+        }
+        sum
+    }
+
+    /// Squared distance of what stands at two places of the bordered grid.
+    fn place_distance(&self, a: usize, b: usize) -> f32 {
+        match &self.places {
+            Places::Labels { labels, table } => table[[labels[a] as usize, labels[b] as usize]],
+            Places::Vectors { numbers, depth } => {
+                let at = |place: usize| &numbers[place * depth..(place + 1) * depth];
+                at(a)
+                    .iter()
+                    .zip(at(b))
+                    .map(|(a, b)| (a - b) * (a - b))
+                    .sum()
+            }
+        }
     }
 
     /// Distances of the texels in `rows` to the texels of row `to`.

@@ -221,7 +221,10 @@ impl<T: Element> Mapped<T> {
             reason = "dropping clean pages of a read-only file mapping changes no byte of it"
         )]
         // A system that does not take the advice keeps the pages: nothing to report.
-        let _ = unsafe { self.map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+        let _ = unsafe {
+            self.map
+                .unchecked_advise(memmap2::UncheckedAdvice::DontNeed)
+        };
     }
 
     /// Lets the system take back memory, where it offers that.

@@ -60,12 +60,23 @@ struct Found {
 }
 
 /// Finds the 3D textons of a sample.
-pub fn analyze(sample: &Sample, options: &TextonOptions, progress: Progress<'_>) -> Result<Analysis> {
+pub fn analyze(
+    sample: &Sample,
+    options: &TextonOptions,
+    progress: Progress<'_>,
+) -> Result<Analysis> {
     options.validate()?;
     let grids = options.grids(sample)?;
-    let channels = if options.luminance { Channels::Luminance } else { Channels::Rgb };
+    let channels = if options.luminance {
+        Channels::Luminance
+    } else {
+        Channels::Rgb
+    };
     let plan = plan(sample, &grids, channels, options)?;
-    let mut report = AnalysisReport { planned_bytes: plan.bytes, ..AnalysisReport::default() };
+    let mut report = AnalysisReport {
+        planned_bytes: plan.bytes,
+        ..AnalysisReport::default()
+    };
     let bank = leung_malik();
     let levels: Vec<Level> = report.measure("filter bank", || {
         let level = |&grid| {
@@ -75,14 +86,24 @@ pub fn analyze(sample: &Sample, options: &TextonOptions, progress: Progress<'_>)
         };
         grids.iter().map(level).collect()
     });
-    let stack = ImageStack { sample, channels, grids };
+    let stack = ImageStack {
+        sample,
+        channels,
+        grids,
+    };
     let representatives = report.measure("representative images", || {
         choose_representatives(&stack, &levels[0], &plan, options, progress)
     })?;
-    report.note_images(sample.image_count(), representatives.len(), plan.image_vectors);
+    report.note_images(
+        sample.image_count(),
+        representatives.len(),
+        plan.image_vectors,
+    );
     let mut reader = Reader::new(&stack, &levels, &representatives, plan.keep_images);
     let found = cluster_levels(&mut reader, &plan, options, &mut report, progress)?;
-    let centroids = report.measure("texton centres", || centroids(&mut reader, &found, progress))?;
+    let centroids = report.measure("texton centres", || {
+        centroids(&mut reader, &found, progress)
+    })?;
     let chosen_by_reading = usize::from(representatives.len() < sample.image_count());
     report.times_read = reader.passes + chosen_by_reading as u32;
     report.levels = level_reports(&levels, &plan, &found);
@@ -110,7 +131,9 @@ fn plan(
     let (rows, cols) = (points(grids[0].height), points(grids[0].width));
     let sizes = Sizes {
         grids,
-        textons: (0..grids.len()).map(|level| options.textons_at(level)).collect(),
+        textons: (0..grids.len())
+            .map(|level| options.textons_at(level))
+            .collect(),
         channels: channels.count(),
         images: sample.image_count(),
         representatives: options.image_count(sample)?,
@@ -132,7 +155,10 @@ fn choose_representatives(
     options: &TextonOptions,
     progress: Progress<'_>,
 ) -> Result<Vec<u32>> {
-    let (count, held) = (options.image_count(stack.sample)?, stack.sample.image_count());
+    let (count, held) = (
+        options.image_count(stack.sample)?,
+        stack.sample.image_count(),
+    );
     if count == held {
         return Ok((0..held as u32).collect());
     }
@@ -175,7 +201,13 @@ impl<'a> Reader<'a> {
         representatives: &'a [u32],
         keep: bool,
     ) -> Self {
-        Self { stack, levels, representatives, kept: keep.then(Vec::new), passes: 0 }
+        Self {
+            stack,
+            levels,
+            representatives,
+            kept: keep.then(Vec::new),
+            passes: 0,
+        }
     }
 
     /// Hands every panel's coefficients to `take`: the first plane's number, and for each level
@@ -236,7 +268,11 @@ fn cluster_levels(
     report: &mut AnalysisReport,
     progress: Progress<'_>,
 ) -> Result<Vec<Found>> {
-    let sketched = plan.routes.iter().filter(|&&route| route == Route::Sketch).count();
+    let sketched = plan
+        .routes
+        .iter()
+        .filter(|&&route| route == Route::Sketch)
+        .count();
     let levels = reader.levels;
     let (covariances, directions) = report.measure("image dot products", || {
         first_pass(reader, sketched, options, progress)
@@ -256,7 +292,10 @@ fn cluster_levels(
         let clustering = report.measure(format!("textons of level {at}"), || {
             best_clustering(&gram, at, options, progress)
         })?;
-        found.push(Found { clustering, fidelity: None });
+        found.push(Found {
+            clustering,
+            fidelity: None,
+        });
     }
     for (at, found) in found.iter().enumerate() {
         check_count(&found.clustering, at, options, progress)?;
@@ -274,8 +313,10 @@ fn first_pass(
     let levels = reader.levels;
     let components = reader.representatives.len() * reader.stack.channels.count() * FILTERS;
     let (for_sketch, for_gram) = levels.split_at(sketched);
-    let mut sums: Vec<_> =
-        for_gram.iter().map(|level| OuterProducts::new(level.grid().len())).collect();
+    let mut sums: Vec<_> = for_gram
+        .iter()
+        .map(|level| OuterProducts::new(level.grid().len()))
+        .collect();
     let mut mixtures = Vec::new();
     for (at, level) in for_sketch.iter().enumerate() {
         let mut random = stream(options.seed, "sketch", at as u32, 0);
@@ -289,15 +330,18 @@ fn first_pass(
         for ((sum, numbers), level) in sums.iter_mut().zip(for_gram).zip(&levels[sketched..]) {
             sum.add(as_planes(numbers, level));
         }
-        for (((backward, rows), numbers), level) in mixtures.iter_mut().zip(for_sketch).zip(levels) {
+        for (((backward, rows), numbers), level) in mixtures.iter_mut().zip(for_sketch).zip(levels)
+        {
             let planes = as_planes(numbers, level);
             let range = first * FILTERS..(first + planes.nrows()) * FILTERS;
             backward.centroids_into(planes, rows.slice_mut(s![.., range]));
         }
     })?;
     let covariances = sums.into_iter().map(OuterProducts::finish).collect();
-    let directions =
-        mixtures.into_iter().map(|(_, rows)| sketch::orthonormal_rows(&rows)).collect();
+    let directions = mixtures
+        .into_iter()
+        .map(|(_, rows)| sketch::orthonormal_rows(&rows))
+        .collect();
     Ok((covariances, directions))
 }
 
@@ -328,13 +372,18 @@ fn sketch_pass(
             let planes = as_planes(numbers, level);
             sketch.add(planes, first);
             for response in probes.responses(planes).outer_iter() {
-                let Some(numbers) = response.to_slice() else { continue };
+                let Some(numbers) = response.to_slice() else {
+                    continue;
+                };
                 products.add(as_rows(numbers, probes.points().len(), FILTERS).reversed_axes());
             }
         }
     })?;
     let finished = sketches.into_iter().map(|(sketch, probes, products)| {
-        let exact = Exact { texels: probes.points(), gram: products.finish() };
+        let exact = Exact {
+            texels: probes.points(),
+            gram: products.finish(),
+        };
         (sketch.finish(), exact)
     });
     Ok(finished.collect())
@@ -359,10 +408,19 @@ fn cluster_sketch(
     let points = sketch::principal(coordinates);
     let mut clustering = best_of(at, options, progress, |random| {
         let clusters = options.textons_at(at);
-        vector_kmeans::cluster(points.view(), clusters, options.max_iterations, random, progress)
+        vector_kmeans::cluster(
+            points.view(),
+            clusters,
+            options.max_iterations,
+            random,
+            progress,
+        )
     })?;
     clustering.inertia += fidelity.lost_per_texel * level.grid().len() as f64;
-    Ok(Found { clustering, fidelity: Some(fidelity) })
+    Ok(Found {
+        clustering,
+        fidelity: Some(fidelity),
+    })
 }
 
 fn best_clustering(
@@ -373,7 +431,13 @@ fn best_clustering(
 ) -> Result<Clustering> {
     best_of(at, options, progress, |random| {
         let clusters = options.textons_at(at);
-        gram_kmeans::cluster(gram.view(), clusters, options.max_iterations, random, progress)
+        gram_kmeans::cluster(
+            gram.view(),
+            clusters,
+            options.max_iterations,
+            random,
+            progress,
+        )
     })
 }
 
@@ -384,11 +448,22 @@ fn best_of(
     progress: Progress<'_>,
     run: impl Fn(&mut crate::random::Stream) -> Result<Clustering>,
 ) -> Result<Clustering> {
-    progress.begin(format!("textons of level {level}"), u64::from(options.restarts));
+    progress.begin(
+        format!("textons of level {level}"),
+        u64::from(options.restarts),
+    );
     let mut best: Option<Clustering> = None;
     for restart in 0..options.restarts {
-        let found = run(&mut stream(options.seed, "textons", level as u32, u64::from(restart)))?;
-        if best.as_ref().is_none_or(|best| found.inertia < best.inertia) {
+        let found = run(&mut stream(
+            options.seed,
+            "textons",
+            level as u32,
+            u64::from(restart),
+        ))?;
+        if best
+            .as_ref()
+            .is_none_or(|best| found.inertia < best.inertia)
+        {
             best = Some(found);
         }
         progress.advance(1)?;
@@ -439,7 +514,10 @@ fn centroids(
                 &clustering.labels,
                 &clustering.counts,
             );
-            (backward, Array2::zeros((clustering.counts.len(), components)))
+            (
+                backward,
+                Array2::zeros((clustering.counts.len(), components)),
+            )
         })
         .collect();
     reader.each_panel("texton centres", progress, |first, coefficients| {
@@ -451,7 +529,10 @@ fn centroids(
             backward.centroids_into(planes, centroids.slice_mut(s![.., range]));
         }
     })?;
-    Ok(targets.into_iter().map(|(_, centroids)| centroids).collect())
+    Ok(targets
+        .into_iter()
+        .map(|(_, centroids)| centroids)
+        .collect())
 }
 
 fn level_reports(levels: &[Level], plan: &Plan, found: &[Found]) -> Vec<LevelReport> {
@@ -475,14 +556,20 @@ fn assemble(
         .iter()
         .zip(found)
         .zip(centroids)
-        .map(|((level, Found { clustering, .. }), centroids)| VocabularyLevel {
-            grid: level.grid(),
-            labels: clustering.labels.iter().map(|&label| label as u16).collect(),
-            centroids,
-            counts: clustering.counts,
-            inertia: clustering.inertia,
-            iterations: clustering.iterations,
-        })
+        .map(
+            |((level, Found { clustering, .. }), centroids)| VocabularyLevel {
+                grid: level.grid(),
+                labels: clustering
+                    .labels
+                    .iter()
+                    .map(|&label| label as u16)
+                    .collect(),
+                centroids,
+                counts: clustering.counts,
+                inertia: clustering.inertia,
+                iterations: clustering.iterations,
+            },
+        )
         .collect()
 }
 

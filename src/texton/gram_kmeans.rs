@@ -367,7 +367,9 @@ impl State {
             let repeated = |at: &usize| {
                 let point = members[*at];
                 let row = points.row(point);
-                members[..*at].iter().any(|&earlier| points.distance(row, point, earlier) == 0.0)
+                members[..*at]
+                    .iter()
+                    .any(|&earlier| points.distance(row, point, earlier) == 0.0)
             };
             (0..members.len()).filter(repeated).count() as u32
         };

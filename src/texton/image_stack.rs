@@ -64,7 +64,9 @@ impl ImageStack<'_> {
     /// Planes of `images` at the finest level alone.
     pub fn read_finest(&self, images: &[u32]) -> Result<Vec<f32>> {
         let mut planes = self.finest(images)?;
-        planes.par_chunks_mut(self.grids[0].len()).for_each(take_off_mean);
+        planes
+            .par_chunks_mut(self.grids[0].len())
+            .for_each(take_off_mean);
         self.sample.release();
         Ok(planes)
     }

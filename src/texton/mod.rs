@@ -10,6 +10,7 @@ pub mod image_stack;
 pub mod matrix;
 pub mod options;
 pub mod outer_products;
+pub mod picture;
 pub mod plan;
 pub mod report;
 pub mod representatives;

@@ -60,17 +60,26 @@ impl Plan {
     /// The exact routes where they fit `limit`, else the others; an error when nothing fits.
     pub fn new(sizes: &Sizes<'_>, limit: Option<ByteSize>) -> Result<Self> {
         let limit = limit.map_or(u64::MAX, |size| size.0);
-        let finest = (0..=sizes.grids.len()).find(|&first_gram| {
-            sizes.levels_bytes(first_gram, ImageVectors::Folded) <= limit
-        });
+        let finest = (0..=sizes.grids.len())
+            .find(|&first_gram| sizes.levels_bytes(first_gram, ImageVectors::Folded) <= limit);
         let Some(first_gram) = finest else {
             return Err(too_small(sizes, limit));
         };
         let routes = (0..sizes.grids.len())
-            .map(|level| if level < first_gram { Route::Sketch } else { Route::Gram })
+            .map(|level| {
+                if level < first_gram {
+                    Route::Sketch
+                } else {
+                    Route::Gram
+                }
+            })
             .collect();
         let exact = sizes.levels_bytes(first_gram, ImageVectors::Exact) <= limit;
-        let image_vectors = if exact { ImageVectors::Exact } else { ImageVectors::Folded };
+        let image_vectors = if exact {
+            ImageVectors::Exact
+        } else {
+            ImageVectors::Folded
+        };
         let bytes = sizes.levels_bytes(first_gram, image_vectors);
         // Only a sketch reads the representatives more often than twice.
         let kept = sizes.kept_bytes();
@@ -91,8 +100,14 @@ fn too_small(sizes: &Sizes<'_>, limit: u64) -> Error {
         .unwrap_or(0);
     Error::option(
         "memory",
-        format!("{}, too little for this sample and these options", ByteSize(limit)),
-        format!("at least {}, or fewer --images or --textons", ByteSize(least)),
+        format!(
+            "{}, too little for this sample and these options",
+            ByteSize(limit)
+        ),
+        format!(
+            "at least {}, or fewer --images or --textons",
+            ByteSize(least)
+        ),
     )
 }
 
@@ -110,7 +125,11 @@ impl Sizes<'_> {
 
     /// The largest of the phases when levels from `first_gram` on take the Gram route.
     fn levels_bytes(&self, first_gram: usize, images: ImageVectors) -> u64 {
-        let transfer: u64 = self.grids.iter().map(|g| 16 * (FILTERS * g.len()) as u64).sum();
+        let transfer: u64 = self
+            .grids
+            .iter()
+            .map(|g| 16 * (FILTERS * g.len()) as u64)
+            .sum();
         let choosing = if self.representatives < self.images {
             let filters = 2 * 4 * (self.image_components / self.channels) as u64;
             let rows = self.image_rows.max(1) as u64;
@@ -126,7 +145,10 @@ impl Sizes<'_> {
 
     fn clustering(&self, first_gram: usize) -> u64 {
         let (sketched, gram) = self.grids.split_at(first_gram);
-        let covariances: u64 = gram.iter().map(|grid| texel_gram::bytes(grid.len()) / 2).sum();
+        let covariances: u64 = gram
+            .iter()
+            .map(|grid| texel_gram::bytes(grid.len()) / 2)
+            .sum();
         let working = gram.first().map_or(0, |grid| {
             let sums = 8 * (grid.len() * self.textons[first_gram]) as u64;
             (texel_gram::bytes(grid.len()) / 2).max(sums)
@@ -158,7 +180,11 @@ mod tests {
     use super::*;
 
     fn plan(side: u32, images: usize, limit: Option<u64>) -> Result<Plan> {
-        let mut grids = vec![TexelGrid { width: side, height: side, tileable: true }];
+        let mut grids = vec![TexelGrid {
+            width: side,
+            height: side,
+            tileable: true,
+        }];
         for _ in 1..4 {
             grids.push(grids[grids.len() - 1].coarser());
         }
@@ -177,10 +203,19 @@ mod tests {
     #[test]
     fn what_fits_is_exact() {
         let free = plan(512, 22_801, None).unwrap();
-        assert_eq!((free.routes[0], free.image_vectors), (Route::Gram, ImageVectors::Exact));
+        assert_eq!(
+            (free.routes[0], free.image_vectors),
+            (Route::Gram, ImageVectors::Exact)
+        );
         let small = plan(64, 3600, Some(2 << 30)).unwrap();
-        assert_eq!((small.routes, small.image_vectors), (vec![Route::Gram; 4], ImageVectors::Exact));
-        assert_eq!(plan(128, 3600, Some(4 << 30)).unwrap().routes, [Route::Gram; 4]);
+        assert_eq!(
+            (small.routes, small.image_vectors),
+            (vec![Route::Gram; 4], ImageVectors::Exact)
+        );
+        assert_eq!(
+            plan(128, 3600, Some(4 << 30)).unwrap().routes,
+            [Route::Gram; 4]
+        );
     }
 
     #[test]
@@ -189,6 +224,9 @@ mod tests {
         assert_eq!(large.routes[0], Route::Sketch);
         assert!(large.bytes <= 3 << 30);
         let error = plan(256, 22_801, Some(200 << 20)).unwrap_err().to_string();
-        assert!(error.contains("--memory") && error.contains("at least"), "{error}");
+        assert!(
+            error.contains("--memory") && error.contains("at least"),
+            "{error}"
+        );
     }
 }

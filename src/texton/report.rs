@@ -66,7 +66,12 @@ pub struct LevelReport {
 
 impl LevelReport {
     /// The report of a level's clustering.
-    pub fn new(sides: [u32; 2], route: Route, found: &Clustering, fidelity: Option<Fidelity>) -> Self {
+    pub fn new(
+        sides: [u32; 2],
+        route: Route,
+        found: &Clustering,
+        fidelity: Option<Fidelity>,
+    ) -> Self {
         Self {
             width: sides[0],
             height: sides[1],
@@ -88,7 +93,10 @@ impl AnalysisReport {
     pub fn measure<T>(&mut self, name: impl Into<String>, stage: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = stage();
-        self.stages.push(Stage { name: name.into(), seconds: start.elapsed().as_secs_f64() });
+        self.stages.push(Stage {
+            name: name.into(),
+            seconds: start.elapsed().as_secs_f64(),
+        });
         result
     }
 

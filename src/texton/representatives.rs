@@ -235,14 +235,17 @@ impl Fold {
             let sign = if random.r#gen() { 1.0 } else { -1.0 };
             (random.gen_range(0..FOLDED), sign)
         };
-        Self { places: (0..components).map(place).collect() }
+        Self {
+            places: (0..components).map(place).collect(),
+        }
     }
 
     /// Adds the responses of images' planes, plane after plane.
     fn add(&self, responses: &Array2<f32>, mut target: ArrayViewMut2<'_, f32>) {
         let channels = responses.nrows() / target.nrows().max(1);
-        for (responses, mut target) in
-            responses.axis_chunks_iter(Axis(0), channels).zip(target.outer_iter_mut())
+        for (responses, mut target) in responses
+            .axis_chunks_iter(Axis(0), channels)
+            .zip(target.outer_iter_mut())
         {
             for (&(place, sign), value) in self.places.iter().zip(&responses) {
                 target[place] += sign * value;

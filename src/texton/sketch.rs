@@ -17,7 +17,9 @@ use crate::random::Stream;
 use crate::texton::basis::{PLANE_PARITIES, PlaneBasis, Transfer};
 use crate::texton::dot_products::dot_products;
 use crate::texton::filter_bank::FILTERS;
-use crate::texton::matrix::{Target, as_rows, as_rows_mut, multiply, multiply_on_all_threads, product_of};
+use crate::texton::matrix::{
+    Target, as_rows, as_rows_mut, multiply, multiply_on_all_threads, product_of,
+};
 use crate::texton::outer_products::OuterProducts;
 
 /// Numbers a texel.
@@ -33,19 +35,29 @@ pub const PROBES: usize = 24;
 pub fn random_mixtures(texels: usize, random: &mut Stream) -> Vec<f32> {
     let scale = (texels as f32).sqrt().recip();
     let sign = |positive: bool| if positive { scale } else { -scale };
-    (0..COORDINATES.min(texels) * texels).map(|_| sign(random.r#gen())).collect()
+    (0..COORDINATES.min(texels) * texels)
+        .map(|_| sign(random.r#gen()))
+        .collect()
 }
 
 /// An orthonormal basis [directions, components] of the rows' span.
 pub fn orthonormal_rows(rows: &Array2<f32>) -> Array2<f32> {
     let (values, vectors) = eigen(dot_products(rows.view()));
     let largest = values.first().copied().unwrap_or(0.0);
-    let kept = values.iter().take_while(|&&v| v > RANK_TOLERANCE * largest && v > 0.0).count();
+    let kept = values
+        .iter()
+        .take_while(|&&v| v > RANK_TOLERANCE * largest && v > 0.0)
+        .count();
     let scaled = Array2::from_shape_fn((kept, rows.nrows()), |(direction, row)| {
         (vectors[[row, direction]] / values[direction].sqrt()) as f32
     });
     let mut basis = Array2::zeros((kept, rows.ncols()));
-    multiply_on_all_threads(scaled.view(), rows.view(), basis.view_mut(), Target::Replace);
+    multiply_on_all_threads(
+        scaled.view(),
+        rows.view(),
+        basis.view_mut(),
+        Target::Replace,
+    );
     basis
 }
 
@@ -78,10 +90,18 @@ impl<'a> ForwardSketch<'a> {
             .step_by(WAVES)
             .map(|from| {
                 let sides = (directions.nrows(), WAVES.min(waves - from));
-                PLANE_PARITIES.iter().map(|_| Array2::zeros(sides)).collect()
+                PLANE_PARITIES
+                    .iter()
+                    .map(|_| Array2::zeros(sides))
+                    .collect()
             })
             .collect();
-        Self { basis, transfer, directions, blocks }
+        Self {
+            basis,
+            transfer,
+            directions,
+            blocks,
+        }
     }
 
     /// Adds planes of coefficients [planes, waves], the first of them plane number `first`.
@@ -119,7 +139,9 @@ impl<'a> ForwardSketch<'a> {
             .into_par_iter()
             .enumerate()
             .for_each(|(direction, mut out)| {
-                let Some(out) = out.as_slice_mut() else { return };
+                let Some(out) = out.as_slice_mut() else {
+                    return;
+                };
                 for (parity, [y, x]) in PLANE_PARITIES.into_iter().enumerate() {
                     let waves: Vec<f32> = self
                         .blocks
@@ -129,7 +151,12 @@ impl<'a> ForwardSketch<'a> {
                     let lines = as_rows(&waves, height, width);
                     let along_x = product_of(lines, self.basis.x.synthesis(x).reversed_axes());
                     let target = as_rows_mut(out, height, width);
-                    multiply(self.basis.y.synthesis(y), along_x.view(), target, Target::Add);
+                    multiply(
+                        self.basis.y.synthesis(y),
+                        along_x.view(),
+                        target,
+                        Target::Add,
+                    );
                 }
             });
         by_direction.reversed_axes().as_standard_layout().to_owned()
@@ -147,7 +174,12 @@ pub fn principal(mut coordinates: Array2<f32>) -> Array2<f32> {
     let (_, vectors) = eigen(covariance.finish().mapv(f64::from));
     let vectors = vectors.mapv(|v| v as f32);
     let mut turned = Array2::zeros(coordinates.raw_dim());
-    multiply_on_all_threads(coordinates.view(), vectors.view(), turned.view_mut(), Target::Replace);
+    multiply_on_all_threads(
+        coordinates.view(),
+        vectors.view(),
+        turned.view_mut(),
+        Target::Replace,
+    );
     turned
 }
 
@@ -166,7 +198,8 @@ impl Fidelity {
     /// Compares coordinates of probe texels [probes, directions] with their exact Gram matrix.
     pub fn measure(coordinates: ArrayView2<'_, f32>, exact: &Array2<f32>) -> Self {
         let found = dot_products(coordinates);
-        let distance = |gram: &dyn Fn(usize, usize) -> f64, a, b| gram(a, a) + gram(b, b) - 2.0 * gram(a, b);
+        let distance =
+            |gram: &dyn Fn(usize, usize) -> f64, a, b| gram(a, a) + gram(b, b) - 2.0 * gram(a, b);
         let (mut exact_sum, mut found_sum, mut ratio_sum, mut pairs) = (0.0, 0.0, 0.0, 0.0);
         for a in 0..exact.nrows() {
             for b in a + 1..exact.nrows() {
@@ -182,7 +215,11 @@ impl Fidelity {
         }
         let probes = exact.nrows() as f64;
         Self {
-            explained_variance: if exact_sum > 0.0 { found_sum / exact_sum } else { 1.0 },
+            explained_variance: if exact_sum > 0.0 {
+                found_sum / exact_sum
+            } else {
+                1.0
+            },
             distortion: if pairs > 0.0 { ratio_sum / pairs } else { 0.0 },
             // Σ over pairs of distance² is probes² times the variance.
             lost_per_texel: ((exact_sum - found_sum) / (probes * probes)).max(0.0),
@@ -203,9 +240,17 @@ mod tests {
     fn with_as_many_directions_as_texels_the_sketch_is_exact() {
         let bank = leung_malik();
         for tileable in [true, false] {
-            let grid = TexelGrid { width: 8, height: 6, tileable };
+            let grid = TexelGrid {
+                width: 8,
+                height: 6,
+                tileable,
+            };
             let planes: Vec<Vec<f32>> = (0..5)
-                .map(|p| (0..48).map(|i| ((i * i * 31 + p * 17 + i * p) % 29) as f32 / 29.0).collect())
+                .map(|p| {
+                    (0..48)
+                        .map(|i| ((i * i * 31 + p * 17 + i * p) % 29) as f32 / 29.0)
+                        .collect()
+                })
                 .collect();
             let basis = PlaneBasis::new(grid);
             let transfer = basis.transfer(&bank);
@@ -223,7 +268,10 @@ mod tests {
             let vectors = oracle::appearance_vectors(grid, &bank, &planes);
             let exact = vectors.dot(&vectors.t()).mapv(|v| v as f32);
             let fidelity = Fidelity::measure(coordinates.view(), &exact);
-            assert!((fidelity.explained_variance - 1.0).abs() < 1e-4, "{fidelity:?}");
+            assert!(
+                (fidelity.explained_variance - 1.0).abs() < 1e-4,
+                "{fidelity:?}"
+            );
             let turned = Fidelity::measure(principal(coordinates).view(), &exact);
             assert!(turned.distortion.abs() < 1e-3, "{turned:?}");
         }

@@ -116,9 +116,16 @@ impl State {
                 let dots = product_of(block, centres.t());
                 let nearest = |(point, dots): (ArrayView1<'_, f32>, ArrayView1<'_, f32>)| {
                     let cluster = least(&dots, &norms);
-                    (cluster, squared_distance(point, centres.row(cluster as usize)))
+                    (
+                        cluster,
+                        squared_distance(point, centres.row(cluster as usize)),
+                    )
                 };
-                block.outer_iter().zip(dots.outer_iter()).map(nearest).collect()
+                block
+                    .outer_iter()
+                    .zip(dots.outer_iter())
+                    .map(nearest)
+                    .collect()
             })
             .collect();
         let (labels, distances) = blocks.into_iter().flatten().unzip();
@@ -126,7 +133,12 @@ impl State {
     }
 
     /// Keeps the earlier label where the new one is no nearer beyond rounding.
-    fn or_stay(mut self, earlier: &Self, points: ArrayView2<'_, f32>, centres: &Array2<f32>) -> Self {
+    fn or_stay(
+        mut self,
+        earlier: &Self,
+        points: ArrayView2<'_, f32>,
+        centres: &Array2<f32>,
+    ) -> Self {
         for (point, &label) in earlier.labels.iter().enumerate() {
             if self.labels[point] == label {
                 continue;
@@ -141,24 +153,34 @@ impl State {
 
     fn counts(&self, clusters: usize) -> Vec<u32> {
         let mut counts = vec![0; clusters];
-        self.labels.iter().for_each(|&label| counts[label as usize] += 1);
+        self.labels
+            .iter()
+            .for_each(|&label| counts[label as usize] += 1);
         counts
     }
 
     /// Gives each empty cluster the farthest point that is not the last of its own; how many.
     fn refill(&mut self, clusters: usize) -> u32 {
         let mut counts = self.counts(clusters);
-        let empty: Vec<usize> = (0..clusters).filter(|&cluster| counts[cluster] == 0).collect();
+        let empty: Vec<usize> = (0..clusters)
+            .filter(|&cluster| counts[cluster] == 0)
+            .collect();
         if empty.is_empty() {
             return 0;
         }
         let mut farthest: Vec<usize> = (0..self.labels.len()).collect();
-        farthest.sort_by(|&a, &b| self.distances[b].total_cmp(&self.distances[a]).then(a.cmp(&b)));
+        farthest.sort_by(|&a, &b| {
+            self.distances[b]
+                .total_cmp(&self.distances[a])
+                .then(a.cmp(&b))
+        });
         let mut candidates = farthest.into_iter();
         let mut filled = 0;
         for cluster in empty {
             let movable = |&point: &usize| counts[self.labels[point] as usize] > 1;
-            let Some(point) = candidates.find(movable) else { break };
+            let Some(point) = candidates.find(movable) else {
+                break;
+            };
             counts[self.labels[point] as usize] -= 1;
             counts[cluster] = 1;
             (self.labels[point], self.distances[point]) = (cluster as u32, 0.0);
@@ -243,23 +265,38 @@ mod tests {
 
     fn points(count: usize) -> Array2<f32> {
         let mut random = stream(5, "points", 0, 0);
-        Array2::from_shape_fn((count, 6), |(_, d)| random.gen_range(-1.0..1.0) / (d + 1) as f32)
+        Array2::from_shape_fn((count, 6), |(_, d)| {
+            random.gen_range(-1.0..1.0) / (d + 1) as f32
+        })
     }
 
     fn run(points: &Array2<f32>, clusters: usize) -> Clustering {
         let mut random = stream(1, "kmeans", 0, 0);
-        cluster(points.view(), clusters, 1000, &mut random, Progress::silent()).unwrap()
+        cluster(
+            points.view(),
+            clusters,
+            1000,
+            &mut random,
+            Progress::silent(),
+        )
+        .unwrap()
     }
 
     #[test]
     fn labels_are_the_nearest_means() {
         let points = points(2500);
         let found = run(&points, 30);
-        let state = State { labels: found.labels.clone(), distances: vec![0.0; 2500] };
+        let state = State {
+            labels: found.labels.clone(),
+            distances: vec![0.0; 2500],
+        };
         let means = state.means(points.view(), 30);
         let mut inertia = 0.0;
         for (point, &label) in points.outer_iter().zip(&found.labels) {
-            let all: Vec<f64> = means.outer_iter().map(|m| squared_distance(point, m)).collect();
+            let all: Vec<f64> = means
+                .outer_iter()
+                .map(|m| squared_distance(point, m))
+                .collect();
             let least = all.iter().copied().fold(f64::INFINITY, f64::min);
             assert!(all[label as usize] <= least + 1e-6);
             inertia += all[label as usize];
@@ -273,7 +310,8 @@ mod tests {
         let points = points(1500);
         let mut random = stream(1, "kmeans", 0, 0);
         let gram = points.dot(&points.t());
-        let other = gram_kmeans::cluster(gram.view(), 25, 1000, &mut random, Progress::silent()).unwrap();
+        let other =
+            gram_kmeans::cluster(gram.view(), 25, 1000, &mut random, Progress::silent()).unwrap();
         let ratio = run(&points, 25).inertia / other.inertia;
         assert!((0.95..1.05).contains(&ratio), "{ratio}");
     }

@@ -4,7 +4,7 @@ use ndarray::Array3;
 use rand::Rng;
 
 use super::*;
-use crate::exemplar::space::Features;
+use crate::exemplar::space::{Features, SpaceLevel};
 use crate::random::stream;
 
 fn random_space(width: u32, height: u32, tileable: bool, levels: usize, plain: bool) -> Space {
@@ -251,4 +251,38 @@ fn threads_do_not_change_a_bit() {
         pool.install(|| build(&space, &options, Progress::silent()).unwrap())
     };
     assert_eq!(with(1), with(8));
+}
+
+#[test]
+fn two_level_search_is_exact_when_every_parent_is_a_candidate() {
+    for tileable in [true, false] {
+        let space = random_space(16, 14 + 2 * u32::from(tileable), tileable, 2, false);
+        let exact = KnnOptions {
+            k: 5,
+            neighborhood: 3,
+            ..KnnOptions::default()
+        };
+        let all = KnnOptions {
+            search: Search::TwoLevel,
+            candidates: 64,
+            ..exact.clone()
+        };
+        let (table, searches) = build_and_measure(&space, &all, Progress::silent()).unwrap();
+        assert_eq!(
+            searches[0],
+            LevelSearch {
+                search: Search::TwoLevel,
+                recall: 1.0
+            }
+        );
+        assert_eq!(searches[1].search, Search::Exact);
+        let expected = build(&space, &exact, Progress::silent()).unwrap();
+        assert_eq!(table.levels[0].neighbors, expected.levels[0].neighbors);
+        let few = KnnOptions {
+            candidates: 3,
+            ..all
+        };
+        let (_, searches) = build_and_measure(&space, &few, Progress::silent()).unwrap();
+        assert!(searches[0].recall < 1.0);
+    }
 }

@@ -1,0 +1,102 @@
+//! Texton analysis, stage by stage: 64×64 texels, 400 RGB images, 400 textons.
+
+use mesotex::grid::TexelGrid;
+use mesotex::progress::Progress;
+use mesotex::random::stream;
+use mesotex::texton::basis::PlaneBasis;
+use mesotex::texton::centroids::BackwardFilters;
+use mesotex::texton::dot_products::dot_products;
+use mesotex::texton::filter_bank::leung_malik;
+use mesotex::texton::gram_kmeans::cluster;
+use mesotex::texton::matrix::as_rows;
+use mesotex::texton::outer_products::OuterProducts;
+use mesotex::texton::texel_gram::texel_gram;
+use ndarray::Array2;
+use rand::Rng;
+
+const SIDE: u32 = 64;
+const TEXELS: usize = (SIDE * SIDE) as usize;
+const PLANES: usize = 1200;
+const TEXTONS: usize = 400;
+
+fn main() {
+    divan::main();
+}
+
+fn basis(tileable: bool) -> PlaneBasis {
+    PlaneBasis::new(TexelGrid {
+        width: SIDE,
+        height: SIDE,
+        tileable,
+    })
+}
+
+fn planes() -> Vec<f32> {
+    let mut random = stream(1, "planes", 0, 0);
+    (0..PLANES * TEXELS)
+        .map(|_| random.gen_range(-1.0..1.0))
+        .collect()
+}
+
+fn covariance(planes: &[f32]) -> Array2<f32> {
+    let mut sum = OuterProducts::new(TEXELS);
+    sum.add(as_rows(planes, PLANES, TEXELS));
+    sum.finish()
+}
+
+#[divan::bench(sample_count = 5)]
+fn image_coefficients(bencher: divan::Bencher<'_, '_>) {
+    let (basis, planes) = (basis(true), planes());
+    bencher
+        .with_inputs(|| planes.clone())
+        .bench_values(|mut planes| {
+            basis.analyze(&mut planes);
+            planes
+        });
+}
+
+#[divan::bench(sample_count = 5)]
+fn image_dot_products(bencher: divan::Bencher<'_, '_>) {
+    let planes = planes();
+    bencher.bench(|| covariance(&planes));
+}
+
+#[divan::bench(args = [true, false], sample_count = 5)]
+fn texel_dot_products(bencher: divan::Bencher<'_, '_>, tileable: bool) {
+    let basis = basis(tileable);
+    let transfer = basis.transfer(&leung_malik());
+    let covariance = covariance(&planes());
+    bencher
+        .with_inputs(|| covariance.clone())
+        .bench_values(|sum| texel_gram(sum, &basis, &transfer, Progress::silent()).is_ok());
+}
+
+#[divan::bench(sample_count = 5)]
+fn k_means(bencher: divan::Bencher<'_, '_>) {
+    let gram = covariance(&planes());
+    bencher.bench(|| {
+        let mut random = stream(1, "bench", 0, 0);
+        cluster(gram.view(), TEXTONS, 1000, &mut random, Progress::silent()).is_ok()
+    });
+}
+
+#[divan::bench(sample_count = 5)]
+fn texton_centres(bencher: divan::Bencher<'_, '_>) {
+    let (basis, planes) = (basis(true), planes());
+    let transfer = basis.transfer(&leung_malik());
+    let labels: Vec<u32> = (0..TEXELS).map(|i| (i % TEXTONS) as u32).collect();
+    let mut counts = vec![0; TEXTONS];
+    labels.iter().for_each(|&label| counts[label as usize] += 1);
+    bencher.bench(|| {
+        let mut centroids = Array2::zeros((TEXTONS, PLANES * 48));
+        BackwardFilters::new(&basis, &transfer, &labels, &counts)
+            .centroids_into(as_rows(&planes, PLANES, TEXELS), centroids.view_mut());
+        centroids
+    });
+}
+
+#[divan::bench(sample_count = 5)]
+fn texton_dot_products(bencher: divan::Bencher<'_, '_>) {
+    let vectors = Array2::from_elem((TEXTONS, PLANES * 48), 0.5_f32);
+    bencher.bench(|| dot_products(vectors.view()));
+}
