@@ -1,5 +1,7 @@
 //! `mesotex bake`: closed forms, conservation laws, the same bytes however it is run, bad input.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;

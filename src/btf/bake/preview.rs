@@ -109,6 +109,7 @@ fn panel(material: &Material, relief: bool) -> Canvas {
     let flat = Material {
         heights: vec![0.0; material.grid.len()],
         roughness: None,
+        metallic: None,
         ..material.clone()
     };
     let material = if relief { material } else { &flat };
