@@ -1,5 +1,7 @@
 //! `mesotex knn` as a user runs it: the file's contract and what is refused.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail where it stands")]
+
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -1,6 +1,8 @@
 //! `mesotex textons` and `gram` as a user runs them: the files' contract, the same bytes at any
 //! thread count, and what is refused.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail where it stands")]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

@@ -37,6 +37,9 @@ pub struct TwoLevelSearch<'a> {
     pub candidates: usize,
 }
 
+/// A texel's neighbours, or how few there are.
+type Row = std::result::Result<Vec<(f32, u32)>, usize>;
+
 /// A level's neighbours and their distances.
 pub type Rows = (Array2<u32>, Array2<f32>);
 
@@ -77,7 +80,7 @@ impl TwoLevelSearch<'_> {
         &self,
         parent: TexelIndex,
         distances: ArrayView1<'_, f32>,
-    ) -> Vec<(TexelIndex, std::result::Result<Vec<(f32, u32)>, usize>)> {
+    ) -> Vec<(TexelIndex, Row)> {
         let mut order = self.parents_in_question(parent, distances);
         let mut sorted = 0;
         children(self.fine.grid(), parent)
@@ -116,11 +119,7 @@ impl TwoLevelSearch<'_> {
     }
 
     /// Greedy choice among the children of some parents.
-    fn choose(
-        &self,
-        texel: TexelIndex,
-        parents: &[(f32, u32)],
-    ) -> std::result::Result<Vec<(f32, u32)>, usize> {
+    fn choose(&self, texel: TexelIndex, parents: &[(f32, u32)]) -> Row {
         let grid = self.fine.grid();
         let mut open: Vec<(f32, u32)> = parents
             .iter()

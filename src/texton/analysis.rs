@@ -274,7 +274,7 @@ fn cluster_levels(
         .filter(|&&route| route == Route::Sketch)
         .count();
     let levels = reader.levels;
-    let (covariances, directions) = report.measure("image dot products", || {
+    let [covariances, directions] = report.measure("image dot products", || {
         first_pass(reader, sketched, options, progress)
     })?;
     let sketches = report.measure("sketch", || sketch_pass(reader, directions, progress))?;
@@ -309,7 +309,7 @@ fn first_pass(
     sketched: usize,
     options: &TextonOptions,
     progress: Progress<'_>,
-) -> Result<(Vec<Array2<f32>>, Vec<Array2<f32>>)> {
+) -> Result<[Vec<Array2<f32>>; 2]> {
     let levels = reader.levels;
     let components = reader.representatives.len() * reader.stack.channels.count() * FILTERS;
     let (for_sketch, for_gram) = levels.split_at(sketched);
@@ -342,7 +342,7 @@ fn first_pass(
         .into_iter()
         .map(|(_, rows)| sketch::orthonormal_rows(&rows))
         .collect();
-    Ok((covariances, directions))
+    Ok([covariances, directions])
 }
 
 /// Coordinates of every texel of the sketched levels, and the exact dot products of some texels.

@@ -21,7 +21,7 @@ use crate::texton::sketch::principal;
 use crate::texton::vector_kmeans;
 
 /// Planes that one task filters.
-const BLOCK: usize = 16;
+const BLOCK: usize = 64;
 
 /// Responses at the points of a regular sub-grid, straight from coefficients.
 pub struct SubGridFilters<'a> {
