@@ -61,7 +61,6 @@ pub struct SurfaceOptions {
     #[arg(
         long,
         value_delimiter = ',',
-        num_args = 3,
         allow_hyphen_values = true,
         value_name = "X,Y,Z"
     )]
