@@ -120,7 +120,7 @@ fn check_memory(vertices: usize) -> Result<()> {
                 "vertices",
                 format!(
                     "{vertices} need about {} MB",
-                    vertices as u64 * BYTES_A_VERTEX >> 20
+                    (vertices as u64 * BYTES_A_VERTEX) >> 20
                 ),
                 format!(
                     "at most {}, for the memory there is",
