@@ -133,12 +133,15 @@ fn check_page(page: &Path, folder: &Path) -> usize {
 
 #[test]
 fn the_commands_of_every_page_run() {
-    let folder = tempfile::tempdir().unwrap();
-    fixtures::fill(folder.path());
-    let ran: usize = pages()
-        .iter()
-        .map(|page| check_page(page, folder.path()))
-        .sum();
+    let first = tempfile::tempdir().unwrap();
+    fixtures::fill(first.path());
+    let pages = pages();
+    let mut ran = check_page(&pages[0], first.path());
+    for page in &pages[1..] {
+        let copy = tempfile::tempdir().unwrap();
+        copy_all(first.path(), copy.path());
+        ran += check_page(page, copy.path());
+    }
     assert!(ran > 10, "only {ran} commands were found");
 }
 
