@@ -1,6 +1,10 @@
 //! Synthesis alone, on a flat torus of sites: how its cost grows with sites (10k to 1M) and with the
 //! side of the sample (32 to 256), 4 levels and k 11 throughout. Run with
 //! `cargo bench --bench synthesis`.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a benchmark that cannot be set up must stop"
+)]
 
 use divan::Bencher;
 use mesotex::exemplar::KnnOptions;

@@ -43,6 +43,9 @@ type Row = std::result::Result<Vec<(f32, u32)>, usize>;
 /// A level's neighbours and their distances.
 pub type Rows = (Array2<u32>, Array2<f32>);
 
+/// A child texel with its row (distance, flat index), or how many were found where too few.
+type ChildRow = (TexelIndex, std::result::Result<Vec<(f32, u32)>, usize>);
+
 impl TwoLevelSearch<'_> {
     /// The neighbours of all texels; fails with the number found where a texel has fewer than k.
     pub fn run(&self, progress: Progress<'_>) -> Result<std::result::Result<Rows, usize>> {
@@ -76,11 +79,7 @@ impl TwoLevelSearch<'_> {
     }
 
     /// Rows of the children of one parent.
-    fn of_parent(
-        &self,
-        parent: TexelIndex,
-        distances: ArrayView1<'_, f32>,
-    ) -> Vec<(TexelIndex, Row)> {
+    fn of_parent(&self, parent: TexelIndex, distances: ArrayView1<'_, f32>) -> Vec<ChildRow> {
         let mut order = self.parents_in_question(parent, distances);
         let mut sorted = 0;
         children(self.fine.grid(), parent)

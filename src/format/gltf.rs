@@ -20,7 +20,12 @@ use crate::format::polygon_mesh::PolygonMesh;
 
 /// Parses a glTF file's bytes; buffers outside lie beside `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
-    let file = gltf::Gltf::from_slice(bytes).map_err(|error| {
+    // The crate's validation indexes accessors unchecked and panics on some damaged files.
+    let parsed = std::panic::catch_unwind(|| gltf::Gltf::from_slice(bytes)).map_err(|_| {
+        Error::data("glTF", "a reference to an accessor that does not exist")
+            .expected("a sound .glb or .gltf file")
+    })?;
+    let file = parsed.map_err(|error| {
         Error::data("glTF", error.to_string())
             .advice("the file is damaged, or asks for an extension we do not read")
     })?;

@@ -238,13 +238,13 @@ impl Canvas<'_> {
             direction[2] as f32,
         )
         .normalize_or_zero();
-        for vertex in 0..said.len() {
+        for (vertex, said) in said.iter_mut().enumerate() {
             let lies = wanted.cross(self.rings.normals[vertex]).length() >= TANGENT_SHARE;
-            if said[vertex] || !lies || !self.is_used(vertex) {
+            if *said || !lies || !self.is_used(vertex) {
                 continue;
             }
             if let Some(angle) = self.rings.angle_of(vertex, wanted) {
-                said[vertex] = true;
+                *said = true;
                 wishes.constraints.push(Constraint {
                     vertex: vertex as u32,
                     angle,

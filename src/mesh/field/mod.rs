@@ -14,7 +14,7 @@ pub mod multigrid;
 pub mod singularities;
 pub mod solvers;
 
-use glam::DVec2;
+use glam::{DVec2, Vec3};
 use rand::Rng;
 
 use crate::error::{Error, Result};
@@ -63,6 +63,9 @@ impl Field {
     }
 }
 
+/// The world's up, towards which t of an unguided field points as far as it can.
+const UP: Vec3 = Vec3::Y;
+
 /// Solves for the smoothest field under the wishes.
 pub fn orientation_field(
     mesh: &TriangleMesh,
@@ -81,6 +84,7 @@ pub fn orientation_field(
     let parts = by_component(mesh);
     for part in 0..parts.len() {
         let problem = Part {
+            rings,
             laplacian: &laplacian,
             mass: &mass,
             members: parts.row(part),
@@ -126,6 +130,7 @@ fn by_component(mesh: &TriangleMesh) -> Rows<u32> {
 
 /// The problem on one component.
 struct Part<'a> {
+    rings: &'a Rings,
     laplacian: &'a Hermitian,
     mass: &'a [f64],
     members: &'a [u32],
@@ -207,10 +212,31 @@ impl Part<'_> {
             let norm = dot(&guess, &guess).sqrt();
             guess.iter_mut().for_each(|u| *u /= norm);
         }
-        let (_, vectors) = smallest_eigenvector(&multigrid, &mass, guess);
+        let (_, mut vectors) = smallest_eigenvector(&multigrid, &mass, guess);
+        self.turn_upright(free, &mut vectors);
         // Of unit length on the average, as wanted directions are.
         let area: f64 = mass.iter().sum();
         Ok(vectors.into_iter().map(|u| u * area.sqrt()).collect())
+    }
+
+    /// A smooth field may be turned as a whole without changing its energy: it is turned so that t
+    /// points up as far as it can, and a texture stands upright.
+    fn turn_upright(&self, free: &[u32], vectors: &mut [DVec2]) {
+        let apart: DVec2 = free
+            .iter()
+            .zip(&*vectors)
+            .map(|(&vertex, vector)| {
+                let vertex = vertex as usize;
+                let rightwards = UP.cross(self.rings.normals[vertex]);
+                let angle = self.rings.angle_of(vertex, rightwards).unwrap_or(0.0);
+                let wanted = DVec2::from_angle(angle) * f64::from(rightwards.length());
+                DVec2::new(vector.x, -vector.y).rotate(wanted) * self.mass[vertex]
+            })
+            .sum();
+        let turn = apart.try_normalize().unwrap_or(DVec2::X);
+        vectors
+            .iter_mut()
+            .for_each(|vector| *vector = turn.rotate(*vector));
     }
 
     fn least_energy(&self, free: &[u32], vectors: &[DVec2]) -> Result<Vec<DVec2>> {
@@ -256,7 +282,6 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
     use crate::mesh::topology::Topology;
-    use glam::Vec3;
 
     fn rings(mesh: &TriangleMesh) -> Rings {
         Rings::new(mesh, &Topology::new(&mesh.triangles))
@@ -314,6 +339,17 @@ mod tests {
             }
         }
         nalgebra::SymmetricEigen::new(dense).eigenvalues.min()
+    }
+
+    #[test]
+    fn a_free_field_stands_upright() {
+        let mesh = shapes::grid(9, 7, 0.5);
+        let rings = rings(&mesh);
+        let field = orientation_field(&mesh, &rings, &Wishes::default(), 5).unwrap();
+        for (vertex, angle) in field.angles().into_iter().enumerate() {
+            let s = rings.direction(vertex, angle);
+            assert!((s - Vec3::X).length() < 1e-3, "{s:?}");
+        }
     }
 
     #[test]

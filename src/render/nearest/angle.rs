@@ -14,7 +14,7 @@ pub(super) fn of_squared_chord(squared: f32) -> f32 {
         quarter
     };
     let x = if is_wide { z.sqrt() } else { half_chord };
-    let series = ((((4.216_32e-2 * z + 2.418_131_1e-2) * z + 4.547_002_6e-2) * z + 7.495_300_3e-2)
+    let series = ((((4.216_32e-2 * z + 2.418_131e-2) * z + 4.547_002_6e-2) * z + 7.495_300_3e-2)
         * z
         + 1.666_675_2e-1)
         * z;

@@ -82,9 +82,9 @@ impl DirectionSet {
         angles.resize(blocks.len(), [0.0; LANES]);
         let mut nearest = f32::INFINITY;
         for (block, angles) in blocks.iter().zip(angles.iter_mut()) {
-            for lane in 0..LANES {
+            for (lane, angle) in angles.iter_mut().enumerate() {
                 let (dx, dy, dz) = (x - block.x[lane], y - block.y[lane], z - block.z[lane]);
-                angles[lane] = angle::of_squared_chord(dx * dx + dy * dy + dz * dz);
+                *angle = angle::of_squared_chord(dx * dx + dy * dy + dz * dz);
             }
             for &angle in angles.iter() {
                 nearest = nearest.min(angle);
