@@ -303,16 +303,13 @@ fn cluster_levels(
     Ok(found)
 }
 
-/// One matrix a level.
-type Matrices = Vec<Array2<f32>>;
-
 /// Ĉ of the levels on the Gram route, and for the `sketched` finer ones the directions.
 fn first_pass(
     reader: &mut Reader<'_>,
     sketched: usize,
     options: &TextonOptions,
     progress: Progress<'_>,
-) -> Result<(Matrices, Matrices)> {
+) -> Result<[Vec<Array2<f32>>; 2]> {
     let levels = reader.levels;
     let components = reader.representatives.len() * reader.stack.channels.count() * FILTERS;
     let (for_sketch, for_gram) = levels.split_at(sketched);
