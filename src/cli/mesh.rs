@@ -1,67 +1,94 @@
-//! `mesotex mesh`: clean a mesh, retile it, see how it stands.
+//! `mesotex mesh`: clean a mesh, retile it, give it an orientation field, see how it stands.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde::{Deserialize, Serialize};
-use serde_json::json;
+use glam::Vec3;
+use serde_json::{Value, json};
 
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::{image, json as json_file};
+use crate::mesh::cache;
+use crate::mesh::connection::Connection;
+use crate::mesh::distortion::distortion;
+use crate::mesh::field::Field;
+use crate::mesh::field::guides::{Canvas, guided_field};
+use crate::mesh::field::singularities::{Singularity, singularities};
+use crate::mesh::patches::Patches;
+use crate::mesh::pictures::{self, Picture};
+use crate::mesh::quality::{evenness, hausdorff};
 use crate::mesh::reading::{CleaningOptions, UserMesh, read_with};
 use crate::mesh::retile::retile;
-use crate::mesh::surface::check_crease;
-use crate::mesh::topology::Topology;
+use crate::mesh::rings::Rings;
+use crate::mesh::surface::{Surface, SurfaceOptions, prepare};
+use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::topology::{Shape, Topology};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::mesh::writing;
+use crate::render::preview;
 
 const EXAMPLES: &str = "Examples:
   mesotex mesh bunny.obj -o bunny.ply                      clean and convert
   mesotex mesh bunny.obj -o even.ply --vertices 250000     retile to 250,000 even vertices
+  mesotex mesh bunny.obj -o guided.ply --orient --direction 0,1,0
+                                                           add a field that follows the y axis
+  mesotex mesh bunny.obj -o even.ply --vertices 20000 --report mesh.json --pictures look
+                                                           measure it and look at it
   mesotex mesh scan.stl -o scan.ply --strict               refuse a scan that needs repair";
 
+/// The farthest a chart's samples lie, in texels, when its distortion is drawn.
+const DISTORTION_RADIUS: f32 = 5.0;
+/// Mean distortion drawn red.
+const MOST_DISTORTION: f32 = 0.1;
+/// Pixels of a picture.
+const PICTURE: [u32; 2] = [1280, 960];
+/// Bytes a retiled vertex needs at the most, all working lists counted.
+const BYTES_A_VERTEX: u64 = 2500;
+
 /// What is done to a mesh.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct MeshOptions {
     /// Retile to so many vertices, spread evenly over the same surface (100 to 20,000,000).
     /// Default: the mesh's own vertices.
     #[arg(long)]
     pub vertices: Option<usize>,
-    /// Edges whose triangles turn by more than so many degrees are creases: retiling keeps them.
-    #[arg(long, default_value_t = MeshOptions::default().crease)]
-    pub crease: f64,
     /// Refuse a mesh that needs repair.
     #[arg(long)]
     pub strict: bool,
     /// Drop components smaller than this fraction of the mesh, by the diagonals of their boxes.
-    #[arg(long, default_value_t = MeshOptions::default().specks)]
+    #[arg(long, default_value_t = 0.0)]
     pub specks: f64,
-}
-
-impl Default for MeshOptions {
-    fn default() -> Self {
-        Self {
-            vertices: None,
-            crease: 40.0,
-            strict: false,
-            specks: 0.0,
-        }
-    }
+    /// Write the orientation field into the mesh (PLY: sx sy sz), for viewing or as a guide.
+    #[arg(long)]
+    pub orient: bool,
+    /// Write what is measured here: evenness, distance to the input, field, singularities, samples.
+    /// The prepared surface is kept beside the output, where synth finds it.
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Draw the field with its singularities, the levels and the distortion of patches into this
+    /// folder, as PNG and coloured PLY.
+    #[arg(long, value_name = "DIR")]
+    pub pictures: Option<PathBuf>,
+    /// Levels of the mesh pyramid that are measured and drawn.
+    #[arg(long, default_value_t = SurfaceOptions::default().levels)]
+    pub levels: u32,
 }
 
 impl MeshOptions {
     /// Checks every field.
     pub fn validate(&self) -> Result<()> {
-        if let Some(vertices) = self.vertices
-            && !(100..=20_000_000).contains(&vertices)
-        {
-            return Err(Error::option(
-                "vertices",
-                vertices.to_string(),
-                "100 to 20,000,000",
-            ));
+        if let Some(vertices) = self.vertices {
+            if !(100..=20_000_000).contains(&vertices) {
+                return Err(Error::option(
+                    "vertices",
+                    vertices.to_string(),
+                    "100 to 20,000,000",
+                ));
+            }
+            check_memory(vertices)?;
         }
         if !(0.0..1.0).contains(&self.specks) {
             return Err(Error::option(
@@ -70,11 +97,42 @@ impl MeshOptions {
                 "a fraction, 0 to below 1",
             ));
         }
-        check_crease(self.crease)
+        Ok(())
     }
 }
 
-/// Clean a mesh and retile it evenly.
+/// Refuses more vertices than this machine has memory for, where that is known.
+fn check_memory(vertices: usize) -> Result<()> {
+    let told = fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let available = told
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))
+        .and_then(|rest| {
+            rest.trim()
+                .trim_end_matches("kB")
+                .trim()
+                .parse::<u64>()
+                .ok()
+        });
+    match available {
+        Some(kilobytes) if vertices as u64 * BYTES_A_VERTEX > kilobytes * 1024 => {
+            Err(Error::option(
+                "vertices",
+                format!(
+                    "{vertices} need about {} MB",
+                    vertices as u64 * BYTES_A_VERTEX >> 20
+                ),
+                format!(
+                    "at most {}, for the memory there is",
+                    kilobytes * 1024 / BYTES_A_VERTEX
+                ),
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Clean a mesh, retile it evenly, give it an orientation field.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -83,8 +141,13 @@ pub struct Arguments {
     /// Where to write it: .ply, .obj or .glb.
     #[arg(long, short)]
     pub output: PathBuf,
+    /// What is done.
     #[command(flatten)]
     pub options: MeshOptions,
+    /// How field, levels and patches are prepared.
+    #[command(flatten)]
+    pub surface: SurfaceOptions,
+    /// Options of every command.
     #[command(flatten)]
     pub common: Common,
 }
@@ -92,41 +155,185 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.options.validate()?;
-        writing::check_name(&self.output)?;
+        let surface_options = self.check(session)?;
         let _lock = session.claim(&self.output, &[&self.input])?;
         let cleaning = CleaningOptions {
             strict: self.options.strict,
             specks: self.options.specks,
         };
-        let user = read_with(&self.input, &cleaning)?;
-        let outcome = read_outcome(&self.input, &user);
-        match self.options.vertices {
-            None => {
-                writing::write_user(&self.output, &user)?;
-                Ok(self.finish(outcome, &user.mesh))
-            }
-            Some(vertices) => {
-                let crease = self.options.crease.to_radians();
-                let even = retile(&user.mesh, vertices, crease, session.progress())?;
-                warn_of_count(session, even.positions.len(), vertices);
-                writing::write_mesh(&self.output, &even)?;
-                Ok(self.finish(outcome, &even))
-            }
+        let read = read_with(&self.input, &cleaning)?;
+        warn_of_scales(session, &read.mesh);
+        let mut outcome = read_outcome(&self.input, &read);
+        let mut user = self.retiled(session, &read)?;
+        outcome = with_shape(outcome, &user.mesh);
+        if let Some(wanted) = self.options.vertices {
+            let distance = hausdorff(&read.mesh, &user.mesh) / read.mesh.diagonal();
+            warn_of_count(session, user.mesh.positions.len(), wanted);
+            outcome = outcome
+                .line(format!(
+                    "distance to the input {:.4} % of its diagonal",
+                    100.0 * distance
+                ))
+                .figure("hausdorff_over_diagonal", distance);
         }
-    }
-
-    fn finish(&self, outcome: Outcome, mesh: &TriangleMesh) -> Outcome {
-        with_shape(outcome, mesh).wrote(&self.output).next(format!(
+        if self.wants_field() {
+            outcome = self.with_field(session, outcome, &mut user, &surface_options)?;
+        }
+        writing::write_user(&self.output, &user)?;
+        if let Some(report) = &self.options.report {
+            json_file::write(report, &Value::Object(outcome.figures.clone()))?;
+            outcome = outcome.wrote(report);
+        }
+        let next = format!(
             "mesotex synth X.space.npz X.knn.npz {} -o Y.map.ply",
             self.output.display()
-        ))
+        );
+        Ok(outcome.wrote(&self.output).next(next))
+    }
+
+    fn check(&self, session: &Session) -> Result<SurfaceOptions> {
+        self.options.validate()?;
+        let surface = SurfaceOptions {
+            levels: self.options.levels,
+            seed: session.seed(),
+            ..self.surface.clone()
+        };
+        surface.validate()?;
+        writing::check_name(&self.output)?;
+        let as_ply = self
+            .output
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("ply"));
+        if self.options.orient && !as_ply {
+            return Err(Error::option(
+                "orient",
+                self.output.display().to_string(),
+                "an output that ends in .ply",
+            ));
+        }
+        Ok(surface)
+    }
+
+    fn wants_field(&self) -> bool {
+        self.options.orient || self.options.report.is_some() || self.options.pictures.is_some()
+    }
+
+    /// The mesh itself, or its even retiling.
+    fn retiled(&self, session: &Session, read: &UserMesh) -> Result<UserMesh> {
+        let Some(vertices) = self.options.vertices else {
+            return Ok(read.clone());
+        };
+        let crease = self.surface.crease.to_radians();
+        let mesh = retile(&read.mesh, vertices, crease, session.progress())?;
+        Ok(UserMesh {
+            from_file: (0..mesh.positions.len() as u32).collect(),
+            mesh,
+            ..UserMesh::default()
+        })
+    }
+
+    fn with_field(
+        &self,
+        session: &Session,
+        outcome: Outcome,
+        user: &mut UserMesh,
+        options: &SurfaceOptions,
+    ) -> Result<Outcome> {
+        let oriented = Oriented::new(user, options)?;
+        let mut outcome = oriented.describe(outcome, user);
+        if self.options.report.is_some() || self.options.pictures.is_some() {
+            let folder = cache::folder_of(&self.output);
+            let surface = prepare(user, options, Some(&folder), session.progress())?;
+            outcome = describe_levels(outcome, &surface);
+            if let Some(folder) = &self.options.pictures {
+                outcome = draw(outcome, folder, user, &oriented, &surface)?;
+            }
+        }
+        if self.options.orient {
+            user.orientation = Some(oriented.directions());
+        }
+        Ok(outcome)
     }
 }
 
-/// Adds a mesh's size and shape to a report.
-pub fn with_shape(outcome: Outcome, mesh: &TriangleMesh) -> Outcome {
-    let shape = Topology::new(&mesh.triangles).shape(mesh);
+/// A user's mesh with its field.
+struct Oriented {
+    rings: Rings,
+    field: Field,
+    singular: Vec<Singularity>,
+    texel: f64,
+}
+
+impl Oriented {
+    fn new(user: &UserMesh, options: &SurfaceOptions) -> Result<Self> {
+        let rings = Rings::new(&user.mesh, &Topology::new(&user.mesh.triangles));
+        let texel = options.texel_on(&user.mesh)?;
+        let canvas = Canvas {
+            user,
+            rings: &rings,
+            tree: &SurfaceTree::new(&user.mesh),
+            texel,
+        };
+        let field = guided_field(canvas, &options.guides(), options.seed)?;
+        let singular = singularities(&user.mesh, &rings, &field.vectors);
+        Ok(Self {
+            rings,
+            field,
+            singular,
+            texel,
+        })
+    }
+
+    fn directions(&self) -> Vec<Vec3> {
+        let angles = self.field.angles();
+        let direction = |vertex: usize| match self.rings.edges.row(vertex).is_empty() {
+            true => Vec3::X,
+            false => self.rings.direction(vertex, angles[vertex]),
+        };
+        (0..angles.len()).map(direction).collect()
+    }
+
+    fn describe(&self, outcome: Outcome, user: &UserMesh) -> Outcome {
+        let sum: i32 = self.singular.iter().map(|s| s.index).sum();
+        let list: Vec<Value> = self
+            .singular
+            .iter()
+            .map(|s| {
+                let centre = pictures::centroid(&user.mesh, s.triangle as usize);
+                json!({ "triangle": s.triangle, "index": s.index, "position": centre.to_array() })
+            })
+            .collect();
+        let energy = self.field.energy;
+        outcome
+            .line(format!(
+                "field: {} singular triangles, index sum {sum}, smoothness energy {energy:.6e}",
+                list.len()
+            ))
+            .figure("field_energy", energy)
+            .figure("singularity_index_sum", sum)
+            .figure("singularities", list)
+    }
+
+    /// Mean distortion of the chart round each vertex.
+    fn distortion(&self, user: &UserMesh) -> Vec<f32> {
+        let connection = Connection::new(&self.rings, &self.field.angles());
+        let texels = vec![self.texel as f32; user.mesh.positions.len()];
+        let patches = Patches {
+            mesh: &user.mesh,
+            connection: &connection,
+            texels: &texels,
+        };
+        distortion(patches, DISTORTION_RADIUS)
+    }
+}
+
+fn shape_of(mesh: &TriangleMesh) -> Shape {
+    Topology::new(&mesh.triangles).shape(mesh)
+}
+
+pub(super) fn with_shape(outcome: Outcome, mesh: &TriangleMesh) -> Outcome {
+    let shape = shape_of(mesh);
+    let even = evenness(mesh);
     let texel = (mesh.area() / mesh.referenced_count() as f64).sqrt();
     outcome
         .line(format!(
@@ -137,7 +344,12 @@ pub fn with_shape(outcome: Outcome, mesh: &TriangleMesh) -> Outcome {
             shape.boundaries,
             shape.euler_characteristic
         ))
-        .line(format!("area {:.6}, default texel {texel:.6}", mesh.area()))
+        .line(format!(
+            "area {:.6}, default texel {texel:.6}; edges vary by {:.3}, smallest angle of 99 % of triangles {:.1}°",
+            mesh.area(),
+            even.edge_variation,
+            even.smallest_angle_of_99_percent
+        ))
         .figure("vertices", mesh.positions.len())
         .figure("triangles", mesh.triangles.len())
         .figure("components", shape.components)
@@ -145,10 +357,89 @@ pub fn with_shape(outcome: Outcome, mesh: &TriangleMesh) -> Outcome {
         .figure("euler_characteristic", shape.euler_characteristic)
         .figure("area", mesh.area())
         .figure("texel", texel)
+        .figure("evenness", json!(even))
 }
 
-/// Begins a report: what was read, and what was repaired.
-pub fn read_outcome(input: &Path, user: &UserMesh) -> Outcome {
+fn describe_levels(outcome: Outcome, surface: &Surface) -> Outcome {
+    let levels = surface.meshes.iter().zip(&surface.samples);
+    let figures: Vec<Value> = levels
+        .map(|(mesh, samples)| {
+            let shape = shape_of(mesh);
+            json!({
+                "vertices": mesh.positions.len(),
+                "boundaries": shape.boundaries,
+                "euler_characteristic": shape.euler_characteristic,
+                "evenness": evenness(mesh),
+                "samples_with_value": samples.valued,
+                "samples_outside": samples.outside,
+                "samples_folded": samples.folded,
+            })
+        })
+        .collect();
+    let counts: Vec<String> = surface
+        .meshes
+        .iter()
+        .map(|mesh| mesh.positions.len().to_string())
+        .collect();
+    let folded: u64 = surface.samples.iter().map(|samples| samples.folded).sum();
+    outcome
+        .line(format!(
+            "levels of {} vertices; {folded} samples folded and left without value",
+            counts.join(", ")
+        ))
+        .figure("levels", figures)
+}
+
+fn draw(
+    outcome: Outcome,
+    folder: &Path,
+    user: &UserMesh,
+    oriented: &Oriented,
+    surface: &Surface,
+) -> Result<Outcome> {
+    fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
+    let bent = oriented.distortion(user);
+    let mean = bent.iter().sum::<f32>() / bent.len() as f32;
+    let mut all = vec![
+        (
+            "field".to_owned(),
+            pictures::field(
+                &user.mesh,
+                &oriented.rings,
+                &oriented.field,
+                &oriented.singular,
+            ),
+        ),
+        (
+            "distortion".to_owned(),
+            pictures::heat(&user.mesh, &bent, MOST_DISTORTION),
+        ),
+    ];
+    let levels = surface.meshes.iter().enumerate();
+    all.extend(levels.map(|(number, mesh)| (format!("level{number}"), pictures::level(mesh))));
+    let mut outcome = outcome
+        .line(format!(
+            "patches bend lengths by {:.2} % on the average",
+            100.0 * mean
+        ))
+        .figure("mean_distortion", mean);
+    for (name, picture) in all {
+        for path in write_picture(folder, &name, &picture)? {
+            outcome = outcome.wrote(&path);
+        }
+    }
+    Ok(outcome)
+}
+
+fn write_picture(folder: &Path, name: &str, picture: &Picture) -> Result<[PathBuf; 2]> {
+    let [ply, png] = ["ply", "png"].map(|extension| folder.join(format!("{name}.{extension}")));
+    picture.write(&ply)?;
+    let pixels = preview::vertex_colors(&picture.mesh, &picture.colors, PICTURE)?;
+    image::write_png(&png, PICTURE[0], PICTURE[1], &pixels)?;
+    Ok([ply, png])
+}
+
+pub(super) fn read_outcome(input: &Path, user: &UserMesh) -> Outcome {
     let mut outcome = Outcome::default().line(format!(
         "read {}: {} vertices, {} triangles",
         input.display(),
@@ -158,7 +449,29 @@ pub fn read_outcome(input: &Path, user: &UserMesh) -> Outcome {
     for line in user.report.lines() {
         outcome = outcome.line(format!("repair: {line}"));
     }
-    outcome.figure("repairs", json!(user.report))
+    outcome
+        .figure("repairs", json!(user.report))
+        .figure("file_vertices", user.from_file.len())
+}
+
+/// Components this many times smaller than the largest are far apart in scale.
+const SCALE_RATIO: f32 = 1000.0;
+
+/// Says so when components differ so much in size that one texel cannot suit all.
+fn warn_of_scales(session: &Session, mesh: &TriangleMesh) {
+    let sizes = crate::mesh::topology::component_diagonals(mesh);
+    let largest = sizes.iter().copied().fold(0.0, f32::max);
+    let small = sizes
+        .iter()
+        .filter(|&&size| size * SCALE_RATIO < largest)
+        .count();
+    if small > 0 {
+        session.progress().warn(format!(
+            "{small} components are more than {SCALE_RATIO} times smaller than the largest, too small for its texel; \
+             drop them with --specks {}",
+            1.0 / SCALE_RATIO
+        ));
+    }
 }
 
 fn warn_of_count(session: &Session, found: usize, wanted: usize) {

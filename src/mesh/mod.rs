@@ -2,14 +2,18 @@
 //! stencils, a pyramid. Nothing here knows of textures.
 
 pub mod builtin;
+pub mod cache;
 pub mod chart;
 pub mod cleaning;
 pub mod connection;
+pub mod distortion;
 pub mod field;
 pub mod frame;
 pub mod hierarchy;
 pub mod parents;
 pub mod patches;
+pub mod pictures;
+pub mod quality;
 pub mod reading;
 pub mod retile;
 pub mod rings;

@@ -15,7 +15,7 @@ use crate::mesh::triangle_mesh::TriangleMesh;
 /// another part of the surface.
 const REACH: f32 = 2.0;
 
-/// Parent points of all vertices; `None` for one in no triangle. Where the normal meets nothing
+/// Parent points of all vertices; nowhere for one in no triangle. Where the normal meets nothing
 /// near that faces the same way, the nearest point that does, or else the nearest, stands in;
 /// `coarse_texel` is the coarser level's texel in mesh units.
 pub fn parent_points(
@@ -23,7 +23,7 @@ pub fn parent_points(
     normals: &[Vec3],
     coarse: &SurfaceTree,
     coarse_texel: f32,
-) -> Vec<Option<SurfacePoint>> {
+) -> Vec<SurfacePoint> {
     let referenced = mesh.referenced();
     (0..mesh.positions.len())
         .into_par_iter()
@@ -35,11 +35,14 @@ pub fn parent_points(
                 (b - a).cross(c - a).dot(normal) > 0.0
             };
             let reach = REACH * coarse_texel;
-            referenced[vertex].then_some(())?;
+            if !referenced[vertex] {
+                return SurfacePoint::NOWHERE;
+            }
             coarse
                 .along_line(point, normal, reach)
                 .or_else(|| coarse.nearest_accepted(point, 2.0 * reach, facing))
                 .or_else(|| coarse.nearest(point))
+                .unwrap_or(SurfacePoint::NOWHERE)
         })
         .collect()
 }

@@ -122,52 +122,59 @@ impl Patches<'_> {
     pub fn round_points(
         &self,
         template: &Template,
-        points: &[Option<SurfacePoint>],
+        points: &[SurfacePoint],
         children: &Connection,
         texels: &[f32],
     ) -> (Stencils, Vec<Parent>) {
         let binned = BinnedTemplate::new(template);
         let radius = binned.radius();
-        let count = points.len();
-        let parents: Vec<Parent> = (0..count)
-            .into_par_iter()
-            .map(|child| match &points[child] {
-                Some(point) => {
-                    let seeds = seeds(self.mesh, self.connection, point, &children.frames[child]);
-                    nearest_corner(point, &seeds, texels[child])
+        let rows = Rows::collect(
+            points.len(),
+            || {
+                let grower = ChartGrower::new(self.mesh.positions.len());
+                (grower, Sampler::new(self.mesh, self.connection, &binned))
+            },
+            |(grower, sampler), child, out| {
+                if !points[child].is_somewhere() {
+                    out.extend(std::iter::repeat_n(PackedSample::OUTSIDE, binned.len()));
+                    return;
                 }
-                None => Parent {
+                let seeds = self.seeds(points, children, child);
+                let placed = grower
+                    .grow(self.connection, &seeds, radius * texels[child])
+                    .to_vec();
+                sampler.locate(grower, &placed, texels[child], out);
+            },
+        );
+        let parents = (0..points.len())
+            .into_par_iter()
+            .map(|child| match points[child].is_somewhere() {
+                true => nearest_corner(
+                    &points[child],
+                    &self.seeds(points, children, child),
+                    texels[child],
+                ),
+                false => Parent {
                     site: 0,
                     x: 0.0,
                     y: 0.0,
                 },
             })
             .collect();
-        let rows = Rows::collect(
-            count,
-            || {
-                (
-                    ChartGrower::new(self.mesh.positions.len()),
-                    Sampler::new(self.mesh, self.connection, &binned),
-                )
-            },
-            |(grower, sampler), child, out| match &points[child] {
-                Some(point) => {
-                    let seeds = seeds(self.mesh, self.connection, point, &children.frames[child]);
-                    let texel = texels[child];
-                    let placed = grower
-                        .grow(self.connection, &seeds, radius * texel)
-                        .to_vec();
-                    sampler.locate(grower, &placed, texel, out);
-                }
-                None => out.extend(std::iter::repeat_n(PackedSample::OUTSIDE, binned.len())),
-            },
-        );
         let stencils = Stencils {
             samples_per_site: binned.len(),
             cells: self.mesh.triangles.clone(),
             samples: rows.entries,
         };
         (stencils, parents)
+    }
+
+    fn seeds(&self, points: &[SurfacePoint], children: &Connection, child: usize) -> [Placed; 3] {
+        seeds(
+            self.mesh,
+            self.connection,
+            &points[child],
+            &children.frames[child],
+        )
     }
 }

@@ -108,11 +108,11 @@ enum Found {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleCounts {
     /// With a value.
-    pub valued: u32,
+    pub valued: u64,
     /// Outside every patch triangle.
-    pub outside: u32,
+    pub outside: u64,
     /// Marked, because the chart folds there.
-    pub folded: u32,
+    pub folded: u64,
 }
 
 impl std::ops::AddAssign for SampleCounts {

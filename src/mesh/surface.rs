@@ -11,12 +11,13 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::mesh::cache;
 use crate::mesh::connection::Connection;
 use crate::mesh::field::Field;
 use crate::mesh::field::guides::{Alignment, Canvas, GuideOptions, guided_field};
 use crate::mesh::frame::Frame;
 use crate::mesh::hierarchy::{SiteHierarchy, SiteLevel};
-use crate::mesh::parents::parent_points;
+use crate::mesh::parents;
 use crate::mesh::patches::Patches;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::relax::Target;
@@ -154,6 +155,9 @@ pub struct Surface {
     pub hierarchy: SiteHierarchy,
     /// Mesh units a texel of the finest level covers.
     pub texel: f64,
+    /// Per level the parent point of each vertex on the next coarser level (nowhere for a vertex in
+    /// no triangle); empty at the coarsest.
+    pub parent_points: Vec<Vec<SurfacePoint>>,
     /// What became of the samples of the fine stencils, per level.
     pub samples: Vec<SampleCounts>,
 }
@@ -166,30 +170,87 @@ struct Level {
     texels: Vec<f32>,
 }
 
-/// Prepares a surface.
+/// Prepares a surface, or takes it from the folder `cache`, where it is then kept.
+///
+/// A cache that cannot be read or written costs a warning, no more.
 pub fn prepare(
     user: &UserMesh,
     options: &SurfaceOptions,
     cache: Option<&Path>,
     progress: Progress<'_>,
 ) -> Result<Surface> {
-    let _ = cache;
     options.validate()?;
-    let area = user.mesh.area();
-    let referenced = user.mesh.referenced_count();
-    if area <= 0.0 || referenced == 0 {
-        return Err(Error::data("mesh", "no triangle has an area"));
+    let Some(folder) = cache else {
+        return prepare_afresh(user, options, progress);
+    };
+    let file = cache::file(folder, &cache::key(user, options)?);
+    if file.exists() {
+        match cache::read(&file) {
+            Ok(surface) => return Ok(surface),
+            Err(error) => progress.warn(format!("the cached surface is made again: {error}")),
+        }
     }
-    let texel = options.texel.unwrap_or((area / referenced as f64).sqrt());
+    let surface = prepare_afresh(user, options, progress)?;
+    if let Err(error) = cache::write(&file, &surface) {
+        progress.warn(format!("the surface is not cached: {error}"));
+    }
+    Ok(surface)
+}
+
+fn prepare_afresh(
+    user: &UserMesh,
+    options: &SurfaceOptions,
+    progress: Progress<'_>,
+) -> Result<Surface> {
+    let texel = options.texel_on(&user.mesh)?;
+    warn_of_texel(&user.mesh, texel, progress);
     let target = Target::new(&user.mesh, options.crease.to_radians());
     let meshes = pyramid(user, &target, options, progress)?;
     progress.begin("orientation field", 1);
     let levels = oriented_levels(user, options, meshes, &target.tree, texel)?;
     progress.advance(1)?;
     progress.end();
-    let surface = assemble(levels, options, texel, progress)?;
-    Ok(surface)
+    assemble(levels, options, texel, progress)
 }
+
+impl SurfaceOptions {
+    /// Mesh units a texel covers on a mesh: as asked, or √(area / referenced vertices).
+    pub fn texel_on(&self, mesh: &TriangleMesh) -> Result<f64> {
+        let area = mesh.area();
+        if !(area > 0.0 && area.is_finite()) {
+            return Err(Error::data("mesh", format!("area {area}")).expected("a surface"));
+        }
+        Ok(self
+            .texel
+            .unwrap_or_else(|| (area / mesh.referenced_count() as f64).sqrt()))
+    }
+}
+
+/// Vertices a texel, and texels a vertex, beyond which a texel is hardly meant.
+const VERTICES_A_TEXEL: f64 = 16.0;
+const TEXELS_A_VERTEX: f64 = 64.0;
+
+/// Says so when the texel hardly fits the mesh, before work is wasted.
+fn warn_of_texel(mesh: &TriangleMesh, texel: f64, progress: Progress<'_>) {
+    let share = mesh.area() / mesh.referenced_count() as f64;
+    if texel * texel > VERTICES_A_TEXEL * share {
+        progress.warn(format!(
+            "a texel of {texel} covers {:.0} vertices: patches are large and slow, and detail below it is lost; \
+             ask for a smaller --texel or fewer vertices",
+            texel * texel / share
+        ));
+    }
+    if texel * texel * TEXELS_A_VERTEX < share {
+        progress.warn(format!(
+            "a vertex stands for {:.0} texels of {texel}: the texture is undersampled; retile the mesh \
+             with mesotex mesh --vertices N, or ask for a larger --texel",
+            share / (texel * texel)
+        ));
+    }
+}
+
+/// No level is asked to have fewer vertices.
+const FEWEST_VERTICES: usize = 4;
 
 /// Level 0 and its retiled quarters.
 fn pyramid(
@@ -200,7 +261,7 @@ fn pyramid(
 ) -> Result<Vec<TriangleMesh>> {
     let mut meshes = vec![user.mesh.clone()];
     for level in 1..options.levels {
-        let wanted = (user.mesh.referenced_count() >> (2 * level)).max(4);
+        let wanted = (user.mesh.referenced_count() >> (2 * level)).max(FEWEST_VERTICES);
         let finer = &meshes[level as usize - 1];
         let coarser = retile_onto(finer, target, wanted, options.crease.to_radians(), progress)?;
         meshes.push(coarser);
@@ -315,15 +376,16 @@ fn assemble(
     let fine_template = Template::square(options.neighborhood);
     let coarse_template = Template::square(options.coarse_neighborhood);
     let mut hierarchy = SiteHierarchy::default();
-    let mut samples = Vec::new();
+    let (mut samples, mut parent_points) = (Vec::new(), Vec::new());
     for (number, level) in levels.iter().enumerate() {
         let patches = level.patches();
         let own = patches.round_vertices(&fine_template, options.neighborhood as f32 / 2.0);
+        let mut points = Vec::new();
         let above = levels.get(number + 1).map(|coarser| {
             let coarse_texels: Vec<f32> = level.texels.iter().map(|texel| 2.0 * texel).collect();
             let coarse_texel = (texel * f64::from(2u32 << number)) as f32;
             let tree = SurfaceTree::new(&coarser.mesh);
-            let points = parent_points(&level.mesh, &level.rings.normals, &tree, coarse_texel);
+            points = parents::parent_points(&level.mesh, &level.rings.normals, &tree, coarse_texel);
             coarser.patches().round_points(
                 &coarse_template,
                 &points,
@@ -333,6 +395,7 @@ fn assemble(
         });
         let (coarse, parents) = above.unzip();
         samples.push(own.counts);
+        parent_points.push(points);
         hierarchy.levels.push(SiteLevel {
             site_count: level.mesh.positions.len(),
             fine: own.stencils,
@@ -349,6 +412,7 @@ fn assemble(
         normals: Vec::new(),
         frames: Vec::new(),
         hierarchy,
+        parent_points,
         texel,
         samples,
     };
@@ -480,6 +544,70 @@ mod tests {
         assert_eq!(
             (surface.normals[0][0], surface.frames[0][0].s),
             (Vec3::Z, Vec3::X)
+        );
+    }
+
+    #[test]
+    fn a_cached_surface_is_the_same_and_a_damaged_one_is_made_again() {
+        let user = user(shapes::torus(30, 16, 1.0, 0.4));
+        let folder = tempfile::tempdir().unwrap();
+        let options = SurfaceOptions {
+            levels: 2,
+            ..SurfaceOptions::default()
+        };
+        let run = || prepare(&user, &options, Some(folder.path()), Progress::silent()).unwrap();
+        let first = run();
+        assert_eq!(run(), first);
+        let files: Vec<_> = std::fs::read_dir(folder.path())
+            .unwrap()
+            .flatten()
+            .collect();
+        assert_eq!(files.len(), 1);
+        let path = files[0].path();
+        assert!(cache::read(&path).is_ok());
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        assert_eq!(run(), first);
+        assert!(cache::read(&path).is_ok());
+        let other = SurfaceOptions {
+            texel: Some(0.1),
+            ..options.clone()
+        };
+        assert_ne!(
+            cache::key(&user, &options).unwrap(),
+            cache::key(&user, &other).unwrap()
+        );
+    }
+
+    #[test]
+    fn scale_and_rotation_of_a_vertex_act_on_its_own_patch() {
+        let mesh = shapes::grid(16, 16, 0.5);
+        let mut user = user(mesh.clone());
+        let count = mesh.positions.len();
+        user.orientation = Some(vec![Vec3::X; count]);
+        let centre = 8 * 17 + 8;
+        let mut scale = vec![1.0; count];
+        scale[centre] = 2.0;
+        let mut rotation = vec![0.0; count];
+        rotation[centre] = 90.0;
+        (user.scale, user.rotation) = (Some(scale), Some(rotation));
+        let options = SurfaceOptions {
+            levels: 1,
+            texel: Some(0.5),
+            neighborhood: 3,
+            ..SurfaceOptions::default()
+        };
+        let surface = prepare(&user, &options, None, Progress::silent()).unwrap();
+        assert!((surface.frames[0][centre].s - Vec3::Y).length() < 1e-5);
+        let fine = &surface.hierarchy.levels[0].fine;
+        // One texel along s: up the mesh, and a whole unit at scale 2.
+        let (sites, weights) = fine.resolve(fine.of_site(centre)[5]).unwrap();
+        let at: Vec3 = (0..3)
+            .map(|k| mesh.positions[sites[k] as usize] * weights[k])
+            .sum();
+        assert!(
+            (at - mesh.positions[centre] - Vec3::Y).length() < 1e-3,
+            "{at}"
         );
     }
 

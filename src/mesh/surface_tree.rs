@@ -9,14 +9,29 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// A point of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct SurfacePoint {
-    /// The triangle it lies in.
+    /// The triangle it lies in; [`NONE`](crate::mesh::topology::NONE) in [`SurfacePoint::NOWHERE`].
     pub triangle: u32,
     /// Weights of the triangle's corners; they sum to 1, none is negative.
     pub weights: [f32; 3],
     /// Where it is.
     pub position: Vec3,
+}
+
+impl SurfacePoint {
+    /// No point: the parent of a vertex in no triangle.
+    pub const NOWHERE: Self = Self {
+        triangle: crate::mesh::topology::NONE,
+        weights: [0.0; 3],
+        position: Vec3::ZERO,
+    };
+
+    /// Whether this is a point at all.
+    pub fn is_somewhere(&self) -> bool {
+        self.triangle != Self::NOWHERE.triangle
+    }
 }
 
 /// The triangles of a mesh, or any set of segments given as thin triangles, ready for queries.

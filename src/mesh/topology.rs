@@ -2,6 +2,7 @@
 //! characteristic. In: an indexed mesh. Out: flat arrays. Edges with more than two triangles are
 //! left unmatched and listed; [`cleaning`](crate::mesh::cleaning) makes them go away.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -101,10 +102,8 @@ impl Topology {
     pub fn shape(&self, mesh: &TriangleMesh) -> Shape {
         let boundary = self.boundary_half_edges().count();
         let edges = (self.opposite.len() - boundary) / 2 + boundary;
-        let (labels, components) = components(mesh);
-        drop(labels);
         Shape {
-            components,
+            components: components(mesh).1,
             boundaries: self.boundary_loops(&mesh.triangles),
             euler_characteristic: mesh.referenced_count() as i64 - edges as i64
                 + mesh.triangles.len() as i64,
@@ -165,6 +164,22 @@ pub fn components(mesh: &TriangleMesh) -> (Vec<u32>, usize) {
         }
     }
     (labels, count as usize)
+}
+
+/// The diagonal of every component's bounding box, in mesh units.
+pub fn component_diagonals(mesh: &TriangleMesh) -> Vec<f32> {
+    let (labels, count) = components(mesh);
+    let mut boxes: Vec<Option<(Vec3, Vec3)>> = vec![None; count];
+    for &vertex in mesh.triangles.iter().flatten() {
+        let p = mesh.positions[vertex as usize];
+        let held = &mut boxes[labels[vertex as usize] as usize];
+        *held = Some(held.map_or((p, p), |(low, high)| (low.min(p), high.max(p))));
+    }
+    boxes
+        .into_iter()
+        .flatten()
+        .map(|(low, high)| (high - low).length())
+        .collect()
 }
 
 /// The smallest member of an element's set, shortening the way there.

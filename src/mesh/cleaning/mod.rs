@@ -10,7 +10,7 @@ mod welding;
 
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::topology::components;
+use crate::mesh::topology::{component_diagonals, components};
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 pub use manifold::{Split, split_non_manifold};
@@ -172,22 +172,12 @@ fn has_no_area(mesh: &TriangleMesh, triangle: usize) -> bool {
 /// Which triangles to keep: those of components whose bounding box's diagonal is at least
 /// `fraction` of the whole mesh's.
 pub fn without_specks(mesh: &TriangleMesh, fraction: f64, report: &mut RepairReport) -> Vec<bool> {
-    let (labels, count) = components(mesh);
-    let label = |triangle: &[u32; 3]| labels[triangle[0] as usize] as usize;
-    let mut boxes: Vec<Option<(glam::Vec3, glam::Vec3)>> = vec![None; count];
-    for triangle in &mesh.triangles {
-        for &vertex in triangle {
-            let p = mesh.positions[vertex as usize];
-            let held = &mut boxes[label(triangle)];
-            *held = Some(held.map_or((p, p), |(low, high)| (low.min(p), high.max(p))));
-        }
-    }
+    let (labels, _) = components(mesh);
     let least = fraction * f64::from(mesh.diagonal());
-    let large: Vec<bool> = boxes
-        .iter()
-        .map(|b| b.is_some_and(|(low, high)| f64::from((high - low).length()) >= least))
-        .collect();
+    let sizes = component_diagonals(mesh);
+    let large: Vec<bool> = sizes.iter().map(|&size| f64::from(size) >= least).collect();
     report.specks += large.iter().filter(|&&large| !large).count();
+    let label = |triangle: &[u32; 3]| labels[triangle[0] as usize] as usize;
     mesh.triangles
         .iter()
         .map(|triangle| large[label(triangle)])

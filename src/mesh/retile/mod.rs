@@ -187,6 +187,25 @@ mod tests {
     }
 
     #[test]
+    fn small_holes_leave_no_triangle_without_area() {
+        let mut mesh = shapes::grid(30, 30, 1.0);
+        mesh.triangles
+            .retain(|t| !t.contains(&200) && !t.contains(&700));
+        mesh.triangles.remove(900);
+        let shape = Topology::new(&mesh.triangles).shape(&mesh);
+        for count in [400, 3000] {
+            let even = retile(&mesh, count, 0.7, Progress::silent()).unwrap();
+            assert_eq!(Topology::new(&even.triangles).shape(&even), shape);
+            for triangle in 0..even.triangles.len() {
+                assert!(
+                    even.area_normal(triangle).z > 1e-4,
+                    "triangle {triangle} at {count}"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn corners_and_borders_of_a_plate_stay() {
         let mesh = shapes::grid(6, 4, 1.0);
         let even = retile(&mesh, 500, 0.7, Progress::silent()).unwrap();

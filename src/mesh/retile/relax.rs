@@ -38,7 +38,59 @@ pub fn relax(surgery: &mut Surgery, target: &Target) {
         .with_min_len(1024)
         .map(|vertex| relaxed(surgery, target, vertex))
         .collect();
-    surgery.positions = moved;
+    surgery.positions = without_spoiling(surgery, moved);
+}
+
+/// Rounds of taking moves back; if triangles are spoiled even so, no vertex moves.
+const ROUNDS: usize = 12;
+/// A triangle is spoiled when its normal turns farther than this (cosine) …
+const TURN_LIMIT: f32 = 0.2;
+/// … or its doubled area falls below this share of its longest edge squared.
+const SLIVER: f32 = 1e-2;
+
+/// Takes back the moves that would turn a triangle over or flatten it.
+fn without_spoiling(surgery: &Surgery, mut moved: Vec<Vec3>) -> Vec<Vec3> {
+    for _ in 0..ROUNDS {
+        let spoiled: Vec<[u32; 3]> = surgery
+            .triangles
+            .par_iter()
+            .copied()
+            .filter(|triangle| triangle[0] != NONE && is_spoiled(surgery, &moved, *triangle))
+            .collect();
+        if spoiled.is_empty() {
+            return moved;
+        }
+        for vertex in spoiled.into_iter().flatten() {
+            moved[vertex as usize] = surgery.positions[vertex as usize];
+        }
+    }
+    surgery.positions.clone()
+}
+
+fn is_spoiled(surgery: &Surgery, moved: &[Vec3], triangle: [u32; 3]) -> bool {
+    let still = triangle
+        .iter()
+        .all(|&v| moved[v as usize] == surgery.positions[v as usize]);
+    if still {
+        return false;
+    }
+    // The unit normal, and the doubled area over the longest edge squared.
+    let measure = |positions: &[Vec3]| {
+        let [a, b, c] = triangle.map(|v| positions[v as usize]);
+        let longest = a
+            .distance_squared(b)
+            .max(b.distance_squared(c))
+            .max(c.distance_squared(a));
+        let normal = (b - a).cross(c - a);
+        (
+            normal.normalize_or_zero(),
+            normal.length() / longest.max(f32::MIN_POSITIVE),
+        )
+    };
+    let ((before, full), (after, left)) = (measure(&surgery.positions), measure(moved));
+    // A sliver's normal says nothing; it may only get better.
+    let turned = full >= SLIVER && before.dot(after) < TURN_LIMIT;
+    turned || (left < SLIVER && left < full)
 }
 
 fn relaxed(surgery: &Surgery, target: &Target, vertex: u32) -> Vec3 {

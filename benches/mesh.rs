@@ -1,0 +1,73 @@
+//! Mesh preparation at its users' sizes: `cargo bench --bench mesh`.
+
+use divan::Bencher;
+use mesotex::mesh::builtin::kettlebell;
+use mesotex::mesh::connection::Connection;
+use mesotex::mesh::field::{Wishes, orientation_field};
+use mesotex::mesh::patches::Patches;
+use mesotex::mesh::reading::UserMesh;
+use mesotex::mesh::retile::retile;
+use mesotex::mesh::rings::Rings;
+use mesotex::mesh::stencil::Template;
+use mesotex::mesh::surface::{SurfaceOptions, prepare};
+use mesotex::mesh::topology::Topology;
+use mesotex::mesh::triangle_mesh::TriangleMesh;
+use mesotex::progress::Progress;
+
+const VERTICES: usize = 250_000;
+const CREASE: f64 = 0.7;
+
+fn main() {
+    divan::main();
+}
+
+fn even(vertices: usize) -> TriangleMesh {
+    retile(&kettlebell(40_000), vertices, CREASE, Progress::silent()).unwrap_or_default()
+}
+
+fn user(mesh: TriangleMesh) -> UserMesh {
+    UserMesh {
+        from_file: (0..mesh.positions.len() as u32).collect(),
+        mesh,
+        ..UserMesh::default()
+    }
+}
+
+/// 40,000 vertices to 250,000.
+#[divan::bench(sample_count = 3)]
+fn retile_to_250k(bencher: Bencher) {
+    let mesh = kettlebell(40_000);
+    bencher.bench_local(|| retile(&mesh, VERTICES, CREASE, Progress::silent()));
+}
+
+/// Pyramid of 4 levels, field, parents, two-level stencils.
+#[divan::bench(sample_count = 3)]
+fn prepare_250k(bencher: Bencher) {
+    let user = user(even(VERTICES));
+    let options = SurfaceOptions::default();
+    bencher.bench_local(|| prepare(&user, &options, None, Progress::silent()));
+}
+
+/// The field alone: the smallest eigenvector of the connection Laplacian.
+#[divan::bench(sample_count = 3)]
+fn field_250k(bencher: Bencher) {
+    let mesh = even(VERTICES);
+    let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
+    bencher.bench_local(|| orientation_field(&mesh, &rings, &Wishes::default(), 0));
+}
+
+/// 7×7 stencils and neighbours of every vertex.
+#[divan::bench(sample_count = 3)]
+fn stencils_250k(bencher: Bencher) {
+    let mesh = even(VERTICES);
+    let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
+    let connection = Connection::new(&rings, &vec![0.0; mesh.positions.len()]);
+    let texel = (mesh.area() / VERTICES as f64).sqrt() as f32;
+    let texels = vec![texel; mesh.positions.len()];
+    let patches = Patches {
+        mesh: &mesh,
+        connection: &connection,
+        texels: &texels,
+    };
+    bencher.bench_local(|| patches.round_vertices(&Template::square(7), 3.5));
+}

@@ -1,0 +1,293 @@
+//! Prepared surfaces kept beside the mesh, in a folder that may be deleted at any time: one file
+//! for each hash of all that went in.
+
+use std::path::{Path, PathBuf};
+
+use bytemuck::Pod;
+use glam::Vec3;
+use ndarray::{Array1, ArrayView1};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, json};
+
+use crate::error::{Error, Result};
+use crate::format::id::ContentId;
+use crate::format::npz;
+use crate::mesh::frame::Frame;
+use crate::mesh::hierarchy::{NeighborLists, SiteHierarchy, SiteLevel};
+use crate::mesh::reading::UserMesh;
+use crate::mesh::sampling::SampleCounts;
+use crate::mesh::stencil::Stencils;
+use crate::mesh::surface::{Surface, SurfaceOptions};
+use crate::mesh::triangle_mesh::TriangleMesh;
+
+/// Changes whenever the same input would give another surface.
+const VERSION: u32 = 1;
+
+/// The folder that belongs to a mesh file: `MESH.mesotex-cache`.
+pub fn folder_of(mesh: &Path) -> PathBuf {
+    let mut name = mesh.file_name().unwrap_or_default().to_os_string();
+    name.push(".mesotex-cache");
+    mesh.with_file_name(name)
+}
+
+/// The hash of everything a prepared surface depends on; a guide file counts by its content.
+pub fn key(user: &UserMesh, options: &SurfaceOptions) -> Result<ContentId> {
+    let mut hasher = blake3::Hasher::new();
+    let mut section = |name: &str, bytes: &[u8]| {
+        hasher.update(name.as_bytes());
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update_rayon(bytes);
+    };
+    section("version", &VERSION.to_le_bytes());
+    section("positions", bytemuck::cast_slice(&user.mesh.positions));
+    section("triangles", bytemuck::cast_slice(&user.mesh.triangles));
+    section("orientation", bytes_of(user.orientation.as_deref()));
+    section("scale", bytes_of(user.scale.as_deref()));
+    section("rotation", bytes_of(user.rotation.as_deref()));
+    section("uvs", bytes_of(user.corner_uvs.as_deref()));
+    section("vertices", bytes_of(Some(&user.from_file)));
+    let guide = match &options.guide {
+        Some(path) => std::fs::read(path).map_err(Error::io(path, "read"))?,
+        None => Vec::new(),
+    };
+    section("guide", &guide);
+    let told = SurfaceOptions {
+        guide: None,
+        ..options.clone()
+    };
+    section("options", format!("{told:?}").as_bytes());
+    Ok(ContentId::of_hash(&hasher.finalize()))
+}
+
+fn bytes_of<T: Pod>(list: Option<&[T]>) -> &[u8] {
+    bytemuck::cast_slice(list.unwrap_or_default())
+}
+
+/// The file of a key.
+pub fn file(folder: &Path, key: &ContentId) -> PathBuf {
+    folder.join(format!("{key}.surface.npz"))
+}
+
+#[derive(Deserialize)]
+struct Meta {
+    texel: f64,
+    levels: Vec<LevelMeta>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct LevelMeta {
+    samples_per_site: usize,
+    coarse_samples_per_site: Option<usize>,
+    counts: [u64; 3],
+}
+
+/// Writes a surface, making the folder if need be.
+pub fn write(path: &Path, surface: &Surface) -> Result<()> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
+    }
+    let levels: Vec<LevelMeta> = surface
+        .hierarchy
+        .levels
+        .iter()
+        .zip(&surface.samples)
+        .map(|(level, counts)| LevelMeta {
+            samples_per_site: level.fine.samples_per_site,
+            coarse_samples_per_site: level.coarse.as_ref().map(|coarse| coarse.samples_per_site),
+            counts: [counts.valued, counts.outside, counts.folded],
+        })
+        .collect();
+    let mut meta = Map::new();
+    meta.insert("texel".into(), json!(surface.texel));
+    meta.insert("levels".into(), json!(levels));
+    npz::write(path, meta, |writer| {
+        for (number, level) in surface.hierarchy.levels.iter().enumerate() {
+            let mut put = |name: &str, bytes: &[u8]| {
+                writer.array(&format!("L{number}/{name}"), ArrayView1::from(bytes))
+            };
+            put(
+                "positions",
+                bytemuck::cast_slice(&surface.meshes[number].positions),
+            )?;
+            put(
+                "triangles",
+                bytemuck::cast_slice(&surface.meshes[number].triangles),
+            )?;
+            put("normals", bytemuck::cast_slice(&surface.normals[number]))?;
+            let orientations: Vec<Vec3> = surface.frames[number].iter().map(|f| f.s).collect();
+            put("orientations", bytemuck::cast_slice(&orientations))?;
+            put("samples", bytemuck::cast_slice(&level.fine.samples))?;
+            if let Some(coarse) = &level.coarse {
+                put("coarse_samples", bytemuck::cast_slice(&coarse.samples))?;
+            }
+            put(
+                "neighbor_starts",
+                bytemuck::cast_slice(&level.neighbors.starts),
+            )?;
+            put("neighbors", bytemuck::cast_slice(&level.neighbors.entries))?;
+            put("parents", bytemuck::cast_slice(&level.parents))?;
+            put(
+                "parent_points",
+                bytemuck::cast_slice(&surface.parent_points[number]),
+            )?;
+            put("areas", bytemuck::cast_slice(&level.areas))?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+/// Reads a surface back; a file that does not hold together is an error.
+pub fn read(path: &Path) -> Result<Surface> {
+    let mut reader = npz::Reader::open(path)?;
+    let meta: Meta = reader.meta()?;
+    let mut surface = Surface {
+        meshes: Vec::new(),
+        normals: Vec::new(),
+        frames: Vec::new(),
+        hierarchy: SiteHierarchy::default(),
+        parent_points: Vec::new(),
+        texel: meta.texel,
+        samples: Vec::new(),
+    };
+    for (number, level) in meta.levels.iter().enumerate() {
+        read_level(&mut reader, number, level, &mut surface)?;
+    }
+    let triangles: Vec<_> = surface
+        .meshes
+        .iter()
+        .map(|mesh| mesh.triangles.clone())
+        .collect();
+    for (number, level) in surface.hierarchy.levels.iter_mut().enumerate() {
+        if let Some(coarse) = &mut level.coarse {
+            let above = triangles.get(number + 1);
+            coarse.cells = above
+                .cloned()
+                .ok_or_else(|| Error::data("levels", "the coarsest has a coarser one"))?;
+        }
+    }
+    check(&surface).map_err(|error| error.in_file(path))?;
+    Ok(surface)
+}
+
+fn read_level(
+    reader: &mut npz::Reader,
+    number: usize,
+    meta: &LevelMeta,
+    surface: &mut Surface,
+) -> Result<()> {
+    let mesh = TriangleMesh {
+        positions: list(reader, number, "positions")?,
+        triangles: list(reader, number, "triangles")?,
+    };
+    let normals: Vec<Vec3> = list(reader, number, "normals")?;
+    let orientations: Vec<Vec3> = list(reader, number, "orientations")?;
+    let frame = |(&n, &s): (&Vec3, &Vec3)| Frame {
+        s,
+        t: n.cross(s),
+        n,
+    };
+    surface
+        .frames
+        .push(normals.iter().zip(&orientations).map(frame).collect());
+    let coarse = match meta.coarse_samples_per_site {
+        Some(samples_per_site) => Some(Stencils {
+            samples_per_site,
+            cells: Vec::new(),
+            samples: list(reader, number, "coarse_samples")?,
+        }),
+        None => None,
+    };
+    surface.hierarchy.levels.push(SiteLevel {
+        site_count: mesh.positions.len(),
+        fine: Stencils {
+            samples_per_site: meta.samples_per_site,
+            cells: mesh.triangles.clone(),
+            samples: list(reader, number, "samples")?,
+        },
+        coarse,
+        neighbors: NeighborLists {
+            starts: list(reader, number, "neighbor_starts")?,
+            entries: list(reader, number, "neighbors")?,
+        },
+        parents: list(reader, number, "parents")?,
+        areas: list(reader, number, "areas")?,
+    });
+    surface
+        .parent_points
+        .push(list(reader, number, "parent_points")?);
+    surface.meshes.push(mesh);
+    surface.normals.push(normals);
+    let [valued, outside, folded] = meta.counts;
+    surface.samples.push(SampleCounts {
+        valued,
+        outside,
+        folded,
+    });
+    Ok(())
+}
+
+fn list<T: Pod>(reader: &mut npz::Reader, level: usize, name: &str) -> Result<Vec<T>> {
+    let name = format!("L{level}/{name}");
+    let bytes: Array1<u8> = reader.array(&name)?;
+    let bytes = bytes.as_slice().unwrap_or_default();
+    if !bytes.len().is_multiple_of(size_of::<T>()) {
+        return Err(reader.fault(&name, format!("{} bytes", bytes.len())));
+    }
+    Ok(bytemuck::pod_collect_to_vec(bytes))
+}
+
+/// Checks that all lists of a surface have the length they should and point to what is there.
+fn check(surface: &Surface) -> Result<()> {
+    for (number, level) in surface.hierarchy.levels.iter().enumerate() {
+        let sites = level.site_count;
+        let cells = surface.meshes[number].triangles.len() as u32;
+        let above = surface.meshes.get(number + 1);
+        let sites_above = above.map_or(0, |mesh| mesh.positions.len());
+        let cells_above = above.map_or(0, |mesh| mesh.triangles.len() as u32);
+        let within = |stencils: &Stencils, cells: u32| {
+            stencils.samples.len() == sites * stencils.samples_per_site
+                && stencils
+                    .samples
+                    .iter()
+                    .all(|s| s.cell == u32::MAX || s.cell < cells)
+        };
+        let starts = &level.neighbors.starts;
+        let sound = surface.meshes[number]
+            .triangles
+            .iter()
+            .flatten()
+            .all(|&v| (v as usize) < sites)
+            && [
+                surface.normals[number].len(),
+                surface.frames[number].len(),
+                level.areas.len(),
+            ] == [sites; 3]
+            && within(&level.fine, cells)
+            && level
+                .coarse
+                .as_ref()
+                .is_none_or(|coarse| within(coarse, cells_above))
+            && level.coarse.is_some() == above.is_some()
+            && starts.len() == sites + 1
+            && starts.windows(2).all(|pair| pair[0] <= pair[1])
+            && starts.last().map(|&end| end as usize) == Some(level.neighbors.entries.len())
+            && level
+                .neighbors
+                .entries
+                .iter()
+                .all(|n| (n.site as usize) < sites)
+            && level.parents.len() == if above.is_some() { sites } else { 0 }
+            && level
+                .parents
+                .iter()
+                .all(|p| (p.site as usize) < sites_above);
+        if !sound {
+            return Err(
+                Error::data(format!("L{number}"), "lists that do not belong together")
+                    .advice("delete the folder; it will be made again"),
+            );
+        }
+    }
+    Ok(())
+}
