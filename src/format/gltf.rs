@@ -12,20 +12,16 @@ use glam::{Mat3, Mat4, Vec3};
 use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::Source;
 use gltf::mesh::{Mode, Primitive, Semantic};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
-use crate::format::atomic;
 use crate::format::polygon_mesh::PolygonMesh;
+use crate::format::{atomic, json};
 
 /// Parses a glTF file's bytes; buffers outside lie beside `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
-    // The crate's validation indexes accessors unchecked and panics on some damaged files.
-    let parsed = std::panic::catch_unwind(|| gltf::Gltf::from_slice(bytes)).map_err(|_| {
-        Error::data("glTF", "a reference to an accessor that does not exist")
-            .expected("a sound .glb or .gltf file")
-    })?;
-    let file = parsed.map_err(|error| {
+    check_description(bytes)?;
+    let file = gltf::Gltf::from_slice(bytes).map_err(|error| {
         Error::data("glTF", error.to_string())
             .advice("the file is damaged, or asks for an extension we do not read")
     })?;
@@ -51,6 +47,49 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
     }
     Ok(reading.finish())
 }
+
+/// What the gltf crate takes for granted: a binary header that covers itself, positions that stand
+/// in the list of accessors.
+fn check_description(bytes: &[u8]) -> Result<()> {
+    let text = match bytes.strip_prefix(b"glTF") {
+        Some(rest) => binary_description(bytes, rest)?,
+        None => bytes,
+    };
+    let description: Value = json::parse(text)?;
+    let list = |value: &Value, name: &str| value[name].as_array().cloned().unwrap_or_default();
+    let accessors = list(&description, "accessors").len() as u64;
+    for mesh in list(&description, "meshes") {
+        for primitive in list(&mesh, "primitives") {
+            let position = primitive["attributes"]["POSITION"].as_u64();
+            if let Some(index) = position.filter(|&index| index >= accessors) {
+                return Err(Error::data("POSITION", format!("accessor {index}"))
+                    .expected(format!("below {accessors} accessors")));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The JSON chunk of a binary file.
+fn binary_description<'a>(bytes: &'a [u8], rest: &[u8]) -> Result<&'a [u8]> {
+    let fault =
+        |found: String| Error::data("GLB header", found).expected("lengths inside the file");
+    let number = |at: usize| {
+        let four = rest.get(at..at + 4).and_then(|four| four.try_into().ok());
+        four.map(|four| u32::from_le_bytes(four) as usize)
+            .ok_or_else(|| fault(format!("{} bytes", bytes.len())))
+    };
+    let (length, chunk) = (number(4)?, number(8)?);
+    if length < GLB_HEADER || length > bytes.len() {
+        return Err(fault(format!("length {length} of {} bytes", bytes.len())));
+    }
+    let end = chunk.checked_add(GLB_HEADER);
+    end.and_then(|end| bytes.get(GLB_HEADER..end))
+        .ok_or_else(|| fault(format!("a description of {chunk} bytes")))
+}
+
+/// Bytes before the JSON of a binary file: its own header and the chunk's.
+const GLB_HEADER: usize = 20;
 
 fn buffers(file: &gltf::Gltf, path: &Path) -> Result<Vec<Vec<u8>>> {
     let read = |buffer: gltf::Buffer<'_>| {

@@ -2,9 +2,10 @@
 //!
 //! A front grows from the point in order of distance. A vertex is placed, from each neighbour
 //! already placed, at the neighbour's position plus the edge between them, turned by the rotation
-//! accumulated on the way; the placements are averaged, weighted by inverse edge length (the
-//! upwind average of Schmidt 2013 §3.1). In: a connection, seeds with known positions. Out: the
-//! placed vertices, nearest first. Folds are the sampler's to find
+//! accumulated on the way; the placements that agree are averaged, weighted by inverse edge length
+//! (the upwind average of Schmidt 2013 §3.1). Where the front meets itself behind a narrow part,
+//! placements disagree and the nearer one stands. In: a connection, seeds with known positions.
+//! Out: the placed vertices, nearest first. Folds are the sampler's to find
 //! ([`sampling`](crate::mesh::sampling)).
 
 use std::cmp::Reverse;
@@ -13,6 +14,9 @@ use std::collections::BinaryHeap;
 use glam::Vec2;
 
 use crate::mesh::connection::Connection;
+
+/// Placements of a vertex farther apart than this multiple of the edge do not agree.
+const DISAGREEMENT: f32 = 0.5;
 
 /// A vertex of a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +37,28 @@ struct Tentative {
     weight: f32,
     position_sum: Vec2,
     rotation_sum: Vec2,
+}
+
+impl Tentative {
+    #[inline]
+    fn position(&self) -> Vec2 {
+        self.position_sum / self.weight
+    }
+
+    /// Takes one more placement into account; `weight` is one over the edge's length.
+    #[inline]
+    fn hear(&mut self, position: Vec2, rotation: Vec2, weight: f32) {
+        let apart = self.position_sum - self.weight * position;
+        if self.weight > 0.0 && apart.length() * weight > DISAGREEMENT * self.weight {
+            if position.length_squared() >= self.position().length_squared() {
+                return;
+            }
+            (self.weight, self.position_sum, self.rotation_sum) = (0.0, Vec2::ZERO, Vec2::ZERO);
+        }
+        self.weight += weight;
+        self.position_sum += weight * position;
+        self.rotation_sum += weight * rotation;
+    }
 }
 
 /// Grows charts; keeps its memory from one to the next.
@@ -93,7 +119,7 @@ impl ChartGrower {
             tentative.placed = true;
             let placed = Placed {
                 vertex: tentative.vertex,
-                position: tentative.position_sum / tentative.weight,
+                position: tentative.position(),
                 rotation: tentative.rotation_sum.normalize_or(Vec2::X),
             };
             self.placed.push(placed);
@@ -115,9 +141,7 @@ impl ChartGrower {
     pub fn position_of(&self, vertex: u32) -> Option<Vec2> {
         let (stamp, local) = self.place[vertex as usize];
         let tentative = (stamp == self.stamp).then(|| self.reached[local as usize])?;
-        tentative
-            .placed
-            .then(|| tentative.position_sum / tentative.weight)
+        tentative.placed.then(|| tentative.position())
     }
 
     fn clear(&mut self) {
@@ -158,10 +182,10 @@ impl ChartGrower {
             if !weight.is_finite() {
                 continue;
             }
-            tentative.weight += weight;
-            tentative.position_sum += weight * (from.position + from.rotation.rotate(spoke.edge));
-            tentative.rotation_sum += weight * from.rotation.rotate(spoke.rotation);
-            let distance = (tentative.position_sum / tentative.weight).length();
+            let position = from.position + from.rotation.rotate(spoke.edge);
+            let rotation = from.rotation.rotate(spoke.rotation);
+            tentative.hear(position, rotation, weight);
+            let distance = tentative.position().length();
             self.front.push(Reverse((distance.to_bits(), local)));
         }
     }

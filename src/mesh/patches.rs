@@ -15,6 +15,10 @@ use crate::mesh::triangle_mesh::TriangleMesh;
 /// Vertices a block: one grower serves them one after the other.
 const BLOCK: usize = 4096;
 
+/// A vertex drawn nearer than this share of its distance in space lies in a fold: no way along the
+/// surface is shorter.
+const FOLDED: f32 = 0.8;
+
 /// One level's surface, ready to be walked on.
 #[derive(Clone, Copy)]
 pub struct Patches<'a> {
@@ -48,8 +52,23 @@ struct Block {
 }
 
 impl Block {
-    fn take_neighbors(&mut self, vertex: usize, placed: &[Placed], texel: f32, half_window: f32) {
-        let others = placed.iter().filter(|p| p.vertex as usize != vertex);
+    /// Takes the placed vertices within the window, but those the chart draws nearer than they are:
+    /// they lie in a fold.
+    fn take_neighbors(
+        &mut self,
+        patches: &Patches<'_>,
+        vertex: usize,
+        placed: &[Placed],
+        half_window: f32,
+    ) {
+        let (texel, positions) = (patches.texels[vertex], &patches.mesh.positions);
+        let folded = |p: &Placed| {
+            let real = positions[vertex].distance(positions[p.vertex as usize]);
+            p.position.length() < FOLDED * real
+        };
+        let others = placed
+            .iter()
+            .filter(|p| p.vertex as usize != vertex && !folded(p));
         let near = others.map(|p| Neighbor {
             site: p.vertex,
             x: p.position.x / texel,
@@ -88,7 +107,7 @@ impl Patches<'_> {
                         let slot = out.samples.len() - binned.len() + centre;
                         out.samples[slot] = sampler.stands_on(vertex as u32);
                     }
-                    out.take_neighbors(vertex, &placed, texel, half_window);
+                    out.take_neighbors(self, vertex, &placed, half_window);
                 }
                 out
             })

@@ -20,8 +20,8 @@ use crate::mesh::hierarchy::{SiteHierarchy, SiteLevel};
 use crate::mesh::parents;
 use crate::mesh::patches::Patches;
 use crate::mesh::reading::UserMesh;
+use crate::mesh::retile::Retiler;
 use crate::mesh::retile::relax::Target;
-use crate::mesh::retile::retile_onto;
 use crate::mesh::rings::Rings;
 use crate::mesh::sampling::SampleCounts;
 use crate::mesh::stencil::Template;
@@ -259,11 +259,10 @@ fn pyramid(
     progress: Progress<'_>,
 ) -> Result<Vec<TriangleMesh>> {
     let mut meshes = vec![user.mesh.clone()];
+    let mut retiler = Retiler::new(&user.mesh, target);
     for level in 1..options.levels {
-        let wanted = (user.mesh.referenced_count() >> (2 * level)).max(FEWEST_VERTICES);
-        let finer = &meshes[level as usize - 1];
-        let coarser = retile_onto(finer, target, wanted, options.crease.to_radians(), progress)?;
-        meshes.push(coarser);
+        let wanted = user.mesh.referenced_count() >> (2 * level);
+        meshes.push(retiler.to(wanted.max(FEWEST_VERTICES), progress)?);
     }
     Ok(meshes)
 }

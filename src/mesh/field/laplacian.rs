@@ -2,7 +2,8 @@
 //! tangents changes from vertex to vertex, each carried into the other's plane.
 //!
 //! E(u) = Σ over edges of w_ij |u_i − r_ij u_j|², w the cotangent weights. An edge that is not
-//! Delaunay would have a negative weight; it gets almost none, so that E is never negative.
+//! Delaunay has a negative weight. Where that lets E itself be negative, on triangles far too thin,
+//! such edges get almost none instead.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -13,11 +14,20 @@ use crate::mesh::rows::Rows;
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
-/// The least weight of an edge.
+/// What the weight of an edge may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weights {
+    /// The cotangents, whatever their sign.
+    Cotangent,
+    /// At least a little above nothing.
+    Positive,
+}
+
+/// The least positive weight of an edge.
 const LEAST_WEIGHT: f64 = 1e-4;
 
 /// The weight of every ring entry's edge.
-pub fn edge_weights(mesh: &TriangleMesh, rings: &Rings) -> Vec<f64> {
+pub fn edge_weights(mesh: &TriangleMesh, rings: &Rings, weights: Weights) -> Vec<f64> {
     let half: Vec<f64> = (0..rings.edges.len())
         .into_par_iter()
         .flat_map_iter(|vertex| {
@@ -30,7 +40,10 @@ pub fn edge_weights(mesh: &TriangleMesh, rings: &Rings) -> Vec<f64> {
         .collect();
     let both = |(entry, half_weight): (usize, &f64)| {
         let reverse = rings.edges.entries[entry].reverse as usize;
-        (half_weight + half[reverse]).max(LEAST_WEIGHT)
+        match weights {
+            Weights::Cotangent => half_weight + half[reverse],
+            Weights::Positive => (half_weight + half[reverse]).max(LEAST_WEIGHT),
+        }
     };
     half.iter().enumerate().map(both).collect()
 }
@@ -50,8 +63,8 @@ fn left_cotangent(mesh: &TriangleMesh, from: usize, to: u32, triangle: u32) -> f
 }
 
 /// The matrix of E over all vertices (a vertex in no triangle has an empty row).
-pub fn connection_laplacian(mesh: &TriangleMesh, rings: &Rings) -> Hermitian {
-    let weights = edge_weights(mesh, rings);
+pub fn connection_laplacian(mesh: &TriangleMesh, rings: &Rings, weights: Weights) -> Hermitian {
+    let weights = edge_weights(mesh, rings, weights);
     let entries = (0..rings.edges.entries.len())
         .into_par_iter()
         .map(|entry| Entry {
@@ -62,11 +75,9 @@ pub fn connection_laplacian(mesh: &TriangleMesh, rings: &Rings) -> Hermitian {
     let diagonal = (0..rings.edges.len())
         .map(|vertex| weights[rings.edges.range(vertex)].iter().sum())
         .collect();
-    Hermitian {
-        diagonal,
-        rows: Rows {
-            starts: rings.edges.starts.clone(),
-            entries,
-        },
-    }
+    let rows = Rows {
+        starts: rings.edges.starts.clone(),
+        entries,
+    };
+    Hermitian::new(diagonal, rows)
 }

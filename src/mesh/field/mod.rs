@@ -19,7 +19,7 @@ use rand::Rng;
 
 use crate::error::{Error, Result};
 use crate::mesh::field::hermitian::{Entry, Hermitian, dot};
-use crate::mesh::field::laplacian::connection_laplacian;
+use crate::mesh::field::laplacian::{Weights, connection_laplacian};
 use crate::mesh::field::multigrid::Multigrid;
 use crate::mesh::field::solvers::{smallest_eigenvector, solve};
 use crate::mesh::rings::Rings;
@@ -73,7 +73,7 @@ pub fn orientation_field(
     wishes: &Wishes,
     seed: u64,
 ) -> Result<Field> {
-    let laplacian = connection_laplacian(mesh, rings);
+    let laplacian = connection_laplacian(mesh, rings, Weights::Cotangent);
     let mass: Vec<f64> = mesh.vertex_areas().into_iter().map(f64::from).collect();
     let mut vectors = vec![DVec2::X; mesh.positions.len()];
     let mut fixed = vec![false; mesh.positions.len()];
@@ -82,16 +82,24 @@ pub fn orientation_field(
         fixed[constraint.vertex as usize] = true;
     }
     let parts = by_component(mesh);
+    let mut positive = None;
     for part in 0..parts.len() {
-        let problem = Part {
+        let problem = |laplacian| Part {
             rings,
-            laplacian: &laplacian,
+            laplacian,
             mass: &mass,
             members: parts.row(part),
             fixed: &fixed,
             leanings: &wishes.leanings,
         };
-        problem.solve(&mut vectors, seed, part as u64)?;
+        if problem(&laplacian)
+            .solve(&mut vectors, seed, part as u64)
+            .is_err()
+        {
+            let positive = positive
+                .get_or_insert_with(|| connection_laplacian(mesh, rings, Weights::Positive));
+            problem(positive).solve(&mut vectors, seed, part as u64)?;
+        }
     }
     let energy = rayleigh_quotient(&laplacian, &mass, &vectors);
     Ok(Field { vectors, energy })
@@ -187,7 +195,7 @@ impl Part<'_> {
             .iter()
             .map(|&vertex| self.laplacian.diagonal[vertex as usize] + added(vertex as usize))
             .collect();
-        Hermitian { diagonal, rows }
+        Hermitian::new(diagonal, rows)
     }
 
     /// A shift that keeps the matrix of a flat component definite, far below what matters.
@@ -212,7 +220,10 @@ impl Part<'_> {
             let norm = dot(&guess, &guess).sqrt();
             guess.iter_mut().for_each(|u| *u /= norm);
         }
-        let (_, mut vectors) = smallest_eigenvector(&multigrid, &mass, guess);
+        let (value, mut vectors) = smallest_eigenvector(&multigrid, &mass, guess);
+        if !(value >= 0.0 && vectors.iter().all(|u| u.is_finite())) {
+            return Err(indefinite());
+        }
         self.turn_upright(free, &mut vectors);
         // Of unit length on the average, as wanted directions are.
         let area: f64 = mass.iter().sum();
@@ -324,7 +335,7 @@ mod tests {
     /// The smallest eigenvalue, by dense algebra.
     fn smallest_eigenvalue(mesh: &TriangleMesh, rings: &Rings) -> f64 {
         use nalgebra::{Complex, DMatrix};
-        let laplacian = connection_laplacian(mesh, rings);
+        let laplacian = connection_laplacian(mesh, rings, Weights::Cotangent);
         let scale: Vec<f64> = mesh
             .vertex_areas()
             .iter()

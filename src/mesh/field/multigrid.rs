@@ -227,10 +227,7 @@ fn without_diagonal(mut diagonal: Vec<f64>, rows: &Rows<Entry>) -> Hermitian {
             );
         },
     );
-    Hermitian {
-        diagonal,
-        rows: beside,
-    }
+    Hermitian::new(diagonal, beside)
 }
 
 fn members(aggregates: &Aggregates, count: usize) -> Rows<u32> {

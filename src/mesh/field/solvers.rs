@@ -35,10 +35,11 @@ pub fn solve(multigrid: &Multigrid, b: &[DVec2], x: &mut [DVec2], tolerance: f64
         }
         before = now;
         matrix.apply(&direction, &mut applied);
-        let step = now / dot(&direction, &applied);
-        if !step.is_finite() {
-            return Ok(());
+        let bent = dot(&direction, &applied);
+        if !(bent > 0.0 && now > 0.0) {
+            break;
         }
+        let step = now / bent;
         add_scaled(x, step, &direction);
         add_scaled(&mut residual, -step, &applied);
     }

@@ -12,7 +12,6 @@ pub mod relax;
 pub mod surgery;
 
 use crate::error::{Error, Result};
-use crate::mesh::retile::features::Features;
 use crate::mesh::retile::relax::Target;
 use crate::mesh::retile::surgery::Surgery;
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -22,6 +21,10 @@ use crate::progress::Progress;
 const ROUNDS: usize = 8;
 /// Rounds of turn and relax after the count is met.
 const FINAL_ROUNDS: usize = 3;
+/// Rounds of turning edges to Delaunay, at most.
+const DELAUNAY_ROUNDS: usize = 20;
+/// Sweeps of collapsing a round, at most.
+const COLLAPSE_ROUNDS: usize = 20;
 
 /// The edge length at which `vertices` equilateral triangles' corners cover an area.
 pub fn edge_length(area: f64, vertices: usize) -> f64 {
@@ -35,49 +38,73 @@ pub fn retile(
     crease: f64,
     progress: Progress<'_>,
 ) -> Result<TriangleMesh> {
-    retile_onto(mesh, &Target::new(mesh, crease), vertices, crease, progress)
+    Retiler::new(mesh, &Target::new(mesh, crease)).to(vertices, progress)
 }
 
-/// Retiles a manifold mesh to `vertices` vertices that lie on `target`, a surface close to it;
-/// `crease` in radians.
-pub fn retile_onto(
-    mesh: &TriangleMesh,
-    target: &Target,
-    vertices: usize,
-    crease: f64,
-    progress: Progress<'_>,
-) -> Result<TriangleMesh> {
-    let area = mesh.area();
-    if area <= 0.0 {
-        return Err(Error::data("mesh", "no triangle has an area"));
+/// A mesh being retiled on its own surface, to one count after another.
+///
+/// Lines and corners are those of the first mesh: what a coarse mesh bends by is no crease.
+pub struct Retiler<'a> {
+    surgery: Surgery,
+    target: &'a Target,
+    area: f64,
+}
+
+impl<'a> Retiler<'a> {
+    /// Opens a manifold mesh; `target` is that mesh.
+    pub fn new(mesh: &TriangleMesh, target: &'a Target) -> Self {
+        let features = &target.features;
+        Self {
+            surgery: Surgery::new(mesh, features.sharp.clone(), features.freedom.clone()),
+            area: mesh.area(),
+            target,
+        }
     }
-    let features = Features::find(mesh, crease);
-    let mut surgery = Surgery::new(mesh, features.sharp, features.freedom);
-    progress.begin("retiling", (ROUNDS + FINAL_ROUNDS) as u64);
-    let mut length = edge_length(area, vertices) as f32;
-    for _ in 0..ROUNDS {
-        passes::split_long(&mut surgery, length * 4.0 / 3.0, usize::MAX);
-        while passes::collapse_short(&mut surgery, length * 0.8, length * 4.0 / 3.0, 0)
-            > surgery.vertex_count() / 50
-        {}
-        surgery = order::spatially(&surgery);
-        passes::even_out_valence(&mut surgery);
-        relax::relax(&mut surgery, target);
-        let ratio = surgery.vertex_count() as f32 / vertices as f32;
-        length *= ratio.sqrt().clamp(0.8, 1.25);
-        progress.advance(1)?;
+
+    /// Goes on to `vertices` vertices, or as near as boundaries, creases and topology allow.
+    pub fn to(&mut self, vertices: usize, progress: Progress<'_>) -> Result<TriangleMesh> {
+        if self.area <= 0.0 {
+            return Err(Error::data("mesh", "no triangle has an area"));
+        }
+        progress.begin("retiling", (ROUNDS + FINAL_ROUNDS) as u64);
+        let mut length = edge_length(self.area, vertices) as f32;
+        for _ in 0..ROUNDS {
+            self.round(length);
+            let ratio = self.surgery.vertex_count() as f32 / vertices as f32;
+            length *= ratio.sqrt().clamp(0.8, 1.25);
+            progress.advance(1)?;
+        }
+        meet_count(&mut self.surgery, vertices);
+        for _ in 0..FINAL_ROUNDS {
+            passes::even_out_valence(&mut self.surgery);
+            relax::relax(&mut self.surgery, self.target);
+            progress.advance(1)?;
+        }
+        for _ in 0..DELAUNAY_ROUNDS {
+            if passes::make_delaunay(&mut self.surgery) == 0 {
+                break;
+            }
+            progress.check()?;
+        }
+        progress.end();
+        self.surgery = order::spatially(&self.surgery);
+        Ok(self.surgery.finish())
     }
-    meet_count(&mut surgery, vertices);
-    for _ in 0..FINAL_ROUNDS {
-        passes::even_out_valence(&mut surgery);
-        relax::relax(&mut surgery, target);
-        progress.advance(1)?;
+
+    /// Brings edges near to a length.
+    fn round(&mut self, length: f32) {
+        let surgery = &mut self.surgery;
+        passes::split_long(surgery, length * 4.0 / 3.0, usize::MAX);
+        for _ in 0..COLLAPSE_ROUNDS {
+            let collapsed = passes::collapse_short(surgery, length * 0.8, length * 4.0 / 3.0, 0);
+            if collapsed <= surgery.vertex_count() / 50 {
+                break;
+            }
+        }
+        *surgery = order::spatially(surgery);
+        passes::even_out_valence(surgery);
+        relax::relax(surgery, self.target);
     }
-    while passes::make_delaunay(&mut surgery) > 0 {
-        progress.check()?;
-    }
-    progress.end();
-    Ok(order::spatially(&surgery).finish())
 }
 
 /// Splits the longest or collapses the shortest edges, no two of them near each other in one sweep,
