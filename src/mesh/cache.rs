@@ -17,7 +17,8 @@ use crate::mesh::hierarchy::{NeighborLists, SiteHierarchy, SiteLevel};
 use crate::mesh::reading::UserMesh;
 use crate::mesh::sampling::SampleCounts;
 use crate::mesh::stencil::Stencils;
-use crate::mesh::surface::{Surface, SurfaceOptions};
+use crate::mesh::surface::Surface;
+use crate::mesh::surface_options::SurfaceOptions;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// Changes whenever the same input would give another surface.

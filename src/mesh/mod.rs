@@ -22,6 +22,7 @@ pub mod sampling;
 pub mod shapes;
 pub mod stencil;
 pub mod surface;
+pub mod surface_options;
 pub mod surface_tree;
 pub mod topology;
 pub mod triangle_mesh;

@@ -3,18 +3,16 @@
 //! In: a user's mesh. Out: everything synthesis needs of it, per level; level 0 is the user's own
 //! vertices. Cached beside the mesh by the hash of all that went in.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use clap::Args;
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::mesh::cache;
 use crate::mesh::connection::Connection;
 use crate::mesh::field::Field;
-use crate::mesh::field::guides::{Alignment, Canvas, GuideOptions, guided_field};
+use crate::mesh::field::guides::{Canvas, guided_field};
 use crate::mesh::frame::Frame;
 use crate::mesh::hierarchy::{SiteHierarchy, SiteLevel};
 use crate::mesh::parents;
@@ -25,120 +23,11 @@ use crate::mesh::retile::relax::Target;
 use crate::mesh::rings::Rings;
 use crate::mesh::sampling::SampleCounts;
 use crate::mesh::stencil::Template;
+use crate::mesh::surface_options::{SurfaceOptions, warn_of_texel};
 use crate::mesh::surface_tree::{SurfacePoint, SurfaceTree};
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
-
-/// How a surface is prepared.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
-pub struct SurfaceOptions {
-    /// Levels of the mesh pyramid, each with a quarter of the vertices (Tong 2002 §5.1). Set by
-    /// synthesis.
-    #[arg(skip = SurfaceOptions::default().levels)]
-    pub levels: u32,
-    /// Width of the neighbourhood in texels, odd. Set by the neighbour table in synthesis.
-    #[arg(skip = SurfaceOptions::default().neighborhood)]
-    pub neighborhood: u32,
-    /// Width of the parent level's neighbourhood in texels, odd. Set by the neighbour table.
-    #[arg(skip = SurfaceOptions::default().coarse_neighborhood)]
-    pub coarse_neighborhood: u32,
-    /// Mesh units a texel of the finest level covers. Default: √(area / referenced vertices).
-    #[arg(long)]
-    pub texel: Option<f64>,
-    /// Edges whose triangles turn by more than so many degrees are creases: retiled levels keep
-    /// them.
-    #[arg(long, default_value_t = SurfaceOptions::default().crease)]
-    pub crease: f64,
-    /// Directions the field must take: a JSON file {"guides": [{"vertex": 7, "direction": [x,y,z]},
-    /// {"point": [x,y,z], "direction": [x,y,z]}]}. The mesh's own sx, sy, sz (PLY) count as well.
-    #[arg(long, value_name = "FIELD.json")]
-    pub guide: Option<PathBuf>,
-    /// What the field follows elsewhere.
-    #[arg(long, value_enum, default_value_t = Alignment::Smooth)]
-    pub align: Alignment,
-    /// A direction in space that s follows wherever it lies along the surface, as x,y,z.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        value_name = "X,Y,Z"
-    )]
-    pub direction: Option<Vec<f64>>,
-    /// Seed of everything drawn at random.
-    #[arg(skip)]
-    pub seed: u64,
-}
-
-impl Default for SurfaceOptions {
-    fn default() -> Self {
-        Self {
-            levels: 4,
-            neighborhood: 7,
-            coarse_neighborhood: 3,
-            texel: None,
-            crease: 40.0,
-            guide: None,
-            align: Alignment::Smooth,
-            direction: None,
-            seed: 0,
-        }
-    }
-}
-
-impl SurfaceOptions {
-    /// What guides the orientation field.
-    pub fn guides(&self) -> GuideOptions {
-        GuideOptions {
-            guide: self.guide.clone(),
-            align: self.align,
-            direction: self.direction.clone(),
-        }
-    }
-
-    /// Checks every field.
-    pub fn validate(&self) -> Result<()> {
-        if !(1..=12).contains(&self.levels) {
-            return Err(Error::option("levels", self.levels.to_string(), "1 to 12"));
-        }
-        for (name, width) in [
-            ("neighborhood", self.neighborhood),
-            ("coarse-neighborhood", self.coarse_neighborhood),
-        ] {
-            if width % 2 == 0 || width > 63 {
-                return Err(Error::option(
-                    name,
-                    width.to_string(),
-                    "an odd width, 1 to 63",
-                ));
-            }
-        }
-        if let Some(texel) = self.texel
-            && !(texel.is_finite() && texel > 0.0)
-        {
-            return Err(Error::option(
-                "texel",
-                texel.to_string(),
-                "a length above 0",
-            ));
-        }
-        self.guides().validate()?;
-        check_crease(self.crease)
-    }
-}
-
-/// Checks a crease angle in degrees.
-pub fn check_crease(degrees: f64) -> Result<()> {
-    if degrees > 0.0 && degrees <= 180.0 {
-        return Ok(());
-    }
-    Err(Error::option(
-        "crease",
-        degrees.to_string(),
-        "an angle above 0 and up to 180 degrees",
-    ))
-}
 
 /// A surface ready for synthesis.
 #[derive(Clone, Debug, PartialEq)]
@@ -210,42 +99,6 @@ fn prepare_afresh(
     progress.advance(1)?;
     progress.end();
     assemble(levels, options, texel, progress)
-}
-
-impl SurfaceOptions {
-    /// Mesh units a texel covers on a mesh: as asked, or √(area / referenced vertices).
-    pub fn texel_on(&self, mesh: &TriangleMesh) -> Result<f64> {
-        let area = mesh.area();
-        if !(area > 0.0 && area.is_finite()) {
-            return Err(Error::data("mesh", format!("area {area}")).expected("a surface"));
-        }
-        Ok(self
-            .texel
-            .unwrap_or_else(|| (area / mesh.referenced_count() as f64).sqrt()))
-    }
-}
-
-/// Vertices a texel, and texels a vertex, beyond which a texel is hardly meant.
-const VERTICES_A_TEXEL: f64 = 16.0;
-const TEXELS_A_VERTEX: f64 = 64.0;
-
-/// Says so when the texel hardly fits the mesh, before work is wasted.
-fn warn_of_texel(mesh: &TriangleMesh, texel: f64, progress: Progress<'_>) {
-    let share = mesh.area() / mesh.referenced_count() as f64;
-    if texel * texel > VERTICES_A_TEXEL * share {
-        progress.warn(format!(
-            "a texel of {texel} covers {:.0} vertices: patches are large and slow, and detail below it is lost; \
-             ask for a smaller --texel or fewer vertices",
-            texel * texel / share
-        ));
-    }
-    if texel * texel * TEXELS_A_VERTEX < share {
-        progress.warn(format!(
-            "a vertex stands for {:.0} texels of {texel}: the texture is undersampled; retile the mesh \
-             with mesotex mesh --vertices N, or ask for a larger --texel",
-            share / (texel * texel)
-        ));
-    }
 }
 
 /// No level is asked to have fewer vertices.
