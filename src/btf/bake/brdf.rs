@@ -9,6 +9,7 @@
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::Vec3;
+use multiversion::multiversion;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
@@ -92,33 +93,44 @@ impl Reflection {
 
 impl Lobe {
     /// Reflected radiance for unit irradiance at normal incidence from `light`: f · cos θ.
-    #[inline]
+    #[inline(always)]
     pub fn radiance(&self, light: Vec3) -> Vec3 {
         let cos_light = self.normal.dot(light);
-        if cos_light <= 0.0 {
-            return Vec3::ZERO;
-        }
-        let base = match self.diffuse {
-            Diffuse::Lambert => self.base,
-            Diffuse::OrenNayar(sigma) => self.base * self.oren_nayar(light, cos_light, sigma),
+        let together = light.dot(self.view);
+        let base = self.base * self.diffuse_factor(together, cos_light);
+        let reflected = match &self.specular {
+            None => base,
+            Some(specular) => {
+                // |l + v|² = 2 + 2 l·v gives both cosines of the half vector.
+                let length = (2.0 + 2.0 * together).max(1e-12).sqrt();
+                let cos_half = ((cos_light + self.cos_view) / length).clamp(0.0, 1.0);
+                let fresnel = specular.fresnel((0.5 * length).min(1.0));
+                let facets = specular.facets(cos_half, self.cos_view, cos_light);
+                let let_in = Vec3::ONE - specular.fresnel(cos_light.clamp(0.0, 1.0));
+                base * let_in * specular.let_through + fresnel * facets
+            }
         };
-        let Some(specular) = &self.specular else {
-            return base * cos_light;
-        };
-        let half = (light + self.view).normalize_or_zero();
-        let fresnel = specular.fresnel(half.dot(light).clamp(0.0, 1.0));
-        let facets = specular.facets(self.normal.dot(half).max(0.0), self.cos_view, cos_light);
-        let let_in = Vec3::ONE - specular.fresnel(cos_light.min(1.0));
-        (base * let_in * specular.let_through + fresnel * facets) * cos_light
+        reflected * if cos_light > 0.0 { cos_light } else { 0.0 }
     }
 
-    /// Oren and Nayar 1994, equation 30: A + B max(0, cos Δφ) sin α tan β.
-    fn oren_nayar(&self, light: Vec3, cos_light: f32, sigma: f32) -> f32 {
+    /// [`radiance`](Self::radiance) of every light at once.
+    pub fn radiance_of_all(&self, lights: &Columns, radiance: &mut Columns) {
+        radiance.resize(lights.len());
+        radiance_of_columns(self, lights, radiance);
+    }
+
+    /// How the diffuse base departs from Lambert's: Oren and Nayar 1994, equation 30,
+    /// A + B max(0, cos Δφ) sin α tan β.
+    #[inline(always)]
+    fn diffuse_factor(&self, together: f32, cos_light: f32) -> f32 {
+        let Diffuse::OrenNayar(sigma) = self.diffuse else {
+            return 1.0;
+        };
         let squared = sigma * sigma;
         let a = 1.0 - 0.5 * squared / (squared + 0.33);
         let b = 0.45 * squared / (squared + 0.09);
         // sin θ_v sin θ_l cos Δφ is what the directions share beyond the normal.
-        let shared = light.dot(self.view) - cos_light * self.cos_view;
+        let shared = together - cos_light * self.cos_view;
         // sin α tan β = sin θ_v sin θ_l / max(cos θ_v, cos θ_l)
         a + b * shared.max(0.0) / cos_light.max(self.cos_view).max(1e-6)
     }
@@ -179,6 +191,65 @@ impl Lobe {
     }
 }
 
+/// Vectors coordinate by coordinate, so that several are worked on at a time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Columns {
+    x: Vec<f32>,
+    y: Vec<f32>,
+    z: Vec<f32>,
+}
+
+impl Columns {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// One of them.
+    #[inline]
+    pub fn get(&self, index: usize) -> Vec3 {
+        Vec3::new(self.x[index], self.y[index], self.z[index])
+    }
+
+    fn resize(&mut self, count: usize) {
+        for column in [&mut self.x, &mut self.y, &mut self.z] {
+            column.resize(count, 0.0);
+        }
+    }
+}
+
+impl FromIterator<Vec3> for Columns {
+    fn from_iter<I: IntoIterator<Item = Vec3>>(vectors: I) -> Self {
+        let mut columns = Self::default();
+        for vector in vectors {
+            columns.x.push(vector.x);
+            columns.y.push(vector.y);
+            columns.z.push(vector.z);
+        }
+        columns
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn radiance_of_columns(lobe: &Lobe, lights: &Columns, radiance: &mut Columns) {
+    let lobe = *lobe;
+    let lights = lights.x.iter().zip(&lights.y).zip(&lights.z);
+    let columns = radiance
+        .x
+        .iter_mut()
+        .zip(&mut radiance.y)
+        .zip(&mut radiance.z);
+    for (((&x, &y), &z), ((r, g), b)) in lights.zip(columns) {
+        let value = lobe.radiance(Vec3::new(x, y, z));
+        (*r, *g, *b) = (value.x, value.y, value.z);
+    }
+}
+
 impl Specular {
     fn new(roughness: f32, normal_reflectance: Vec3, cos_view: f32) -> Self {
         let mut specular = Self {
@@ -197,7 +268,7 @@ impl Specular {
     }
 
     /// Schlick 1994.
-    #[inline]
+    #[inline(always)]
     fn fresnel(&self, cos: f32) -> Vec3 {
         let weight = (1.0 - cos).powi(5);
         self.normal_reflectance
@@ -205,7 +276,7 @@ impl Specular {
     }
 
     /// GGX, Walter 2007 equation 33.
-    #[inline]
+    #[inline(always)]
     fn distribution(&self, cos_half: f32) -> f32 {
         let squared = self.alpha * self.alpha;
         let denominator = cos_half * cos_half * (squared - 1.0) + 1.0;
@@ -213,7 +284,7 @@ impl Specular {
     }
 
     /// D·G / (4 cos θv cos θl), Heitz 2014 equation 99 with the cosines cancelled.
-    #[inline]
+    #[inline(always)]
     fn facets(&self, cos_half: f32, cos_view: f32, cos_light: f32) -> f32 {
         let squared = self.alpha * self.alpha;
         let stretch = |cos: f32| (squared + (1.0 - squared) * cos * cos).sqrt();

@@ -9,6 +9,7 @@
 pub mod brdf;
 pub mod export;
 pub mod height_field;
+mod lights;
 pub mod maps;
 pub mod material;
 pub mod presets;
@@ -23,7 +24,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use crate::btf::bake::brdf::Columns;
 use crate::btf::bake::height_field::SurfacePoint;
+use crate::btf::bake::lights::Lights;
 use crate::btf::bake::material::Material;
 use crate::btf::bake::shade::{Scene, View};
 use crate::btf::direction::Direction;
@@ -282,30 +285,25 @@ fn slabs(description: &Description, done: usize) -> Vec<Slab> {
 fn render(scene: &Scene, slab: Slab, lights: &[Direction]) -> Rendered {
     let width = scene.material.grid.width as usize;
     let height = scene.material.grid.height as usize;
-    let lights = &lights[slab.lights.clone()];
-    let mut rows = vec![Vec3::ZERO; height * lights.len() * width];
+    let lights = Lights::new(&lights[slab.lights.clone()]);
+    let count = slab.lights.len();
+    let mut rows = vec![Vec3::ZERO; height * count * width];
     let rays = rows
-        .par_chunks_mut(lights.len() * width)
+        .par_chunks_mut(count * width)
         .enumerate()
-        .map(|(row, images)| render_row(scene, slab.view, row, lights, images))
+        .map(|(row, images)| render_row(scene, slab.view, row, &lights, images))
         .sum();
     Rendered { slab, rows, rays }
 }
 
 /// One row of every image of a slab.
-fn render_row(
-    scene: &Scene,
-    view: View,
-    row: usize,
-    lights: &[Direction],
-    images: &mut [Vec3],
-) -> u64 {
+fn render_row(scene: &Scene, view: View, row: usize, lights: &Lights, images: &mut [Vec3]) -> u64 {
     let width = scene.material.grid.width as usize;
-    let mut sums = vec![Vec3::ZERO; lights.len()];
+    let (mut sums, mut scratch) = (vec![Vec3::ZERO; images.len() / width], Columns::default());
     let mut rays = 0;
     for col in 0..width {
         sums.fill(Vec3::ZERO);
-        rays += scene.shade_texel(view, (row, col), lights, &mut sums);
+        rays += scene.shade_texel(view, (row, col), lights, (&mut sums, &mut scratch));
         for (light, sum) in sums.iter().enumerate() {
             images[light * width + col] = *sum / scene.samples as f32;
         }

@@ -9,6 +9,7 @@ use std::path::Path;
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
+use crate::btf::bake::lights::Lights;
 use crate::btf::bake::material::Material;
 use crate::btf::bake::shade::{Scene, View};
 use crate::btf::direction::Direction;
@@ -106,6 +107,7 @@ fn spread(count: usize) -> Vec<usize> {
 fn panel(material: &Material, relief: bool) -> Canvas {
     let direction = Direction::from_angles(TILT_DEG.to_radians(), -std::f64::consts::FRAC_PI_2);
     let light = Direction::from_angles(50_f64.to_radians(), 0.75 * std::f64::consts::PI);
+    let light = Lights::new(&[light]);
     let flat = Material {
         heights: vec![0.0; material.grid.len()],
         roughness: None,
@@ -140,7 +142,7 @@ fn panel(material: &Material, relief: bool) -> Canvas {
             let up = (height - 1 - row) as f64;
             let on_plane = DVec2::new(col as f64, up / direction.cos_theta()) * scale;
             let footprint = DVec2::new(1.0, 1.0 / direction.cos_theta()) * scale;
-            *color = scene.seen_color(view, on_plane, footprint, light) * std::f32::consts::PI;
+            *color = scene.seen_color(view, on_plane, footprint, &light) * std::f32::consts::PI;
         });
     canvas
 }

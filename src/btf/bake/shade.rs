@@ -9,7 +9,9 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3, Vec3};
 use rand::Rng;
 
+use crate::btf::bake::brdf::{Columns, Lobe};
 use crate::btf::bake::height_field::{HeightField, SurfacePoint};
+use crate::btf::bake::lights::Lights;
 use crate::btf::bake::material::Material;
 use crate::btf::direction::Direction;
 use crate::random::{self, Stream};
@@ -35,13 +37,6 @@ pub(super) struct View {
     pub(super) direction: Direction,
 }
 
-/// A light under the disc's sampling: one direction a sample.
-struct Lamp {
-    direction: DVec3,
-    tangent: DVec3,
-    bitangent: DVec3,
-}
-
 impl Scene<'_> {
     /// Adds the radiance of the texel at `row`, `col` to `sums`, one RGB a light; returns how many rays
     /// were traced.
@@ -49,10 +44,9 @@ impl Scene<'_> {
         &self,
         view: View,
         (row, col): (usize, usize),
-        lights: &[Direction],
-        sums: &mut [Vec3],
+        lights: &Lights,
+        (sums, scratch): (&mut [Vec3], &mut Columns),
     ) -> u64 {
-        let lamps: Vec<Lamp> = lights.iter().map(|&light| Lamp::new(light)).collect();
         let centre = DVec2::new(
             col as f64,
             self.material.grid.height as f64 - 1.0 - row as f64,
@@ -67,7 +61,12 @@ impl Scene<'_> {
                 continue;
             };
             let disc = self.disc_place(sample, &mut random);
-            rays += self.follow(seen, view.direction.0, &lamps, disc, &mut random, sums);
+            let path = Path {
+                seen,
+                towards: view.direction.0,
+                disc,
+            };
+            rays += self.follow(path, lights, &mut random, (sums, scratch));
         }
         rays
     }
@@ -78,14 +77,18 @@ impl Scene<'_> {
         view: View,
         centre: DVec2,
         footprint: DVec2,
-        light: Direction,
+        light: &Lights,
     ) -> Vec3 {
-        let lamps = [Lamp::new(light)];
-        let mut sum = [Vec3::ZERO];
+        let (mut sum, mut scratch) = ([Vec3::ZERO], Columns::default());
         for sample in 0..self.samples {
             let on_plane = centre + in_texel(sample) * footprint;
             if let Some(seen) = self.surface.seen_through(on_plane, view.direction.0) {
-                self.follow(seen, view.direction.0, &lamps, None, &mut None, &mut sum);
+                let path = Path {
+                    seen,
+                    towards: view.direction.0,
+                    disc: None,
+                };
+                self.follow(path, light, &mut None, (&mut sum, &mut scratch));
             }
         }
         sum[0] / self.samples as f32
@@ -107,33 +110,25 @@ impl Scene<'_> {
         Some(DVec2::new(sin * turn.cos(), sin * turn.sin()))
     }
 
-    /// Lights every point of a path that begins at `point`, seen from `towards`.
+    /// Lights every point of a path.
     fn follow(
         &self,
-        mut point: SurfacePoint,
-        mut towards: DVec3,
-        lamps: &[Lamp],
-        disc: Option<DVec2>,
+        path: Path,
+        lights: &Lights,
         random: &mut Option<Stream>,
-        sums: &mut [Vec3],
+        (sums, scratch): (&mut [Vec3], &mut Columns),
     ) -> u64 {
+        let (mut point, mut towards) = (path.seen, path.towards);
         let mut rays = 0;
         let mut throughput = Vec3::ONE;
         for bounce in 0..=self.bounces {
             let normal = self.surface.normal(point).as_vec3();
             let reflection = self.material.reflection(point);
             let lobe = reflection.towards(normal, towards.as_vec3());
-            for (lamp, sum) in lamps.iter().zip(sums.iter_mut()) {
-                let (light, weight) = lamp.aim(disc, self.light_radius);
-                let radiance = lobe.radiance(light.as_vec3());
-                if radiance == Vec3::ZERO {
-                    continue;
-                }
-                rays += 1;
-                if !self.surface.occluded(point, light) {
-                    *sum += throughput * radiance * weight;
-                }
-            }
+            rays += match path.disc {
+                None => self.light_sharply(point, &lobe, throughput, lights, (sums, scratch)),
+                Some(place) => self.light_softly(point, &lobe, throughput, lights, (sums, place)),
+            };
             let Some(random) = random.as_mut().filter(|_| bounce < self.bounces) else {
                 break;
             };
@@ -153,29 +148,63 @@ impl Scene<'_> {
         }
         rays
     }
+
+    /// Adds what a point reflects of lights without extent: one walk for all over a heading.
+    fn light_sharply(
+        &self,
+        point: SurfacePoint,
+        lobe: &Lobe,
+        throughput: Vec3,
+        lights: &Lights,
+        (sums, radiance): (&mut [Vec3], &mut Columns),
+    ) -> u64 {
+        lobe.radiance_of_all(&lights.directions, radiance);
+        let mut walks = 0;
+        for heading in &lights.headings {
+            let in_front = |&light: &usize| radiance.get(light) != Vec3::ZERO;
+            let Some(first) = heading.members.iter().position(in_front) else {
+                continue;
+            };
+            walks += 1;
+            let slopes = &heading.slopes[first..];
+            let shadowed = self.surface.shadowed(point, heading.direction, slopes);
+            for &light in &heading.members[first + shadowed..] {
+                sums[light] += throughput * radiance.get(light);
+            }
+        }
+        walks
+    }
+
+    /// Adds what a point reflects of one place on every light's disc.
+    fn light_softly(
+        &self,
+        point: SurfacePoint,
+        lobe: &Lobe,
+        throughput: Vec3,
+        lights: &Lights,
+        (sums, place): (&mut [Vec3], DVec2),
+    ) -> u64 {
+        let mut rays = 0;
+        for (lamp, sum) in lights.lamps.iter().zip(sums) {
+            let (light, weight) = lamp.aim(place, self.light_radius);
+            let radiance = lobe.radiance(light.as_vec3());
+            if radiance == Vec3::ZERO {
+                continue;
+            }
+            rays += 1;
+            if !self.surface.occluded(point, light) {
+                *sum += throughput * radiance * weight;
+            }
+        }
+        rays
+    }
 }
 
-impl Lamp {
-    fn new(light: Direction) -> Self {
-        let (tangent, bitangent) = light.0.any_orthonormal_pair();
-        Self {
-            direction: light.0,
-            tangent,
-            bitangent,
-        }
-    }
-
-    /// A direction on the disc, and what makes its irradiance one at normal incidence.
-    #[inline]
-    fn aim(&self, disc: Option<DVec2>, radius: f64) -> (DVec3, f32) {
-        let Some(place) = disc else {
-            return (self.direction, 1.0);
-        };
-        let cos = (1.0 - place.length_squared()).max(0.0).sqrt();
-        let direction = cos * self.direction + place.x * self.tangent + place.y * self.bitangent;
-        // The mean cosine over the disc's solid angle.
-        (direction, (2.0 / (1.0 + radius.cos())) as f32)
-    }
+/// Where a path begins: what a view ray meets, the way back, and the place on the lights' discs.
+struct Path {
+    seen: SurfacePoint,
+    towards: DVec3,
+    disc: Option<DVec2>,
 }
 
 /// Where in the texel a sample looks through: its centre first, then the R2 sequence, an even

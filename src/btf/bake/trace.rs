@@ -35,6 +35,26 @@ impl HeightField {
         walk.run(|segment| segment.first_root())
     }
 
+    /// How many lights over one heading something stands before, seen from a surface point: the
+    /// lowest so many. `slopes` are their rises a texel along `heading`, ascending.
+    ///
+    /// What a walk has passed below a light's ray lies below a higher light's too, so at every
+    /// obstacle the ray is raised to the next light and goes on from there.
+    pub fn shadowed(&self, from: SurfacePoint, heading: DVec2, slopes: &[f64]) -> usize {
+        let Some(&lowest) = slopes.first() else {
+            return 0;
+        };
+        let mut walk = Walk::from_surface(self, from, heading.extend(lowest));
+        for (count, &slope) in slopes.iter().enumerate() {
+            walk.direction.z = slope;
+            let obstacle = walk.run(|segment| segment.dips_below().then_some(0.0));
+            if obstacle.is_none() {
+                return count;
+            }
+        }
+        slopes.len()
+    }
+
     /// Whether something stands between a surface point and a light in `direction`.
     pub fn occluded(&self, from: SurfacePoint, direction: DVec3) -> bool {
         let mut walk = Walk::from_surface(self, from, direction);
@@ -392,6 +412,30 @@ mod tests {
         }
         assert!(agree >= 597, "{agree} of 600");
         assert!((50..550).contains(&occluded_count));
+    }
+
+    #[test]
+    fn lights_over_one_heading_are_shadowed_as_each_alone() {
+        let field = rough_field(8, 8);
+        let mut random = crate::random::stream(8, "headings", 0, 0);
+        let slopes = [0.05, 0.3, 0.7, 1.5, 3.0, 1e12];
+        let mut counts = [0; 7];
+        for _ in 0..600 {
+            let from = SurfacePoint {
+                x: random.gen_range(0..8),
+                y: random.gen_range(0..8),
+                within: DVec2::new(random.gen_range(0.0..1.0), random.gen_range(0.0..1.0)),
+            };
+            let heading = DVec2::from_angle(random.gen_range(0.0..6.3));
+            let together = field.shadowed(from, heading, &slopes);
+            let alone = slopes
+                .iter()
+                .filter(|&&slope| field.occluded(from, heading.extend(slope).normalize()))
+                .count();
+            assert_eq!(together, alone);
+            counts[together] += 1;
+        }
+        assert!(counts[..5].iter().all(|&count| count > 0), "{counts:?}");
     }
 
     #[test]
