@@ -1,12 +1,19 @@
 //! What retiling must not smooth away: boundaries, creases sharper than an angle, and the points
 //! where they end, meet or turn.
+//!
+//! All of it at a scale: on a coarse level of a pyramid a crease shorter than a few edges is no
+//! line, and a jagged border is straight when it is straight over an edge's length.
 
 use glam::Vec3;
 
+use crate::mesh::retile::lines::Lines;
 use crate::mesh::retile::surgery::Freedom;
 use crate::mesh::surface_tree::SurfaceTree;
-use crate::mesh::topology::{NONE, Topology, ends};
+use crate::mesh::topology::{NONE, Topology};
 use crate::mesh::triangle_mesh::TriangleMesh;
+
+/// A crease shorter than so many edges is no line of its own.
+const SHORTEST: f32 = 4.0;
 
 /// The lines of a surface, and what they ask of its vertices.
 pub struct Features {
@@ -22,25 +29,29 @@ impl Features {
     /// Finds boundaries, edges whose triangles turn by more than `crease` radians, and corners:
     /// vertices where a line ends, meets another, or itself turns by more than `crease`.
     pub fn find(mesh: &TriangleMesh, crease: f64) -> Self {
+        Self::at_scale(mesh, |_| true, crease, 0.0)
+    }
+
+    /// The same at the scale of edges of length `edge`, among the half-edges that are `known` to
+    /// be sharp.
+    pub fn at_scale(
+        mesh: &TriangleMesh,
+        known: impl Fn(usize) -> bool,
+        crease: f64,
+        edge: f32,
+    ) -> Self {
         let topology = Topology::new(&mesh.triangles);
-        let sharp = sharp_half_edges(mesh, &topology, crease);
-        let mut arms: Vec<Vec<Vec3>> = vec![Vec::new(); mesh.positions.len()];
-        let mut segments = Vec::new();
-        for (half_edge, _) in sharp.iter().enumerate().filter(|&(_, &sharp)| sharp) {
-            let twin = topology.opposite[half_edge];
-            if twin == NONE || (half_edge as u32) < twin {
-                let [a, b] = ends(&mesh.triangles, half_edge as u32);
-                let [p, q] = [a, b].map(|v| mesh.positions[v as usize]);
-                arms[a as usize].push(q - p);
-                arms[b as usize].push(p - q);
-                segments.push([p, q, q]);
-            }
+        let mut sharp = sharp_half_edges(mesh, &topology, crease);
+        for (half_edge, sharp) in sharp.iter_mut().enumerate() {
+            *sharp &= topology.opposite[half_edge] == NONE || known(half_edge);
         }
-        let freedom = arms.iter().map(|arms| freedom(arms, crease)).collect();
+        Lines::new(mesh, &topology, &sharp).drop_short(&topology, &mut sharp, SHORTEST * edge);
+        let lines = Lines::new(mesh, &topology, &sharp);
+        let segments = lines.segments();
         Self {
-            sharp,
-            freedom,
+            freedom: lines.freedom(crease, edge),
             segments: (!segments.is_empty()).then(|| SurfaceTree::of_corners(&segments)),
+            sharp,
         }
     }
 
@@ -60,19 +71,4 @@ fn sharp_half_edges(mesh: &TriangleMesh, topology: &Topology, crease: f64) -> Ve
         twin == NONE || normals[half_edge / 3].dot(normals[twin as usize / 3]) < least
     };
     topology.opposite.iter().enumerate().map(sharp).collect()
-}
-
-fn freedom(arms: &[Vec3], crease: f64) -> Freedom {
-    match arms {
-        [] => Freedom::Surface,
-        [one, other] => {
-            let straight = -one.normalize_or_zero().dot(other.normalize_or_zero());
-            if f64::from(straight) > crease.cos() {
-                Freedom::Line
-            } else {
-                Freedom::Fixed
-            }
-        }
-        _ => Freedom::Fixed,
-    }
 }

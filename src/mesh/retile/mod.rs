@@ -6,12 +6,14 @@
 //! (Botsch and Kobbelt 2004), which keeps the topology by construction.
 
 pub mod features;
+pub mod lines;
 pub mod order;
 pub mod passes;
 pub mod relax;
 pub mod surgery;
 
 use crate::error::{Error, Result};
+use crate::mesh::retile::features::Features;
 use crate::mesh::retile::relax::Target;
 use crate::mesh::retile::surgery::Surgery;
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -43,11 +45,13 @@ pub fn retile(
 
 /// A mesh being retiled on its own surface, to one count after another.
 ///
-/// Lines and corners are those of the first mesh: what a coarse mesh bends by is no crease.
+/// What a coarse mesh bends by is no crease: lines are those of the first mesh, as long as they
+/// are lines at the scale of the present one.
 pub struct Retiler<'a> {
     surgery: Surgery,
     target: &'a Target,
     area: f64,
+    first: bool,
 }
 
 impl<'a> Retiler<'a> {
@@ -58,6 +62,7 @@ impl<'a> Retiler<'a> {
             surgery: Surgery::new(mesh, features.sharp.clone(), features.freedom.clone()),
             area: mesh.area(),
             target,
+            first: true,
         }
     }
 
@@ -68,6 +73,9 @@ impl<'a> Retiler<'a> {
         }
         progress.begin("retiling", (ROUNDS + FINAL_ROUNDS) as u64);
         let mut length = edge_length(self.area, vertices) as f32;
+        if !std::mem::take(&mut self.first) {
+            self.forget_small_features(length);
+        }
         for _ in 0..ROUNDS {
             self.round(length);
             let ratio = self.surgery.vertex_count() as f32 / vertices as f32;
@@ -89,6 +97,18 @@ impl<'a> Retiler<'a> {
         progress.end();
         self.surgery = order::spatially(&self.surgery);
         Ok(self.surgery.finish())
+    }
+
+    /// Keeps the lines that are such at the scale of edges of length `edge`.
+    fn forget_small_features(&mut self, edge: f32) {
+        let (mesh, known) = (self.surgery.finish(), &self.surgery.sharp);
+        let features = Features::at_scale(
+            &mesh,
+            |half_edge| known[half_edge],
+            self.target.crease,
+            edge,
+        );
+        self.surgery = Surgery::new(&mesh, features.sharp, features.freedom);
     }
 
     /// Brings edges near to a length.

@@ -19,6 +19,8 @@ pub struct Target {
     pub tree: SurfaceTree,
     /// Its lines.
     pub features: Features,
+    /// The angle of a crease, radians.
+    pub crease: f64,
 }
 
 impl Target {
@@ -27,6 +29,7 @@ impl Target {
         Self {
             tree: SurfaceTree::new(mesh),
             features: Features::find(mesh, crease),
+            crease,
         }
     }
 }
