@@ -186,15 +186,18 @@ impl<'a> Sampler<'a> {
         let [Some(a), Some(b), Some(c)] = ids.map(|id| grower.position_of(id)) else {
             return;
         };
-        if is_stretched(self.mesh.corners(triangle as usize), [a, b, c]) {
-            return;
-        }
-        let [a, b, c] = [a, b, c].map(|p| p / texel);
+        let chart = [a, b, c];
+        let [a, b, c] = chart.map(|p| p / texel);
         let doubled = (b - a).perp_dot(c - a);
         if doubled == 0.0 {
             return;
         }
-        let found = &mut self.found;
+        let (mesh, found) = (self.mesh, &mut self.found);
+        // Most triangles hold no sample and need not be asked.
+        let mut stretched = None;
+        let mut is_stretched = || {
+            *stretched.get_or_insert_with(|| is_stretched(mesh.corners(triangle as usize), chart))
+        };
         self.template.within(
             a.min(b).min(c) - SLACK,
             a.max(b).max(c) + SLACK,
@@ -203,7 +206,7 @@ impl<'a> Sampler<'a> {
                 let second = (c - p).perp_dot(a - p) / doubled;
                 let weights = [first, second, 1.0 - first - second];
                 let least = weights[0].min(weights[1]).min(weights[2]);
-                if least >= -SLACK {
+                if least >= -SLACK && !is_stretched() {
                     let slot = &mut found[sample as usize];
                     *slot = merge(*slot, triangle, weights, least, doubled > 0.0);
                 }
