@@ -8,7 +8,7 @@ use std::process::Command;
 /// Numbers of these options are cut down to the given one.
 const CAPS: [(&str, u64); 8] = [
     ("--size", 64),
-    ("--vertices", 2500),
+    ("--vertices", 4000),
     ("--textons", 16),
     ("--images", 9),
     ("--frames", 2),
