@@ -4,13 +4,16 @@ use mesotex::grid::TexelGrid;
 use mesotex::progress::Progress;
 use mesotex::random::stream;
 use mesotex::texton::basis::PlaneBasis;
-use mesotex::texton::centroids::BackwardFilters;
 use mesotex::texton::dot_products::dot_products;
 use mesotex::texton::filter_bank::leung_malik;
 use mesotex::texton::gram_kmeans::cluster;
 use mesotex::texton::matrix::as_rows;
+use mesotex::texton::mixed_responses::mix_into;
 use mesotex::texton::outer_products::OuterProducts;
+use mesotex::texton::plane_filters::PlaneFilters;
+use mesotex::texton::sub_grid::SubGrid;
 use mesotex::texton::texel_gram::texel_gram;
+use mesotex::texton::texel_mixtures::TexelMixtures;
 use ndarray::Array2;
 use rand::Rng;
 
@@ -23,12 +26,12 @@ fn main() {
     divan::main();
 }
 
-fn basis(tileable: bool) -> PlaneBasis {
-    PlaneBasis::new(TexelGrid {
+fn grid(tileable: bool) -> TexelGrid {
+    TexelGrid {
         width: SIDE,
         height: SIDE,
         tileable,
-    })
+    }
 }
 
 fn planes() -> Vec<f32> {
@@ -46,13 +49,8 @@ fn covariance(planes: &[f32]) -> Array2<f32> {
 
 #[divan::bench(sample_count = 5)]
 fn image_coefficients(bencher: divan::Bencher<'_, '_>) {
-    let (basis, planes) = (basis(true), planes());
-    bencher
-        .with_inputs(|| planes.clone())
-        .bench_values(|mut planes| {
-            basis.analyze(&mut planes);
-            planes
-        });
+    let (basis, planes) = (PlaneBasis::new(grid(true)), planes());
+    bencher.bench(|| basis.coefficients(&planes));
 }
 
 #[divan::bench(sample_count = 5)]
@@ -63,7 +61,7 @@ fn image_dot_products(bencher: divan::Bencher<'_, '_>) {
 
 #[divan::bench(args = [true, false], sample_count = 5)]
 fn texel_dot_products(bencher: divan::Bencher<'_, '_>, tileable: bool) {
-    let basis = basis(tileable);
+    let basis = PlaneBasis::new(grid(tileable));
     let transfer = basis.transfer(&leung_malik());
     let covariance = covariance(&planes());
     bencher
@@ -80,17 +78,22 @@ fn k_means(bencher: divan::Bencher<'_, '_>) {
     });
 }
 
-#[divan::bench(sample_count = 5)]
-fn texton_centres(bencher: divan::Bencher<'_, '_>) {
-    let (basis, planes) = (basis(true), planes());
-    let transfer = basis.transfer(&leung_malik());
+#[divan::bench(args = [true, false], sample_count = 5)]
+fn image_appearance(bencher: divan::Bencher<'_, '_>, tileable: bool) {
+    let (sub_grid, planes) = (SubGrid::new(grid(tileable), &leung_malik(), 8), planes());
+    bencher.bench(|| sub_grid.responses(&planes));
+}
+
+#[divan::bench(args = [true, false], sample_count = 5)]
+fn texton_centres(bencher: divan::Bencher<'_, '_>, tileable: bool) {
+    let (filters, planes) = (PlaneFilters::new(grid(tileable), &leung_malik()), planes());
     let labels: Vec<u32> = (0..TEXELS).map(|i| (i % TEXTONS) as u32).collect();
     let mut counts = vec![0; TEXTONS];
     labels.iter().for_each(|&label| counts[label as usize] += 1);
+    let averages = TexelMixtures::averages(&labels, &counts, |texel| filters.place(texel));
     bencher.bench(|| {
         let mut centroids = Array2::zeros((TEXTONS, PLANES * 48));
-        BackwardFilters::new(&basis, &transfer, &labels, &counts)
-            .centroids_into(as_rows(&planes, PLANES, TEXELS), centroids.view_mut());
+        mix_into(&filters, &averages, &planes, centroids.view_mut());
         centroids
     });
 }
@@ -98,5 +101,5 @@ fn texton_centres(bencher: divan::Bencher<'_, '_>) {
 #[divan::bench(sample_count = 5)]
 fn texton_dot_products(bencher: divan::Bencher<'_, '_>) {
     let vectors = Array2::from_elem((TEXTONS, PLANES * 48), 0.5_f32);
-    bencher.bench(|| dot_products(vectors.view()));
+    bencher.bench(|| dot_products(&vectors));
 }

@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use mesotex::btf::direction::Direction;
-use mesotex::btf::sample::{DType, Description, FORMAT, Layout, VERSION};
+use mesotex::btf::sample::{DType, Description, FORMAT, Layout, Sample, VERSION};
 use mesotex::btf::writer::SampleWriter;
 use mesotex::exemplar::space::{Features, Space};
 use mesotex::format::id::ContentId;
 use mesotex::texton::Vocabulary;
+use ndarray::Array2;
 use tempfile::TempDir;
 
 /// Bumps lit from a few sides: `images` images of `width` × `height` texels.
@@ -101,18 +102,23 @@ impl Bench {
 }
 
 #[test]
-fn a_sample_that_does_not_tile_passes_the_appearance_chain() {
-    let bench = Bench::new([24, 37], 6, false);
+fn a_sample_that_does_not_tile_passes_the_whole_chain() {
+    let bench = Bench::new([75, 48], 6, false);
     bench.succeed("textons a.sample -o a.textons.npz --textons 40 --images 4 --levels 3");
     bench.succeed("gram a.textons.npz -o a.space.npz");
     bench.succeed("knn a.space.npz -o a.knn.npz --k 5 --neighborhood 5");
+    bench.succeed(
+        "synth a.space.npz a.knn.npz --grid 20x12 -o a.map.ply --k 5 --neighborhood 5 --levels 2",
+    );
+    bench.succeed("render a.sample a.map.ply -o frames --size 32x24 --frames 1");
+    assert!(bench.path("frames/frame.0001.exr").exists());
     let vocabulary = Vocabulary::read(&bench.path("a.textons.npz")).unwrap();
     let sides: Vec<_> = vocabulary
         .levels
         .iter()
         .map(|l| (l.grid.height, l.grid.width))
         .collect();
-    assert_eq!(sides, [(37, 24), (19, 12), (10, 6)]);
+    assert_eq!(sides, [(48, 75), (24, 38), (12, 19)]);
     let textons: Vec<_> = vocabulary.levels.iter().map(|l| l.counts.len()).collect();
     assert_eq!(textons, [40, 10, 3]);
     assert_eq!(vocabulary.representatives.len(), 4);
@@ -140,6 +146,88 @@ fn a_sample_that_does_not_tile_passes_the_appearance_chain() {
         for ((i, j), v) in exact.indexed_iter() {
             assert!((f64::from(gram[[i, j]]) - v).abs() <= 1e-5 * v.abs());
         }
+    }
+}
+
+/// The plane's value at a row and column, off the grid too.
+fn beyond_the_border(
+    plane: &[f32],
+    [width, height]: [i64; 2],
+    tileable: bool,
+    row: i64,
+    column: i64,
+) -> f64 {
+    let fold = |at: i64, side: i64| {
+        if tileable {
+            return at.rem_euclid(side);
+        }
+        let at = at.rem_euclid(2 * side);
+        at.min(2 * side - 1 - at)
+    };
+    f64::from(plane[(fold(row, height) * width + fold(column, width)) as usize])
+}
+
+/// Appearance vectors by the definition of convolution, [texels, planes · 48].
+fn appearance_vectors(sample: &Sample, vocabulary: &Vocabulary) -> Array2<f64> {
+    let grid = sample.grid();
+    let sides = [i64::from(grid.width), i64::from(grid.height)];
+    let filters = vocabulary.filters.mapv(f64::from);
+    let mut vectors = Array2::zeros((grid.len(), vocabulary.representatives.len() * 3 * 48));
+    for (at, &image) in vocabulary.representatives.iter().enumerate() {
+        let mut numbers = vec![0.0; 3 * grid.len()];
+        sample.image(image as usize).copy_to(&mut numbers);
+        for channel in 0..3 {
+            let plane: Vec<f32> = numbers.iter().skip(channel).step_by(3).copied().collect();
+            for texel in 0..grid.len() as i64 {
+                let (row, column) = (texel / sides[0], texel % sides[0]);
+                let window = Array2::from_shape_fn((49, 49), |(u, v)| {
+                    let (row, column) = (row + 24 - u as i64, column + 24 - v as i64);
+                    beyond_the_border(&plane, sides, vocabulary.tileable, row, column)
+                });
+                for (filter, taps) in filters.outer_iter().enumerate() {
+                    let component = (at * 3 + channel) * 48 + filter;
+                    vectors[[texel as usize, component]] = (&taps * &window).sum();
+                }
+            }
+        }
+    }
+    vectors
+}
+
+#[test]
+fn centroids_are_their_members_means_and_labels_the_nearest_of_them() {
+    for (tileable, options) in [(true, ""), (false, ""), (true, "--no-tile")] {
+        let bench = Bench::new([12, 10], 5, tileable);
+        bench.succeed(&format!(
+            "textons a.sample -o a.npz --textons 12 --images 2 --levels 1 {options}"
+        ));
+        let sample = Sample::open(&bench.path("a.sample")).unwrap();
+        let vocabulary = Vocabulary::read(&bench.path("a.npz")).unwrap();
+        let level = &vocabulary.levels[0];
+        let vectors = appearance_vectors(&sample, &vocabulary);
+        let mut means = Array2::<f64>::zeros(level.centroids.raw_dim());
+        for (vector, &label) in vectors.outer_iter().zip(&level.labels) {
+            let count = f64::from(level.counts[usize::from(label)]);
+            means.row_mut(label.into()).scaled_add(1.0 / count, &vector);
+        }
+        let scale = means
+            .iter()
+            .fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        for (stored, mean) in level.centroids.iter().zip(&means) {
+            assert!((f64::from(*stored) - mean).abs() < 1e-6 * scale);
+        }
+        let mut inertia = 0.0;
+        for (vector, &label) in vectors.outer_iter().zip(&level.labels) {
+            let distances: Vec<f64> = means
+                .outer_iter()
+                .map(|mean| (&mean - &vector).mapv(|d| d * d).sum())
+                .collect();
+            let own = distances[usize::from(label)];
+            let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
+            assert!(own <= least * (1.0 + 1e-5), "{own} against {least}");
+            inertia += own;
+        }
+        assert!((level.inertia / inertia - 1.0).abs() < 1e-5);
     }
 }
 

@@ -9,7 +9,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::exemplar::space::{self, Features};
-use crate::texton::Vocabulary;
+use crate::texton::vocabulary::StoredVocabulary;
 
 /// Turn a vocabulary into the surface texton space: dot products in place of appearance vectors.
 #[derive(Clone, Debug, Args)]
@@ -30,7 +30,7 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _lock = session.claim(&self.output, &[&self.textons])?;
-        let vocabulary = Vocabulary::read(&self.textons)?;
+        let vocabulary = StoredVocabulary::open(&self.textons)?;
         let mut space = space::from_vocabulary(&vocabulary);
         space.write(&self.output, Some(&vocabulary.id))?;
         let mut outcome = Outcome::default();

@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;
-use crate::texton::dot_products::dot_products;
+use crate::texton::dot_products::{RowVectors, dot_products};
 use crate::texton::vocabulary::{Vocabulary, VocabularyLevel, as_map, label_image};
 
 /// `format` in the file's `meta.json`.
@@ -81,7 +81,7 @@ struct Meta {
 
 /// The space of a vocabulary: the textons' dot products in place of their appearance vectors.
 /// It has no id of its own until it is [written](Space::write).
-pub fn from_vocabulary(vocabulary: &Vocabulary) -> Space {
+pub fn from_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Space {
     Space {
         levels: vocabulary.levels.iter().map(space_level).collect(),
         id: ContentId::of_bytes(&[]),
@@ -89,12 +89,12 @@ pub fn from_vocabulary(vocabulary: &Vocabulary) -> Space {
     }
 }
 
-fn space_level(level: &VocabularyLevel) -> SpaceLevel {
+fn space_level<C: RowVectors>(level: &VocabularyLevel<C>) -> SpaceLevel {
     SpaceLevel {
         grid: level.grid,
         features: Features::Textons {
             labels: level.labels.clone(),
-            gram: with_default_texton(&dot_products(level.centroids.view())),
+            gram: with_default_texton(&dot_products(&level.centroids)),
         },
     }
 }

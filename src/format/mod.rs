@@ -18,3 +18,4 @@ pub mod ply;
 pub mod polygon_mesh;
 pub mod source;
 pub mod stl;
+pub mod stored_array;

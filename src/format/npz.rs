@@ -1,11 +1,10 @@
 //! `.npz` archives: several arrays and one `meta.json`, as `numpy.load` opens them.
 //!
 //! Written members are stored uncompressed and dated 1980-01-01, so that the same content is the
-//! same bytes. Read members may be deflated; an archive that expands beyond what deflate does to
+//! same bytes. Members are read where they lie, mapped. They may be deflated; an archive that expands beyond what deflate does to
 //! real data is refused before it fills the memory.
 
-use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, Write};
+use std::io::{self, Cursor, Read, Write};
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array, ArrayView, Dimension};
@@ -17,6 +16,7 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 use crate::error::{Error, Result};
 use crate::format::atomic::{self, Sink};
 use crate::format::id::ContentId;
+use crate::format::stored_array::{Bytes, MappedFile, StoredArray};
 use crate::format::{json, npy};
 
 const META: &str = "meta.json";
@@ -30,7 +30,8 @@ const EXPANSION_BASE: u64 = 256 << 20;
 #[derive(Debug)]
 pub struct Reader {
     path: PathBuf,
-    archive: ZipArchive<BufReader<File>>,
+    file: MappedFile,
+    archive: ZipArchive<Cursor<MappedFile>>,
     /// Bytes that may still be expanded.
     allowance: u64,
 }
@@ -38,9 +39,9 @@ pub struct Reader {
 impl Reader {
     /// Opens an archive and checks its directory.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::io(path, "read"))?;
-        let length = file.metadata().map_err(Error::io(path, "read"))?.len();
-        let archive = ZipArchive::new(BufReader::new(file)).map_err(|error| {
+        let file = MappedFile::open(path)?;
+        let length = file.as_ref().len() as u64;
+        let archive = ZipArchive::new(Cursor::new(file.clone())).map_err(|error| {
             Error::data("zip directory", error.to_string())
                 .expected("an .npz file")
                 .advice("the file is cut off or is no .npz")
@@ -51,6 +52,7 @@ impl Reader {
         }
         Ok(Self {
             path: path.to_path_buf(),
+            file,
             archive,
             allowance: length
                 .saturating_mul(EXPANSION_FACTOR)
@@ -66,19 +68,24 @@ impl Reader {
     /// Reads `meta.json`.
     pub fn meta<T: DeserializeOwned>(&mut self) -> Result<T> {
         let bytes = self.member(META)?;
-        json::parse(&bytes).map_err(|error| self.at(META, error))
+        json::parse(bytes.as_ref()).map_err(|error| self.at(META, error))
     }
 
     /// Reads an array of `T` with `D`'s number of sides.
     pub fn array<T: npy::Element, D: Dimension>(&mut self, name: &str) -> Result<Array<T, D>> {
-        let bytes = self.member(&member_name(name))?;
-        let array = npy::decode::<T>(&bytes).map_err(|error| self.at(name, error))?;
-        let shape = array.shape().to_vec();
+        let stored = self.stored::<T>(name)?;
+        let array = stored.to_array().map_err(|error| self.at(name, error))?;
         array.into_dimensionality().map_err(|_| {
             let expected = D::NDIM.map_or("another".into(), |n| n.to_string());
-            self.fault(name, format!("shape {shape:?}"))
+            self.fault(name, format!("shape {:?}", stored.shape()))
                 .expected(format!("{expected} sides"))
         })
+    }
+
+    /// An array of `T` that stays in the file, where that holds it uncompressed.
+    pub fn stored<T: npy::Element>(&mut self, name: &str) -> Result<StoredArray<T>> {
+        let bytes = self.member(&member_name(name))?;
+        StoredArray::new(bytes).map_err(|error| self.at(name, error))
     }
 
     /// A fault in member `name` of this archive.
@@ -96,12 +103,22 @@ impl Reader {
         }
     }
 
-    fn member(&mut self, name: &str) -> Result<Vec<u8>> {
-        let Ok(member) = self.archive.by_name(name) else {
+    /// A member's bytes, their checksum compared.
+    fn member(&mut self, name: &str) -> Result<Bytes> {
+        let Ok(mut member) = self.archive.by_name(name) else {
             return Err(self
                 .fault(name, "missing")
                 .expected("a member of this name"));
         };
+        if let (CompressionMethod::Stored, Some(start)) =
+            (member.compression(), member.data_start())
+        {
+            let read = io::copy(&mut member, &mut io::sink());
+            drop(member);
+            let length = read.map_err(|error| self.fault(name, error.to_string()))?;
+            let range = start as usize..(start + length) as usize;
+            return Ok(Bytes::InFile(self.file.clone(), range));
+        }
         let mut bytes = Vec::new();
         let read = member.take(self.allowance + 1).read_to_end(&mut bytes);
         read.map_err(|error| self.fault(name, error.to_string()))?;
@@ -113,7 +130,7 @@ impl Reader {
                 )));
         }
         self.allowance -= bytes.len() as u64;
-        Ok(bytes)
+        Ok(Bytes::Expanded(bytes))
     }
 }
 
@@ -137,11 +154,21 @@ impl Writer<'_> {
         let bytes = (array.len() * size_of::<T>()) as u64;
         self.zip.start_file(member_name(name), options(bytes))?;
         self.content.update(name.as_bytes());
-        let mut tee = Tee {
-            zip: &mut self.zip,
-            content: &mut self.content,
-        };
-        npy::encode(&mut tee, array.into_dyn())
+        let mut header = Vec::new();
+        npy::write_header::<T>(&mut header, array.shape())?;
+        self.bytes(&header)?;
+        let array = array.as_standard_layout();
+        let numbers = array
+            .as_slice()
+            .ok_or_else(|| io::Error::other("not in C order"))?;
+        self.bytes(bytemuck::cast_slice(numbers))
+    }
+
+    /// Writes to the archive and hashes at the same time.
+    fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let (zip, content) = (&mut self.zip, &mut self.content);
+        let (written, _) = rayon::join(|| zip.write_all(bytes), || content.update_rayon(bytes));
+        written
     }
 }
 
@@ -187,29 +214,12 @@ fn options(bytes: u64) -> SimpleFileOptions {
         .large_file(bytes > u64::from(u32::MAX) - (1 << 16))
 }
 
-/// Writes to the archive and hashes on the way.
-struct Tee<'a, W: Write + Seek> {
-    zip: &'a mut ZipWriter<W>,
-    content: &'a mut blake3::Hasher,
-}
-
-impl<W: Write + Seek> Write for Tee<'_, W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.zip.write(bytes)?;
-        self.content.update(&bytes[..written]);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.zip.flush()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use ndarray::{Array1, Array2, Ix1, Ix2};
     use serde_json::json;
+    use std::fs::File;
 
     fn meta() -> Map<String, Value> {
         json!({"format": "mesotex-test", "version": 1})
@@ -263,6 +273,21 @@ mod tests {
                 .to_string()
                 .contains("cut off")
         );
+    }
+
+    #[test]
+    fn damaged_numbers_are_found_by_their_checksum() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npz");
+        write_sample(&path);
+        let mut bytes = std::fs::read(&path).unwrap();
+        let seven = bytes.windows(4).position(|w| w == [7, 0, 7, 0]).unwrap();
+        bytes[seven] = 8;
+        std::fs::write(&path, bytes).unwrap();
+        let mut reader = Reader::open(&path).unwrap();
+        let error = reader.array::<u16, Ix2>("L0/labels").unwrap_err();
+        assert!(error.to_string().contains("L0/labels"), "{error}");
+        assert!(reader.stored::<u32>("counts").is_ok());
     }
 
     #[test]

@@ -164,31 +164,20 @@ impl PlaneBasis {
         (self.grid.height as usize, self.grid.width as usize)
     }
 
-    /// Turns images, one after another, H·W numbers each, into their coefficients.
-    pub fn analyze(&self, images: &mut [f32]) {
+    /// The coefficients of images, H·W numbers each, one after another.
+    pub fn coefficients(&self, images: &[f32]) -> Vec<f32> {
         let (height, width) = self.sides();
-        images.par_chunks_mut(height * width).for_each(|image| {
-            let along_x = product_of(as_rows(image, height, width), self.x.analysis().t());
-            let plane = as_rows_mut(image, height, width);
-            multiply(self.y.analysis(), along_x.view(), plane, Target::Replace);
-        });
-    }
-
-    /// Turns functions on the grid into S_pᵀ of them.
-    pub fn adjoint(&self, [y, x]: [Parity; 2], functions: &mut [f32]) {
-        let (height, width) = self.sides();
-        functions
-            .par_chunks_mut(height * width)
-            .for_each(|function| {
-                let along_x = product_of(as_rows(function, height, width), self.x.synthesis(x));
-                let plane = as_rows_mut(function, height, width);
-                multiply(
-                    self.y.synthesis(y).t(),
-                    along_x.view(),
-                    plane,
-                    Target::Replace,
-                );
+        let texels = height * width;
+        let mut coefficients = vec![0.0; images.len()];
+        coefficients
+            .par_chunks_mut(texels)
+            .zip(images.par_chunks(texels))
+            .for_each(|(waves, image)| {
+                let along_x = product_of(as_rows(image, height, width), self.x.analysis().t());
+                let waves = as_rows_mut(waves, height, width);
+                multiply(self.y.analysis(), along_x.view(), waves, Target::Replace);
             });
+        coefficients
     }
 
     /// d_{f,p} of every filter of a bank [filters, taps, taps].
@@ -246,8 +235,7 @@ mod tests {
     /// Σ_p S_p diag(d_{f,p}) A I, the route of this file, image by image.
     fn responses(basis: &PlaneBasis, bank: &Array3<f64>, image: &[f32]) -> Array2<f32> {
         let (height, width) = basis.sides();
-        let mut coefficients = image.to_vec();
-        basis.analyze(&mut coefficients);
+        let coefficients = basis.coefficients(image);
         let transfer = basis.transfer(bank);
         let mut out = Array2::zeros((bank.dim().0, basis.grid.len()));
         for (filter, mut row) in out.outer_iter_mut().enumerate() {

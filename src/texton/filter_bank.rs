@@ -7,7 +7,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use ndarray::{Array2, Array3, ArrayViewMut2, Axis};
+use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, Axis, s};
 
 /// Filters in the bank.
 pub const FILTERS: usize = 48;
@@ -106,6 +106,12 @@ fn normalise(mut taps: ArrayViewMut2<'_, f64>) {
     taps /= norm;
 }
 
+/// Whether a filter is odd about its centre, f(−v) = −f(v); all others of the bank are even.
+pub fn is_odd(taps: ArrayView2<'_, f64>) -> bool {
+    let mirrored = taps.slice(s![..;-1, ..;-1]);
+    taps.iter().zip(&mirrored).map(|(a, b)| a * b).sum::<f64>() < 0.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -150,7 +156,8 @@ mod tests {
     fn edges_are_odd_and_all_others_even() {
         let bank = leung_malik();
         for (filter, taps) in bank.outer_iter().enumerate() {
-            let sign = if filter < ORIENTED { -1.0 } else { 1.0 };
+            assert_eq!(is_odd(taps), filter < ORIENTED);
+            let sign = if is_odd(taps) { -1.0 } else { 1.0 };
             for ((row, col), v) in taps.indexed_iter() {
                 assert!((v - sign * taps[[48 - row, 48 - col]]).abs() < 1e-15);
             }

@@ -14,6 +14,9 @@ use crate::grid::TexelGrid;
 /// Rec. 709 luminance of linear R, G, B.
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
+/// Numbers read at once: images of a panel times those of a finest image.
+const PANEL_NUMBERS: usize = 1 << 22;
+
 /// Which planes an image gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
@@ -44,6 +47,11 @@ pub struct ImageStack<'a> {
 }
 
 impl ImageStack<'_> {
+    /// Images read at once.
+    pub fn panel(&self) -> usize {
+        (PANEL_NUMBERS / (self.grids[0].len() * self.channels.count())).max(1)
+    }
+
     /// Planes of `images` at every level: [level][image · C + channel, texel].
     pub fn read(&self, images: &[u32]) -> Result<Vec<Vec<f32>>> {
         let mut levels = vec![self.finest(images)?];

@@ -2,20 +2,27 @@
 
 pub mod analysis;
 pub mod basis;
-pub mod centroids;
+pub mod border;
 pub mod dot_products;
 pub mod filter_bank;
 pub mod gram_kmeans;
 pub mod image_stack;
+pub mod level;
+pub mod level_textons;
 pub mod matrix;
+pub mod mixed_responses;
 pub mod options;
 pub mod outer_products;
+pub mod panels;
 pub mod picture;
 pub mod plan;
+pub mod plane_filters;
 pub mod report;
 pub mod representatives;
 pub mod sketch;
+pub mod sub_grid;
 pub mod texel_gram;
+pub mod texel_mixtures;
 pub mod vector_kmeans;
 pub mod vocabulary;
 

@@ -7,11 +7,12 @@ use crate::error::{Error, Result};
 use crate::grid::TexelGrid;
 use crate::texton::filter_bank::FILTERS;
 use crate::texton::options::ByteSize;
+use crate::texton::plane_filters::PlaneFilters;
 use crate::texton::representatives::ImageVectors;
 use crate::texton::sketch::COORDINATES;
 use crate::texton::texel_gram;
 
-/// Panels, transfer factors of small levels, the program itself.
+/// Panels, working room of the threads, the program itself.
 const MARGIN: u64 = 160 << 20;
 
 /// How a level's textons are found.
@@ -39,8 +40,6 @@ pub struct Sizes<'a> {
     pub representatives: usize,
     /// Responses of one image on the sub-grid.
     pub image_components: usize,
-    /// Rows of the sub-grid.
-    pub image_rows: usize,
 }
 
 /// What is done within the memory.
@@ -57,6 +56,12 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// How many of the finest levels are sketched.
+    pub fn sketched(&self) -> usize {
+        let routes = self.routes.iter();
+        routes.filter(|&&route| route == Route::Sketch).count()
+    }
+
     /// The exact routes where they fit `limit`, else the others; an error when nothing fits.
     pub fn new(sizes: &Sizes<'_>, limit: Option<ByteSize>) -> Result<Self> {
         let limit = limit.map_or(u64::MAX, |size| size.0);
@@ -125,22 +130,19 @@ impl Sizes<'_> {
 
     /// The largest of the phases when levels from `first_gram` on take the Gram route.
     fn levels_bytes(&self, first_gram: usize, images: ImageVectors) -> u64 {
-        let transfer: u64 = self
+        let filters: u64 = self
             .grids
             .iter()
-            .map(|g| 16 * (FILTERS * g.len()) as u64)
+            .map(|&grid| PlaneFilters::bytes(grid, FILTERS))
             .sum();
         let choosing = if self.representatives < self.images {
-            let filters = 2 * 4 * (self.image_components / self.channels) as u64;
-            let rows = self.image_rows.max(1) as u64;
             images.bytes(self.images, self.image_components)
-                + filters / rows * self.grids[0].len() as u64
         } else {
             0
         };
         let phases = [choosing, self.clustering(first_gram), self.centring()];
         let largest = phases.into_iter().max().unwrap_or(0);
-        largest.saturating_add(transfer).saturating_add(MARGIN)
+        largest.saturating_add(filters).saturating_add(MARGIN)
     }
 
     fn clustering(&self, first_gram: usize) -> u64 {
@@ -151,27 +153,23 @@ impl Sizes<'_> {
             .sum();
         let working = gram.first().map_or(0, |grid| {
             let sums = 8 * (grid.len() * self.textons[first_gram]) as u64;
-            (texel_gram::bytes(grid.len()) / 2).max(sums)
+            let transfer = 16 * (FILTERS * grid.len()) as u64;
+            transfer + (texel_gram::bytes(grid.len()) / 2).max(sums)
         });
         let sketches: u64 = sketched
             .iter()
             .map(|grid| {
-                let numbers = 6 * grid.len() as u64 + 2 * self.components();
+                let numbers = 2 * grid.len() as u64 + 2 * self.components();
                 4 * COORDINATES as u64 * numbers
             })
             .sum();
-        let subsample = if sketched.is_empty() { 0 } else { 256 << 20 };
-        covariances + working + sketches + subsample
+        let batch = if sketched.is_empty() { 0 } else { 256 << 20 };
+        covariances + working + sketches + batch
     }
 
     fn centring(&self) -> u64 {
-        let textons = self.textons.iter().map(|&n| n as u64);
-        let centroids: u64 = textons.clone().map(|n| 4 * n * self.components()).sum();
-        let averages: u64 = textons
-            .zip(self.grids)
-            .map(|(n, grid)| 4 * 5 * n * grid.len() as u64)
-            .sum();
-        centroids + averages
+        let textons: u64 = self.textons.iter().map(|&n| n as u64).sum();
+        4 * textons * self.components()
     }
 }
 
@@ -195,7 +193,6 @@ mod tests {
             images,
             representatives: 400,
             image_components: 9216,
-            image_rows: 8,
         };
         Plan::new(&sizes, limit.map(ByteSize))
     }

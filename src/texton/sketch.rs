@@ -3,46 +3,33 @@
 //! In: the representative images. Out: for every texel its coordinates in a subspace of the
 //! appearance vectors' space, found from the data, leading directions first. The subspace is the
 //! span of random mixtures of the texels' vectors (Halko, Martinsson and Tropp 2011 §1.3): with V
-//! [texels, components] and random signs G, the rows of G V; they are filtered backwards as
-//! centres are. The coordinates are V Qᵀ with Q an orthonormal basis of them, filtered forwards:
-//! V Qᵀ = Σ_p S_p Σ_f d_{f,p} ∘ (Q_f Î). An orthogonal projection shortens distances and never
+//! [texels, components] and sparse random signs G, the rows of G V; they are summed as
+//! centres are. The coordinates are V Qᵀ with Q an orthonormal basis of them, a product of every
+//! plane's responses with Q's columns. An orthogonal projection shortens distances and never
 //! lengthens them; by how much is measured on a sub-grid of texels against their exact vectors.
 
 use nalgebra::{DMatrix, SymmetricEigen};
-use ndarray::{Array2, ArrayView2, Axis, s};
-use rand::Rng;
-use rayon::prelude::*;
+use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 
-use crate::random::Stream;
-use crate::texton::basis::{PLANE_PARITIES, PlaneBasis, Transfer};
+use crate::grid::TexelGrid;
 use crate::texton::dot_products::dot_products;
-use crate::texton::filter_bank::FILTERS;
-use crate::texton::matrix::{
-    Target, as_rows, as_rows_mut, multiply, multiply_on_all_threads, product_of,
-};
+use crate::texton::matrix::{Target, as_rows, multiply_on_all_threads};
 use crate::texton::outer_products::OuterProducts;
+use crate::texton::plane_filters::PlaneFilters;
+use crate::texton::sub_grid::SubGrid;
 
 /// Numbers a texel.
 pub const COORDINATES: usize = 256;
-/// Waves that one task weights.
-const WAVES: usize = 2048;
+/// Responses held at once.
+const BATCH_NUMBERS: usize = 1 << 24;
 /// Directions with less than this share of the largest direction's energy are rounding.
 const RANK_TOLERANCE: f64 = 1e-9;
 /// Texel rows and columns on which the sketch is measured.
-pub const PROBES: usize = 24;
-
-/// Random signs over texels, [mixtures · texels].
-pub fn random_mixtures(texels: usize, random: &mut Stream) -> Vec<f32> {
-    let scale = (texels as f32).sqrt().recip();
-    let sign = |positive: bool| if positive { scale } else { -scale };
-    (0..COORDINATES.min(texels) * texels)
-        .map(|_| sign(random.r#gen()))
-        .collect()
-}
+const PROBES: usize = 24;
 
 /// An orthonormal basis [directions, components] of the rows' span.
 pub fn orthonormal_rows(rows: &Array2<f32>) -> Array2<f32> {
-    let (values, vectors) = eigen(dot_products(rows.view()));
+    let (values, vectors) = eigen(dot_products(rows));
     let largest = values.first().copied().unwrap_or(0.0);
     let kept = values
         .iter()
@@ -72,94 +59,79 @@ fn eigen(matrix: Array2<f64>) -> (Vec<f64>, Array2<f64>) {
     (values, vectors)
 }
 
-/// Coordinates under construction: Σ_f d_{f,p} ∘ (Q_f Î), growing image by image.
-pub struct ForwardSketch<'a> {
-    basis: &'a PlaneBasis,
-    transfer: &'a Transfer,
+/// Coordinates under construction: V Qᵀ, growing plane by plane.
+pub struct Coordinates<'a> {
+    filters: &'a PlaneFilters,
     /// Q [directions, components].
     directions: Array2<f32>,
-    /// For each block of waves and each parity [directions, waves of the block].
-    blocks: Vec<Vec<Array2<f32>>>,
+    /// [texels, directions].
+    sums: Array2<f32>,
 }
 
-impl<'a> ForwardSketch<'a> {
-    /// Coordinates along the rows of `directions`, no image added yet.
-    pub fn new(basis: &'a PlaneBasis, transfer: &'a Transfer, directions: Array2<f32>) -> Self {
-        let waves = basis.grid.len();
-        let blocks = (0..waves)
-            .step_by(WAVES)
-            .map(|from| {
-                let sides = (directions.nrows(), WAVES.min(waves - from));
-                PLANE_PARITIES
-                    .iter()
-                    .map(|_| Array2::zeros(sides))
-                    .collect()
-            })
-            .collect();
+impl<'a> Coordinates<'a> {
+    /// Coordinates along the rows of `directions`, no plane added yet.
+    pub fn new(filters: &'a PlaneFilters, directions: Array2<f32>) -> Self {
+        let sums = Array2::zeros((filters.texels(), directions.nrows()));
         Self {
-            basis,
-            transfer,
+            filters,
             directions,
-            blocks,
+            sums,
         }
     }
 
-    /// Adds planes of coefficients [planes, waves], the first of them plane number `first`.
-    pub fn add(&mut self, planes: ArrayView2<'_, f32>, first: usize) {
-        let (directions, transfer) = (&self.directions, self.transfer);
-        let components = s![.., first * FILTERS..(first + planes.nrows()) * FILTERS];
-        let directions = directions.slice(components);
-        self.blocks.par_iter_mut().enumerate().for_each(|(at, sums)| {
-            let waves = s![.., at * WAVES..at * WAVES + sums[0].ncols()];
-            let planes = planes.slice(waves);
-            for filter in 0..FILTERS {
-                let of_filter = directions.slice(s![.., filter..;FILTERS]);
-                let mixed = product_of(of_filter, planes);
-                for (parity, sum) in sums.iter_mut().enumerate() {
-                    let factors = transfer.factors(parity).slice_move(waves);
-                    let factors = factors.row(filter);
-                    if factors.iter().any(|&d| d != 0.0) {
-                        ndarray::azip!((mut row in sum.outer_iter_mut(), mixed in mixed.outer_iter()) {
-                            ndarray::azip!((s in &mut row, &m in &mixed, &d in &factors) *s += m * d);
-                        });
-                    }
-                }
-            }
-        });
+    /// Adds planes, one after another, the first of them plane number `first`.
+    pub fn add(&mut self, planes: &[f32], first: usize) {
+        let (texels, count) = (self.filters.texels(), self.filters.count());
+        let batch = 2 * (BATCH_NUMBERS / (2 * texels * count)).max(1);
+        for (at, planes) in planes.chunks(batch * texels).enumerate() {
+            let responses = self.filters.responses(planes);
+            let from = (first + at * batch) * count;
+            let components = s![.., from..from + responses.nrows()];
+            multiply_on_all_threads(
+                responses.t(),
+                self.directions.slice(components).reversed_axes(),
+                self.sums.view_mut(),
+                Target::Add,
+            );
+        }
     }
 
     /// Coordinates [texels, directions].
     pub fn finish(self) -> Array2<f32> {
-        let (height, width) = self.basis.sides();
-        let texels = height * width;
-        let count = self.directions.nrows();
-        let mut by_direction = Array2::<f32>::zeros((count, texels));
-        by_direction
-            .axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(direction, mut out)| {
-                let Some(out) = out.as_slice_mut() else {
-                    return;
-                };
-                for (parity, [y, x]) in PLANE_PARITIES.into_iter().enumerate() {
-                    let waves: Vec<f32> = self
-                        .blocks
-                        .iter()
-                        .flat_map(|block| block[parity].row(direction).to_vec())
-                        .collect();
-                    let lines = as_rows(&waves, height, width);
-                    let along_x = product_of(lines, self.basis.x.synthesis(x).reversed_axes());
-                    let target = as_rows_mut(out, height, width);
-                    multiply(
-                        self.basis.y.synthesis(y),
-                        along_x.view(),
-                        target,
-                        Target::Add,
-                    );
-                }
-            });
-        by_direction.reversed_axes().as_standard_layout().to_owned()
+        self.sums
+    }
+}
+
+/// Texels on a sub-grid whose dot products are made exactly, to measure a sketch by.
+pub struct Probes {
+    sub_grid: SubGrid,
+    products: OuterProducts,
+}
+
+impl Probes {
+    /// Probes of a grid; no plane added yet.
+    pub fn new(grid: TexelGrid, bank: &Array3<f64>) -> Self {
+        let sub_grid = SubGrid::new(grid, bank, PROBES);
+        let products = OuterProducts::new(sub_grid.points().len());
+        Self { sub_grid, products }
+    }
+
+    /// Adds planes, one after another.
+    pub fn add(&mut self, planes: &[f32]) {
+        let responses = self.sub_grid.responses(planes);
+        let points = self.sub_grid.points().len();
+        for response in responses.outer_iter() {
+            if let Some(numbers) = response.to_slice() {
+                let filters = numbers.len() / points;
+                self.products
+                    .add(as_rows(numbers, points, filters).reversed_axes());
+            }
+        }
+    }
+
+    /// The probe texels and their dot products.
+    pub fn finish(self) -> (Vec<usize>, Array2<f32>) {
+        (self.sub_grid.points(), self.products.finish())
     }
 }
 
@@ -197,7 +169,7 @@ pub struct Fidelity {
 impl Fidelity {
     /// Compares coordinates of probe texels [probes, directions] with their exact Gram matrix.
     pub fn measure(coordinates: ArrayView2<'_, f32>, exact: &Array2<f32>) -> Self {
-        let found = dot_products(coordinates);
+        let found = dot_products(&coordinates);
         let distance =
             |gram: &dyn Fn(usize, usize) -> f64, a, b| gram(a, a) + gram(b, b) - 2.0 * gram(a, b);
         let (mut exact_sum, mut found_sum, mut ratio_sum, mut pairs) = (0.0, 0.0, 0.0, 0.0);
@@ -230,11 +202,11 @@ impl Fidelity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::TexelGrid;
     use crate::random::stream;
-    use crate::texton::centroids::BackwardFilters;
-    use crate::texton::filter_bank::leung_malik;
+    use crate::texton::filter_bank::{FILTERS, leung_malik};
+    use crate::texton::mixed_responses::mix_into;
     use crate::texton::oracle;
+    use crate::texton::texel_mixtures::TexelMixtures;
 
     #[test]
     fn with_as_many_directions_as_texels_the_sketch_is_exact() {
@@ -252,18 +224,14 @@ mod tests {
                         .collect()
                 })
                 .collect();
-            let basis = PlaneBasis::new(grid);
-            let transfer = basis.transfer(&bank);
-            let mut coefficients = planes.concat();
-            basis.analyze(&mut coefficients);
-            let coefficients = as_rows(&coefficients, 5, 48);
-            let mixtures = random_mixtures(48, &mut stream(1, "mix", 0, 0));
+            let filters = PlaneFilters::new(grid, &bank);
+            let place = |texel| filters.place(texel);
+            let mixtures = TexelMixtures::random(48, 48, place, &mut stream(1, "mix", 0, 0));
             let mut rows = Array2::zeros((48, 5 * FILTERS));
-            BackwardFilters::of_functions(&basis, &transfer, &mixtures)
-                .centroids_into(coefficients, rows.view_mut());
-            let mut sketch = ForwardSketch::new(&basis, &transfer, orthonormal_rows(&rows));
-            sketch.add(coefficients.slice(s![..2, ..]), 0);
-            sketch.add(coefficients.slice(s![2.., ..]), 2);
+            mix_into(&filters, &mixtures, &planes.concat(), rows.view_mut());
+            let mut sketch = Coordinates::new(&filters, orthonormal_rows(&rows));
+            sketch.add(&planes[..2].concat(), 0);
+            sketch.add(&planes[2..].concat(), 2);
             let coordinates = sketch.finish();
             let vectors = oracle::appearance_vectors(grid, &bank, &planes);
             let exact = vectors.dot(&vectors.t()).mapv(|v| v as f32);
@@ -274,6 +242,26 @@ mod tests {
             );
             let turned = Fidelity::measure(principal(coordinates).view(), &exact);
             assert!(turned.distortion.abs() < 1e-3, "{turned:?}");
+        }
+    }
+
+    #[test]
+    fn probes_are_exact_dot_products_of_their_texels() {
+        let bank = leung_malik();
+        let grid = TexelGrid {
+            width: 30,
+            height: 5,
+            tileable: false,
+        };
+        let plane = |p: usize| (0..150).map(move |i| ((i * i * 7 + p * 17) % 29) as f32 / 29.0);
+        let planes: Vec<Vec<f32>> = (0..2).map(|p| plane(p).collect()).collect();
+        let mut probes = Probes::new(grid, &bank);
+        probes.add(&planes.concat());
+        let (texels, products) = probes.finish();
+        assert_eq!(texels.len(), 24 * 5);
+        let vectors = oracle::appearance_vectors(grid, &bank, &planes).select(Axis(0), &texels);
+        for (a, b) in products.iter().zip(&vectors.dot(&vectors.t())) {
+            assert!((f64::from(*a) - b).abs() < 1e-5, "{a} against {b}");
         }
     }
 }

@@ -204,8 +204,7 @@ mod tests {
                 let exact = vectors.dot(&vectors.t());
                 let basis = PlaneBasis::new(grid);
                 let mut covariance = OuterProducts::new(grid.len());
-                let mut coefficients = planes.concat();
-                basis.analyze(&mut coefficients);
+                let coefficients = basis.coefficients(&planes.concat());
                 covariance.add(as_rows(&coefficients, planes.len(), grid.len()));
                 let transfer = basis.transfer(&bank);
                 let gram =

@@ -4,12 +4,14 @@
 use std::path::Path;
 
 use ndarray::{Array2, Array3, ArrayView2, Ix1, Ix2, Ix3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::npz;
+use crate::format::stored_array::StoredArray;
 use crate::grid::TexelGrid;
 
 /// `format` in the file's `meta.json`.
@@ -17,15 +19,18 @@ pub const FORMAT: &str = "mesotex-textons";
 /// The version written, and the only one read.
 pub const VERSION: u32 = 1;
 
+/// Numbers that one task checks.
+const CHECKED: usize = 1 << 16;
+
 /// The vocabulary of one level.
 #[derive(Clone, Debug, PartialEq)]
-pub struct VocabularyLevel {
+pub struct VocabularyLevel<Centroids = Array2<f32>> {
     /// The texel grid.
     pub grid: TexelGrid,
     /// Label of each texel: the nearest centroid. Flat index row · width + column.
     pub labels: Vec<u16>,
     /// Appearance vectors [textons, D]: means of their members.
-    pub centroids: Array2<f32>,
+    pub centroids: Centroids,
     /// Members of each texton, none 0.
     pub counts: Vec<u32>,
     /// Sum of squared distances of all texels to their centroid.
@@ -34,11 +39,11 @@ pub struct VocabularyLevel {
     pub iterations: u32,
 }
 
-/// The vocabulary of a sample.
+/// The vocabulary of a sample; its centroids in memory, or [left in the file](StoredVocabulary).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Vocabulary {
+pub struct Vocabulary<Centroids = Array2<f32>> {
     /// Finest first.
-    pub levels: Vec<VocabularyLevel>,
+    pub levels: Vec<VocabularyLevel<Centroids>>,
     /// Images the appearance vectors are made of, ascending.
     pub representatives: Vec<u32>,
     /// The filter bank's taps, [48, 49, 49].
@@ -56,6 +61,9 @@ pub struct Vocabulary {
     /// This vocabulary's own id.
     pub id: ContentId,
 }
+
+/// A vocabulary whose centroids stay in the file.
+pub type StoredVocabulary = Vocabulary<StoredArray<f32>>;
 
 /// `meta.json`.
 #[derive(Debug, Serialize, Deserialize)]
@@ -103,6 +111,37 @@ impl Vocabulary {
 
     /// Reads a file and checks that its parts belong together.
     pub fn read(path: &Path) -> Result<Self> {
+        let stored = StoredVocabulary::open(path)?;
+        let held = |level: VocabularyLevel<StoredArray<f32>>| {
+            let array = level.centroids.to_array()?;
+            let centroids = array.into_dimensionality();
+            Ok(VocabularyLevel {
+                centroids: centroids
+                    .map_err(|error| Error::data("centroids", error.to_string()))?,
+                grid: level.grid,
+                labels: level.labels,
+                counts: level.counts,
+                inertia: level.inertia,
+                iterations: level.iterations,
+            })
+        };
+        Ok(Self {
+            levels: stored.levels.into_iter().map(held).collect::<Result<_>>()?,
+            representatives: stored.representatives,
+            filters: stored.filters,
+            channels: stored.channels,
+            tileable: stored.tileable,
+            options: stored.options,
+            seed: stored.seed,
+            sample: stored.sample,
+            id: stored.id,
+        })
+    }
+}
+
+impl StoredVocabulary {
+    /// Opens a file and checks that its parts belong together; centroids stay in it.
+    pub fn open(path: &Path) -> Result<Self> {
         let mut file = npz::Reader::open(path)?;
         let meta: Meta = file.meta()?;
         check_format(&file, &meta.format, meta.version)?;
@@ -161,12 +200,12 @@ fn read_level(
     at: usize,
     tileable: bool,
     components: usize,
-) -> Result<VocabularyLevel> {
+) -> Result<VocabularyLevel<StoredArray<f32>>> {
     let name = |part: &str| format!("L{at}/{part}");
     let labels = file.array::<u16, Ix2>(&name("labels"))?;
-    let centroids = file.array::<f32, Ix2>(&name("centroids"))?;
+    let centroids = file.stored::<f32>(&name("centroids"))?;
     let counts = file.array::<u32, Ix1>(&name("counts"))?.to_vec();
-    if centroids.ncols() != components || counts.len() != centroids.nrows() {
+    if centroids.shape() != [counts.len(), components] {
         return Err(file
             .fault(&name("centroids"), format!("{:?}", centroids.shape()))
             .expected(format!(
@@ -182,7 +221,7 @@ fn read_level(
             .fault(&name("labels"), format!("label {label}"))
             .expected(format!("labels below {}", counts.len())));
     }
-    if let Some(value) = centroids.iter().find(|value| !value.is_finite()) {
+    if let Some(value) = first_unsound(&centroids) {
         return Err(file
             .fault(&name("centroids"), value.to_string())
             .expected("finite numbers"));
@@ -199,6 +238,16 @@ fn read_level(
         inertia: 0.0,
         iterations: 0,
     })
+}
+
+/// The first number that is not finite.
+fn first_unsound(numbers: &StoredArray<f32>) -> Option<f32> {
+    let unsound = |part: usize| {
+        let range = part * CHECKED..((part + 1) * CHECKED).min(numbers.len());
+        numbers.numbers(range).find(|value| !value.is_finite())
+    };
+    let parts = numbers.len().div_ceil(CHECKED);
+    (0..parts).into_par_iter().find_map_first(unsound)
 }
 
 /// Labels as an image [height, width].

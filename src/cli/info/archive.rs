@@ -10,13 +10,13 @@ use crate::exemplar::neighbor_table::{self, NeighborTable};
 use crate::exemplar::space::{self, Features, Space};
 use crate::format::npz;
 use crate::grid::TexelGrid;
-use crate::texton::vocabulary::{self, Vocabulary};
+use crate::texton::vocabulary::{self, StoredVocabulary};
 
 /// Reads an archive and says what it holds.
 pub fn describe(path: &Path) -> Result<Outcome> {
     let meta: Value = npz::Reader::open(path)?.meta()?;
     match meta["format"].as_str() {
-        Some(vocabulary::FORMAT) => Ok(describe_vocabulary(&Vocabulary::read(path)?)),
+        Some(vocabulary::FORMAT) => Ok(describe_vocabulary(&StoredVocabulary::open(path)?)),
         Some(space::FORMAT) => Ok(describe_space(&Space::read(path)?)),
         Some(neighbor_table::FORMAT) => Ok(describe_table(&NeighborTable::read(path)?)),
         other => Err(Error::data("meta.json, format", format!("{other:?}"))
@@ -38,7 +38,7 @@ fn tiles(tileable: bool) -> &'static str {
     if tileable { "tileable" } else { "not tileable" }
 }
 
-fn describe_vocabulary(vocabulary: &Vocabulary) -> Outcome {
+fn describe_vocabulary(vocabulary: &StoredVocabulary) -> Outcome {
     let mut outcome = Outcome::default()
         .line(format!(
             "texton vocabulary: {} levels, {} images, {} channels, {}; seed {}",
@@ -58,7 +58,7 @@ fn describe_vocabulary(vocabulary: &Vocabulary) -> Outcome {
             "level {index}: {}, {} textons of {} numbers, inertia {:.6e}",
             size(level.grid),
             level.counts.len(),
-            level.centroids.ncols(),
+            level.centroids.shape()[1],
             level.inertia,
         ));
     }

@@ -1,0 +1,248 @@
+//! The textons of every level: which texels are alike (Tong 2002 §4 and §5.1).
+//!
+//! In: the representative images, and the route each level takes. Out: a clustering a level. The
+//! finer levels may be sketched, for want of memory; all others go through all dot products of
+//! their texels. Every pass over the images serves all levels.
+
+use ndarray::{Array2, Axis, s};
+
+use crate::error::{Error, Result};
+use crate::progress::Progress;
+use crate::random::{Stream, stream};
+use crate::texton::basis::PlaneBasis;
+use crate::texton::gram_kmeans::{self, Clustering};
+use crate::texton::level::Level;
+use crate::texton::matrix::as_rows;
+use crate::texton::mixed_responses::mix_into;
+use crate::texton::options::TextonOptions;
+use crate::texton::outer_products::OuterProducts;
+use crate::texton::panels::Panels;
+use crate::texton::report::AnalysisReport;
+use crate::texton::sketch::{self, Coordinates, Fidelity, Probes};
+use crate::texton::texel_gram::texel_gram;
+use crate::texton::texel_mixtures::TexelMixtures;
+use crate::texton::vector_kmeans;
+
+/// The textons of a level, and how faithful the route to them was.
+pub struct Found {
+    /// Which texels are alike.
+    pub clustering: Clustering,
+    /// Of a sketch, what it loses.
+    pub fidelity: Option<Fidelity>,
+}
+
+/// Finds the textons of all levels, finest first; the `sketched` finest ones through a sketch.
+pub fn find(
+    panels: &mut Panels<'_>,
+    levels: &[Level<'_>],
+    sketched: usize,
+    options: &TextonOptions,
+    report: &mut AnalysisReport,
+    progress: Progress<'_>,
+) -> Result<Vec<Found>> {
+    let (for_sketch, for_gram) = levels.split_at(sketched);
+    let mut grams: Vec<_> = for_gram.iter().map(GramLevel::new).collect();
+    let components = panels.planes() * levels[0].filters.count();
+    let mut mixed: Vec<_> = for_sketch
+        .iter()
+        .enumerate()
+        .map(|(at, level)| MixedLevel::new(level, at, components, options))
+        .collect();
+    report.measure("image dot products", || {
+        panels.each("image dot products", progress, |first, planes| {
+            let (for_sketch, for_gram) = planes.split_at(sketched);
+            grams.iter_mut().zip(for_gram).for_each(|(g, p)| g.add(p));
+            let levels = mixed.iter_mut().zip(for_sketch);
+            levels.for_each(|(level, planes)| level.add(first, planes));
+        })
+    })?;
+    let mut found = sketch_levels(panels, mixed, options, report, progress)?;
+    for (at, gram) in (sketched..).zip(grams) {
+        found.push(gram.cluster(at, options, report, progress)?);
+    }
+    for (at, found) in found.iter().enumerate() {
+        check_count(&found.clustering, at, options, progress)?;
+    }
+    Ok(found)
+}
+
+/// A level whose texels are compared through all their dot products.
+struct GramLevel<'a> {
+    level: &'a Level<'a>,
+    basis: PlaneBasis,
+    /// Ĉ, of the planes so far.
+    covariance: OuterProducts,
+}
+
+impl<'a> GramLevel<'a> {
+    fn new(level: &'a Level<'a>) -> Self {
+        Self {
+            level,
+            basis: PlaneBasis::new(level.grid),
+            covariance: OuterProducts::new(level.grid.len()),
+        }
+    }
+
+    fn add(&mut self, planes: &[f32]) {
+        let waves = self.level.grid.len();
+        let coefficients = self.basis.coefficients(planes);
+        let rows = as_rows(&coefficients, coefficients.len() / waves, waves);
+        self.covariance.add(rows);
+    }
+
+    fn cluster(
+        self,
+        at: usize,
+        options: &TextonOptions,
+        report: &mut AnalysisReport,
+        progress: Progress<'_>,
+    ) -> Result<Found> {
+        let gram = report.measure(format!("texel dot products of level {at}"), || {
+            let transfer = self.basis.transfer(self.level.bank);
+            texel_gram(self.covariance.finish(), &self.basis, &transfer, progress)
+        })?;
+        let clustering = report.measure(format!("textons of level {at}"), || {
+            best_of(at, options, progress, |random| {
+                let (clusters, steps) = (options.textons_at(at), options.max_iterations);
+                gram_kmeans::cluster(gram.view(), clusters, steps, random, progress)
+            })
+        })?;
+        Ok(Found {
+            clustering,
+            fidelity: None,
+        })
+    }
+}
+
+/// A level on its way to a sketch: random mixtures of its texels' appearance vectors.
+struct MixedLevel<'a> {
+    level: &'a Level<'a>,
+    mixtures: TexelMixtures,
+    /// [mixtures, components].
+    rows: Array2<f32>,
+}
+
+impl<'a> MixedLevel<'a> {
+    fn new(level: &'a Level<'a>, at: usize, components: usize, options: &TextonOptions) -> Self {
+        let mut random = stream(options.seed, "sketch", at as u32, 0);
+        let texels = level.grid.len();
+        let count = sketch::COORDINATES.min(texels);
+        let place = |texel| level.filters.place(texel);
+        Self {
+            level,
+            mixtures: TexelMixtures::random(count, texels, place, &mut random),
+            rows: Array2::zeros((count, components)),
+        }
+    }
+
+    fn add(&mut self, first: usize, planes: &[f32]) {
+        let range = self.level.components(first, planes);
+        let rows = self.rows.slice_mut(s![.., range]);
+        mix_into(&self.level.filters, &self.mixtures, planes, rows);
+    }
+}
+
+/// Textons of the levels whose texels were mixed.
+fn sketch_levels(
+    panels: &mut Panels<'_>,
+    mixed: Vec<MixedLevel<'_>>,
+    options: &TextonOptions,
+    report: &mut AnalysisReport,
+    progress: Progress<'_>,
+) -> Result<Vec<Found>> {
+    if mixed.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut sketches: Vec<(Coordinates<'_>, Probes)> = mixed
+        .into_iter()
+        .map(|MixedLevel { level, rows, .. }| {
+            let directions = sketch::orthonormal_rows(&rows);
+            let probes = Probes::new(level.grid, level.bank);
+            (Coordinates::new(&level.filters, directions), probes)
+        })
+        .collect();
+    report.measure("sketch", || {
+        panels.each("sketch", progress, |first, planes| {
+            for ((coordinates, probes), planes) in sketches.iter_mut().zip(planes) {
+                coordinates.add(planes, first);
+                probes.add(planes);
+            }
+        })
+    })?;
+    let levels = sketches.into_iter().enumerate();
+    let cluster = |(at, (coordinates, probes)): (usize, (Coordinates<'_>, Probes))| {
+        report.measure(format!("textons of level {at}"), || {
+            cluster_sketch(coordinates.finish(), probes, at, options, progress)
+        })
+    };
+    levels.map(cluster).collect()
+}
+
+fn cluster_sketch(
+    coordinates: Array2<f32>,
+    probes: Probes,
+    at: usize,
+    options: &TextonOptions,
+    progress: Progress<'_>,
+) -> Result<Found> {
+    let (texels, exact) = probes.finish();
+    let fidelity = Fidelity::measure(coordinates.select(Axis(0), &texels).view(), &exact);
+    let points = sketch::principal(coordinates);
+    let mut clustering = best_of(at, options, progress, |random| {
+        let (clusters, steps) = (options.textons_at(at), options.max_iterations);
+        vector_kmeans::cluster(points.view(), clusters, steps, random, progress)
+    })?;
+    clustering.inertia += fidelity.lost_per_texel * points.nrows() as f64;
+    Ok(Found {
+        clustering,
+        fidelity: Some(fidelity),
+    })
+}
+
+/// The best of `restarts` runs of K-means on one level.
+fn best_of(
+    level: usize,
+    options: &TextonOptions,
+    progress: Progress<'_>,
+    run: impl Fn(&mut Stream) -> Result<Clustering>,
+) -> Result<Clustering> {
+    let restarts = options.restarts;
+    progress.begin(format!("textons of level {level}"), u64::from(restarts));
+    let mut best: Option<Clustering> = None;
+    for restart in 0..u64::from(restarts) {
+        let found = run(&mut stream(options.seed, "textons", level as u32, restart))?;
+        if best
+            .as_ref()
+            .is_none_or(|best| found.inertia < best.inertia)
+        {
+            best = Some(found);
+        }
+        progress.advance(1)?;
+    }
+    progress.end();
+    best.ok_or_else(|| Error::option("restarts", "0", "at least 1"))
+}
+
+/// The finest level must have the textons that were asked for; coarser ones take what there is.
+fn check_count(
+    found: &Clustering,
+    level: usize,
+    options: &TextonOptions,
+    progress: Progress<'_>,
+) -> Result<()> {
+    let (asked, distinct) = (options.textons_at(level), found.counts.len());
+    if distinct == asked {
+        return Ok(());
+    }
+    if level == 0 {
+        return Err(Error::option(
+            "textons",
+            format!("{asked}, but the sample has only {distinct} distinct texels"),
+            format!("at most {distinct}"),
+        ));
+    }
+    progress.warn(format!(
+        "level {level} has only {distinct} distinct texels; taking as many textons instead of {asked}"
+    ));
+    Ok(())
+}
