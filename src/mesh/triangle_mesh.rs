@@ -13,8 +13,11 @@ pub struct TriangleMesh {
 
 impl TriangleMesh {
     /// The corners of a triangle.
+    #[inline]
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
-        self.triangles[triangle].map(|v| self.positions[v as usize])
+        let [a, b, c] = self.triangles[triangle];
+        let corner = |v: u32| self.positions[v as usize];
+        [corner(a), corner(b), corner(c)]
     }
 
     /// Twice the area of a triangle times its unit normal.

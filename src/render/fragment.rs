@@ -89,10 +89,11 @@ fn is_one_piece(mesh: &TriangleMesh, view: &View, a: &Hit, b: &Hit) -> bool {
 }
 
 /// The point of the surface that a sample sees.
+#[inline]
 pub fn point(mesh: &TriangleMesh, hit: &Hit) -> Vec3 {
-    let [a, b, c] = mesh.corners(hit.triangle as usize);
+    let [a, b, c] = mesh.triangles[hit.triangle as usize];
     let [u, v, w] = hit.barycentric();
-    a * u + b * v + c * w
+    mesh.positions[a as usize] * u + mesh.positions[b as usize] * v + mesh.positions[c as usize] * w
 }
 
 #[cfg(test)]

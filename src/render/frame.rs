@@ -1,8 +1,10 @@
 //! A finished frame in memory: colour and the layers beside it, as EXR channels.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use glam::Vec3;
 use half::f16;
 use rayon::prelude::*;
 
@@ -46,14 +48,14 @@ pub struct Frame {
 #[derive(Clone, Copy)]
 struct LayerPixel {
     depth: f32,
-    normal: [f32; 3],
+    normal: Vec3,
     uv: [f32; 2],
     texton: u32,
 }
 
 const NOTHING_SEEN: LayerPixel = LayerPixel {
     depth: f32::INFINITY,
-    normal: [0.0; 3],
+    normal: Vec3::ZERO,
     uv: [0.0; 2],
     texton: TextonLabel::NONE.0 as u32,
 };
@@ -66,16 +68,32 @@ impl GeometryLayers {
             || (),
             |(), hits| layer_pixel(map, view, surface.layer_hit(hits)),
         );
-        let plane = |value: &(dyn Fn(&LayerPixel) -> f32 + Sync)| -> Vec<f32> {
-            pixels.par_iter().map(value).collect()
-        };
         Self {
-            depth: plane(&|pixel| pixel.depth),
-            normals: [0, 1, 2].map(|axis: usize| plane(&move |pixel| pixel.normal[axis])),
-            uv: [0, 1].map(|axis: usize| plane(&move |pixel| pixel.uv[axis])),
-            textons: pixels.par_iter().map(|pixel| pixel.texton).collect(),
+            depth: plane(&pixels, |pixel| pixel.depth),
+            normals: [
+                plane(&pixels, |pixel| pixel.normal.x),
+                plane(&pixels, |pixel| pixel.normal.y),
+                plane(&pixels, |pixel| pixel.normal.z),
+            ],
+            uv: [
+                plane(&pixels, |pixel| pixel.uv[0]),
+                plane(&pixels, |pixel| pixel.uv[1]),
+            ],
+            textons: plane(&pixels, |pixel| pixel.texton),
         }
     }
+}
+
+/// One layer of all pixels.
+fn plane<N: Send>(
+    pixels: &[LayerPixel],
+    number: impl Fn(&LayerPixel) -> N + Sync + Send,
+) -> Vec<N> {
+    pixels
+        .par_iter()
+        .with_min_len(1 << 14)
+        .map(number)
+        .collect()
 }
 
 fn layer_pixel(map: &SurfaceTextonMap, view: &View, hit: Hit) -> LayerPixel {
@@ -84,18 +102,17 @@ fn layer_pixel(map: &SurfaceTextonMap, view: &View, hit: Hit) -> LayerPixel {
     }
     let corners = map.mesh.triangles[hit.triangle as usize];
     let position = point(&map.mesh, &hit).as_dvec3();
-    let normal: glam::Vec3 = corners
-        .iter()
-        .zip(hit.barycentric())
-        .map(|(&v, share)| map.normals[v as usize] * share)
-        .sum();
+    let [a, b, c] = corners;
+    let [u, v, w] = hit.barycentric();
+    let normal =
+        map.normals[a as usize] * u + map.normals[b as usize] * v + map.normals[c as usize] * w;
     let vertex = corners[hit.nearest_corner()] as usize;
     let coord = map.coords[vertex];
-    let [width, height] = map.exemplar.map(|side| side as f32);
+    let [width, height] = map.exemplar;
     LayerPixel {
         depth: view.camera_from_world(position).z as f32,
-        normal: normal.normalize_or_zero().to_array(),
-        uv: [coord.s / width, coord.t / height],
+        normal: normal.normalize_or_zero(),
+        uv: [coord.s / width as f32, coord.t / height as f32],
         texton: u32::from(map.textons[vertex].0),
     }
 }
@@ -124,12 +141,12 @@ const LARGEST_HALF: f32 = 65504.0;
 
 impl Frame {
     /// The frame's channels by their EXR names; colour in halfs unless `float`.
-    pub fn channels(&self, groups: &[LayerGroup], float: bool) -> BTreeMap<String, Numbers> {
+    pub fn channels(&self, groups: &[LayerGroup], float: bool) -> BTreeMap<String, Numbers<'_>> {
         let mut channels = BTreeMap::new();
-        let mut add = |name: &str, numbers: Numbers| {
+        let mut add = |name: &str, numbers| {
             channels.insert(name.to_string(), numbers);
         };
-        let layer = |numbers: &Vec<f32>| Numbers::Float(numbers.clone());
+        let layer = |numbers| Numbers::Float(Cow::Borrowed(numbers));
         for group in groups {
             match group {
                 LayerGroup::Rgba => {
@@ -152,7 +169,10 @@ impl Frame {
                     }
                 }
                 LayerGroup::Texton => {
-                    add("texton.I", Numbers::Uint(self.geometry.textons.clone()));
+                    add(
+                        "texton.I",
+                        Numbers::Uint(Cow::Borrowed(&self.geometry.textons)),
+                    );
                 }
                 LayerGroup::Shadow => self.shadow.iter().for_each(|p| add("shadow.Y", layer(p))),
                 LayerGroup::Weight => self.beyond.iter().for_each(|p| add("weight.Y", layer(p))),
@@ -161,12 +181,14 @@ impl Frame {
         channels
     }
 
-    fn color(&self, channel: usize, float: bool) -> Numbers {
+    fn color(&self, channel: usize, float: bool) -> Numbers<'_> {
         let pixels = self.rgba.par_iter().with_min_len(1 << 14);
         if float {
-            return Numbers::Float(pixels.map(|pixel| pixel[channel]).collect());
+            let color: Vec<f32> = pixels.map(|pixel| pixel[channel]).collect();
+            return Numbers::Float(color.into());
         }
         let half = |pixel: &[f32; 4]| f16::from_f32(pixel[channel].min(LARGEST_HALF));
-        Numbers::Half(pixels.map(half).collect())
+        let color: Vec<f16> = pixels.map(half).collect();
+        Numbers::Half(color.into())
     }
 }

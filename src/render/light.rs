@@ -68,6 +68,11 @@ impl Light {
         }
     }
 
+    /// Whether another light casts the same shadows.
+    pub fn shines_like(&self, other: &Self) -> bool {
+        self.origin == other.origin && self.angular_radius == other.angular_radius
+    }
+
     /// Rec. 709 luminance of the irradiance.
     pub fn luminance(&self) -> f32 {
         luminance(self.irradiance)

@@ -31,3 +31,4 @@ pub mod texel_table;
 pub mod tone;
 pub mod values;
 pub mod vertex_shading;
+pub mod vertex_shadows;

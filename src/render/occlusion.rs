@@ -15,7 +15,7 @@ use obvhs::{Boundable, BvhBuildParams};
 
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::render::bounds::Bounds;
-use crate::render::light::Incidence;
+use crate::render::light::{Incidence, Light};
 
 /// A mesh that casts shadows.
 pub struct Occluders {
@@ -87,6 +87,11 @@ impl Occluders {
         }
     }
 
+    /// The mesh's triangles, neighbours after each other.
+    pub fn triangles_by_place(&self) -> impl Iterator<Item = u32> + '_ {
+        self.triangles.iter().map(|triangle| triangle.id)
+    }
+
     /// The share of a light's disc that is seen from a point of the surface: 0 or 1 for one ray,
     /// else the mean over `rays` spread evenly over the disc. `normal` is the side that is lit;
     /// `turn` turns the pattern of rays, so that neighbours do not repeat it.
@@ -123,7 +128,7 @@ impl Occluders {
         let ray = Ray::new(origin.into(), towards.into(), 0.0, distance);
         self.hierarchy.ray_traverse_miss(ray, |_, index| {
             let triangle = &self.triangles[index];
-            let hit = shear.distance(origin, triangle.corners);
+            let hit = shear.distance(origin, &triangle.corners);
             if hit < distance && !triangle.belongs_to(departure) {
                 0.0
             } else {
@@ -151,6 +156,16 @@ pub struct Cone {
     pub tangent: f32,
 }
 
+impl Cone {
+    /// One ray to a light without size, else `rays` over its disc.
+    pub fn of_light(light: &Light, rays: u32) -> Self {
+        Self {
+            rays: if light.angular_radius > 0.0 { rays } else { 1 },
+            tangent: light.angular_radius.tan() as f32,
+        }
+    }
+}
+
 /// Point `index` of `count` spread evenly over the unit disc (Vogel 1979), turned by a hash.
 fn disc_point(index: u32, count: u32, turn: u32) -> [f32; 2] {
     const GOLDEN_ANGLE: f32 = 2.399_963_1;
@@ -161,10 +176,10 @@ fn disc_point(index: u32, count: u32, turn: u32) -> [f32; 2] {
     [radius * angle.cos(), radius * angle.sin()]
 }
 
-/// A ray's shear to the unit ray along one axis (Woop 2013 §3.1).
+/// A ray's shear to the unit ray along one axis (Woop 2013 §3.1), as the columns of a matrix whose
+/// other entries are 0 and 1, so that its products are exact to the one rounding of the paper's.
 struct Shear {
-    axes: [usize; 3],
-    scale: [f32; 3],
+    columns: [Vec3A; 3],
 }
 
 impl Shear {
@@ -182,46 +197,51 @@ impl Shear {
             std::mem::swap(&mut x, &mut y);
         }
         let inverse = 1.0 / direction[z];
-        Self {
-            axes: [x, y, z],
-            scale: [direction[x] * inverse, direction[y] * inverse, inverse],
-        }
+        let mut columns = [Vec3A::ZERO; 3];
+        columns[x] = Vec3A::X;
+        columns[y] = Vec3A::Y;
+        columns[z] = Vec3A::new(-direction[x] * inverse, -direction[y] * inverse, inverse);
+        Self { columns }
+    }
+
+    #[inline(always)]
+    fn apply(&self, p: Vec3) -> Vec3A {
+        self.columns[0] * p.x + self.columns[1] * p.y + self.columns[2] * p.z
     }
 
     /// The distance at which the ray from `origin` meets a triangle, from either side; infinite
     /// where it does not.
     #[inline(always)]
-    fn distance(&self, origin: Vec3, corners: [Vec3; 3]) -> f32 {
-        let [x, y, z] = self.axes;
-        let [a, b, c] = corners.map(|corner| {
-            let p = corner - origin;
-            (
-                p[x] - self.scale[0] * p[z],
-                p[y] - self.scale[1] * p[z],
-                self.scale[2] * p[z],
-            )
-        });
-        let cross = |p: (f32, f32, f32), q: (f32, f32, f32)| p.0 * q.1 - p.1 * q.0;
-        let mut edges = [cross(c, b), cross(a, c), cross(b, a)];
-        if edges.contains(&0.0) {
-            let exact = |p: (f32, f32, f32), q: (f32, f32, f32)| {
-                (f64::from(p.0) * f64::from(q.1) - f64::from(p.1) * f64::from(q.0)) as f32
-            };
-            edges = [exact(c, b), exact(a, c), exact(b, a)];
+    fn distance(&self, origin: Vec3, corners: &[Vec3; 3]) -> f32 {
+        let a = self.apply(corners[0] - origin);
+        let b = self.apply(corners[1] - origin);
+        let c = self.apply(corners[2] - origin);
+        let (mut u, mut v, mut w) = (cross(c, b), cross(a, c), cross(b, a));
+        if u == 0.0 || v == 0.0 || w == 0.0 {
+            (u, v, w) = (exact_cross(c, b), exact_cross(a, c), exact_cross(b, a));
         }
-        let [u, v, w] = edges;
         let mixed = (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0);
         let determinant = u + v + w;
         if mixed || determinant == 0.0 {
             return f32::INFINITY;
         }
-        let distance = (u * a.2 + v * b.2 + w * c.2) / determinant;
+        let distance = (u * a.z + v * b.z + w * c.z) / determinant;
         if distance > 0.0 {
             distance
         } else {
             f32::INFINITY
         }
     }
+}
+
+#[inline(always)]
+fn cross(p: Vec3A, q: Vec3A) -> f32 {
+    p.x * q.y - p.y * q.x
+}
+
+/// The cross product with products that are not rounded.
+fn exact_cross(p: Vec3A, q: Vec3A) -> f32 {
+    (f64::from(p.x) * f64::from(q.y) - f64::from(p.y) * f64::from(q.x)) as f32
 }
 
 #[cfg(test)]

@@ -143,40 +143,43 @@ fn unknown(place: &str, field: &str) -> Error {
 }
 
 fn parse_csv(text: &str) -> Result<Vec<Row>> {
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(index, line)| (index + 1, line.trim()))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let (_, header) = lines
-        .next()
-        .ok_or_else(|| Error::data("header", "missing").expected("a row of field names"))?;
-    let fields: Vec<&str> = header.split(',').map(str::trim).collect();
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let fields = reader.headers().map_err(malformed)?.clone();
+    if fields.is_empty() {
+        return Err(Error::data("header", "missing").expected("a row of field names"));
+    }
     let mut rows = Vec::new();
-    for (number, line) in lines {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        if cells.len() != fields.len() {
-            return Err(
-                Error::data(format!("line {number}"), format!("{} cells", cells.len()))
-                    .expected(fields.len().to_string()),
-            );
-        }
+    for record in reader.records() {
+        let record = record.map_err(malformed)?;
+        let line = line_of(record.position());
         let mut row = Row::default();
-        for (field, cell) in fields.iter().zip(cells) {
-            let place = format!("line {number}, {field}");
+        for (field, cell) in fields.iter().zip(&record) {
             let value = cell.parse().ok().filter(|value: &f64| value.is_finite());
             let value = value.ok_or_else(|| {
-                Error::data(&place, format!("`{cell}`")).expected("a finite number")
+                Error::data(format!("{line}, {field}"), format!("`{cell}`"))
+                    .expected("a finite number")
             })?;
-            if *field != "frame" {
+            if field != "frame" {
                 row.set(field, value)
                     .ok_or_else(|| unknown("header", field))?;
             }
         }
-        row.check(&format!("line {number}"))?;
+        row.check(&line)?;
         rows.push(row);
     }
     Ok(rows)
+}
+
+fn malformed(error: csv::Error) -> Error {
+    let expected = "as many cells in each row as in the header";
+    Error::data(line_of(error.position()), error.to_string()).expected(expected)
+}
+
+fn line_of(position: Option<&csv::Position>) -> String {
+    format!("line {}", position.map_or(1, csv::Position::line))
 }
 
 fn parse_json(text: &str) -> Result<Vec<Row>> {
@@ -232,7 +235,8 @@ mod tests {
     fn faults_are_named_by_place() {
         let csv = |text: &str| parse_csv(text).unwrap_err().to_string();
         assert!(csv("camera_x,camera_y,camera_z\n0,NaN,1\n").contains("line 2, camera_y"));
-        assert!(csv("fov\n1,2\n").contains("2 cells"));
+        assert!(csv("fov\n1,2\n").contains("line 2"));
+        assert!(csv("").contains("header"));
         assert!(csv("fox\n1\n").contains("`fox`"));
         assert!(csv("camera_x\n1\n").contains("line 2, camera"));
         let json = |text: &str| parse_json(text).unwrap_err().to_string();

@@ -5,7 +5,7 @@
 //! at p in its own frame; the three are blended by p's barycentric weights, so that vertices that
 //! come from different patches of the sample meet without a seam.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use multiversion::multiversion;
 
 use crate::grid::TexCoord;
@@ -15,7 +15,7 @@ use crate::render::occlusion::Departure;
 use crate::render::radiance::Blend;
 use crate::render::raster::Hit;
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
-use crate::render::vertex_shading::{Axes, Scene, Shaded};
+use crate::render::vertex_shading::{Axes, Scene};
 
 /// Where a pixel's lights are found to be hidden.
 #[derive(Clone, Copy, Debug)]
@@ -23,9 +23,21 @@ pub enum Visibility<'a> {
     /// Nothing hides them.
     Open,
     /// Per light, the visibility of every vertex; interpolated.
-    OfVertices(&'a [Vec<f32>]),
+    OfVertices(&'a [&'a [f32]]),
     /// By shadow rays from the point itself.
     Rays,
+}
+
+/// What shading found at a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shaded {
+    /// Linear radiance of all lights, red to blue; the fourth number means nothing.
+    pub color: Vec4,
+    /// The share of the lights' irradiance (by luminance) that reaches the point; lights below
+    /// its horizon do not.
+    pub visibility: f32,
+    /// The share of the weight that came from beyond the sampled range of directions.
+    pub beyond: f32,
 }
 
 /// Working memory, one a task.
@@ -87,10 +99,7 @@ fn shade_point<T: Stored>(
             t: map.coords[vertex].t + (along_t / map.texel) as f32,
         };
         let detail = scene.detail(p, view.z);
-        let rgb = scene.radiance.at(table, coord, detail, blend);
-        for (sum, value) in shaded.rgb.iter_mut().zip(rgb) {
-            *sum += share * value;
-        }
+        shaded.color += share * scene.radiance.at(table, coord, detail, blend);
         shaded.visibility += share * seen / all.max(f32::MIN_POSITIVE);
         shaded.beyond += share * blend.beyond();
     }

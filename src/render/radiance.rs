@@ -4,7 +4,7 @@
 //! In: directions in the vertex's frame, texel positions. Out: linear radiance, light by light
 //! times the light's irradiance.
 
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 use crate::btf::sample::Sample;
@@ -117,8 +117,9 @@ impl Radiance {
 struct Column {
     /// Where its red lies in a row.
     offset: u32,
-    /// Share times irradiance, red to blue, times the table's first [`Stored::UNDO`].
-    weight: [f32; 4],
+    /// Share times irradiance, red to blue, times the table's first [`Stored::UNDO`]; the next
+    /// image's red weighs nothing.
+    weight: Vec4,
 }
 
 /// A blend of images under construction, and its working memory; one a task.
@@ -137,6 +138,12 @@ pub struct Blend {
 }
 
 impl Blend {
+    /// Whether no light falls on the point.
+    #[inline(always)]
+    pub fn is_dark(&self) -> bool {
+        self.columns.is_empty()
+    }
+
     /// The share of the weight that came from beyond the sampled range.
     pub fn beyond(&self) -> f32 {
         if self.lit > 0.0 {
@@ -196,10 +203,11 @@ impl Radiance {
                 pairs.is_below_all(view.z as f32, light.z as f32)
             }
         };
-        let [r, g, b] = irradiance.map(|value| value * T::UNDO[0]);
+        let [r, g, b] = irradiance;
+        let whole = Vec4::new(r, g, b, 0.0) * T::UNDO[0];
         blend.columns.extend(found.iter().map(|found| Column {
             offset: 3 * found.index,
-            weight: [r, g, b, 0.0].map(|value| value * found.weight),
+            weight: whole * found.weight,
         }));
         let luminance = super::light::luminance(irradiance);
         blend.lit += luminance;
@@ -214,24 +222,10 @@ impl Radiance {
         columns.dedup_by(|next, kept| {
             let same = next.offset == kept.offset;
             if same {
-                for channel in 0..3 {
-                    kept.weight[channel] += next.weight[channel];
-                }
+                kept.weight += next.weight;
             }
             same
         });
-    }
-
-    /// The blended value of one texel of the finest level.
-    #[inline(always)]
-    pub fn of_texel<T: Stored>(
-        &self,
-        table: &TexelTable<T>,
-        texel: TexelIndex,
-        blend: &Blend,
-    ) -> [f32; 3] {
-        let [r, g, b, _] = self.blend_texel(table.levels[0].texel(texel), blend);
-        [r, g, b]
     }
 
     /// The blended value at a coordinate, `detail` levels up the pyramid (0: the finest; between
@@ -243,18 +237,17 @@ impl Radiance {
         coord: TexCoord,
         detail: f32,
         blend: &Blend,
-    ) -> [f32; 3] {
+    ) -> Vec4 {
         let last = (table.levels.len() - 1) as f32;
         let detail = detail.clamp(0.0, last);
         let (level, mix) = (detail as usize, detail.fract());
-        let mut sum = self.on_level(table, level, coord, blend);
+        let finer = self.on_level(table, level, coord, blend);
         if mix > 0.0 {
             let coarser = self.on_level(table, level + 1, coord, blend);
-            for (value, other) in sum.iter_mut().zip(coarser) {
-                *value += (other - *value) * mix;
-            }
+            finer + (coarser - finer) * mix
+        } else {
+            finer
         }
-        [sum[0], sum[1], sum[2]]
     }
 
     #[inline(always)]
@@ -264,7 +257,7 @@ impl Radiance {
         level: usize,
         coord: TexCoord,
         blend: &Blend,
-    ) -> [f32; 4] {
+    ) -> Vec4 {
         let shrink = 1.0 / (1u32 << level.min(31)) as f32;
         let finest = self.grid;
         let (mut column, mut row) = (coord.s, finest.height as f32 - coord.t);
@@ -274,51 +267,41 @@ impl Radiance {
         }
         (column, row) = (column * shrink, row * shrink);
         let level = &table.levels[level];
-        let value = |row: f32, column: f32| {
-            let texel = nearest_texel(level.grid, row, column);
-            self.blend_texel(level.texel(texel), blend)
-        };
         if self.texels == Texels::Nearest {
-            return value(row.floor(), column.floor());
+            let texel = nearest_texel(level.grid, row.floor(), column.floor());
+            return self.blend_texel(level.texel(texel), blend);
         }
         let (top, left) = ((row - 0.5).floor(), (column - 0.5).floor());
         let (down, right) = (row - 0.5 - top, column - 0.5 - left);
-        let mut sum = [0.0; 4];
+        let mut sum = Vec4::ZERO;
         for (i, j) in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)] {
             let share = (1.0 - down - i + 2.0 * i * down) * (1.0 - right - j + 2.0 * j * right);
             if share > 0.0 {
-                let corner = value(top + i, left + j);
-                for (sum, corner) in sum.iter_mut().zip(corner) {
-                    *sum += share * corner;
-                }
+                let texel = nearest_texel(level.grid, top + i, left + j);
+                sum += share * self.blend_texel(level.texel(texel), blend);
             }
         }
         sum
     }
 
-    /// Sums the rows' and columns' images at one texel.
+    /// Sums the rows' and columns' images at one texel, given its numbers; red to blue, the fourth
+    /// means nothing.
     #[inline(always)]
-    fn blend_texel<T: Stored>(&self, numbers: &[T], blend: &Blend) -> [f32; 4] {
+    pub fn blend_texel<T: Stored>(&self, numbers: &[T], blend: &Blend) -> Vec4 {
         let row_length = match &self.directions {
             Directions::Product { lights, .. } => 3 * lights.len(),
             Directions::Pairs(_) => 0,
         };
-        let mut total = [0.0; 4];
+        let mut total = Vec4::ZERO;
         for row in &blend.rows {
             let line = &numbers[row.index as usize * row_length..];
-            let mut sum = [0.0; 4];
+            let mut sum = Vec4::ZERO;
             for column in &blend.columns {
-                let Some(&four) = line[column.offset as usize..].first_chunk::<4>() else {
-                    continue;
-                };
-                let values = T::widen(four);
-                for k in 0..4 {
-                    sum[k] += column.weight[k] * values[k];
+                if let Some(&four) = line[column.offset as usize..].first_chunk::<4>() {
+                    sum += column.weight * T::widen(four);
                 }
             }
-            for k in 0..4 {
-                total[k] += row.weight * T::UNDO[1] * sum[k];
-            }
+            total += sum * (row.weight * T::UNDO[1]);
         }
         total
     }

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use glam::Vec4;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,7 @@ use crate::render::pixel_shading::{self, Visibility, Workspace, ray_visibility};
 use crate::render::radiance::Radiance;
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 use crate::render::vertex_shading::{self, Scene, Site};
+use crate::render::vertex_shadows::{ShadowCaster, VertexShadows};
 use crate::surface_map::SurfaceTextonMap;
 
 /// The rate at which colour is computed.
@@ -68,9 +70,17 @@ pub struct Renderer<'a> {
     radiance: &'a Radiance,
     manner: Manner,
     bounds: Bounds,
-    occluders: Option<Occluders>,
-    sites: Vec<Site>,
+    caster: Option<ShadowCaster>,
+    shadows: VertexShadows,
+    vertices: Vertices,
     seen: Option<Seen>,
+}
+
+/// Vertices to shade, those that some triangle uses.
+struct Vertices {
+    by_texel: Vec<Site>,
+    /// The same, neighbours after each other; empty where nothing casts shadows.
+    by_place: Vec<u32>,
 }
 
 /// What one view sees.
@@ -78,22 +88,35 @@ struct Seen {
     view: View,
     surface: SurfaceBuffer,
     layers: Arc<GeometryLayers>,
-    /// The vertices of seen triangles, by texel.
-    sites: Vec<Site>,
+    /// The vertices of seen triangles.
+    vertices: Vertices,
 }
+
+/// Lights that vertices are shaded by in one go: bounds the memory for what reaches them.
+const LIGHTS_AT_ONCE: usize = 64;
 
 impl<'a> Renderer<'a> {
     /// Prepares a map for rendering from a sample.
     pub fn new(map: &'a SurfaceTextonMap, radiance: &'a Radiance, manner: Manner) -> Result<Self> {
         let bounds = Bounds::of(&map.mesh)?;
         let casts_shadows = manner.shadows != Shadows::None;
+        let caster =
+            casts_shadows.then(|| ShadowCaster::new(&map.mesh, Occluders::new(&map.mesh, &bounds)));
         Ok(Self {
             map,
             radiance,
             manner,
             bounds,
-            occluders: casts_shadows.then(|| Occluders::new(&map.mesh, &bounds)),
-            sites: vertex_shading::sites_by_texel(map, radiance.grid()),
+            vertices: Vertices {
+                by_texel: vertex_shading::sites_by_texel(map, radiance.grid()),
+                by_place: caster
+                    .iter()
+                    .flat_map(ShadowCaster::vertices)
+                    .copied()
+                    .collect(),
+            },
+            caster,
+            shadows: VertexShadows::default(),
             seen: None,
         })
     }
@@ -109,10 +132,11 @@ impl<'a> Renderer<'a> {
             Some(seen) if seen.view == *view => seen,
             _ => self.look(view),
         };
-        let rgba = self.resolve(&seen, lights);
+        let mut shadows = std::mem::take(&mut self.shadows);
+        let rgba = self.resolve(&seen, lights, &mut shadows);
         let extra = self.manner.extra_layers;
         let (shadow, beyond) = if extra {
-            let (shadow, beyond) = self.extra_layers(&seen, lights);
+            let (shadow, beyond) = self.extra_layers(&seen, lights, &mut shadows);
             (Some(shadow), Some(beyond))
         } else {
             (None, None)
@@ -124,30 +148,28 @@ impl<'a> Renderer<'a> {
             shadow,
             beyond,
         };
-        self.seen = Some(seen);
+        (self.seen, self.shadows) = (Some(seen), shadows);
         frame
     }
 
     /// Shades every vertex that a triangle uses for one view and lights, whether or not the view
     /// sees it; others stay black.
     pub fn vertex_colors(&self, view: &View, lights: &[Light]) -> Vec<[f32; 3]> {
-        let shadows = self.manner.shadows != Shadows::None;
-        let scene = self.scene(view, lights, shadows);
-        let shaded = vertex_shading::shade(&scene, &self.sites);
-        let mut colors = vec![[0.0; 3]; self.map.mesh.positions.len()];
-        for (site, shaded) in self.sites.iter().zip(shaded) {
-            colors[site.vertex as usize] = shaded.rgb;
-        }
+        let shadows = &mut VertexShadows::default();
+        let colors = self.shade_vertices(view, lights, &self.vertices, Some(shadows));
         colors
+            .into_iter()
+            .map(|color| color.truncate().to_array())
+            .collect()
     }
 
-    fn scene<'b>(&'b self, view: &'b View, lights: &'b [Light], shadows: bool) -> Scene<'b> {
+    fn scene<'b>(&'b self, view: &'b View, lights: &'b [Light]) -> Scene<'b> {
         Scene {
             map: self.map,
             radiance: self.radiance,
             view,
             lights,
-            occluders: self.occluders.as_ref().filter(|_| shadows),
+            occluders: self.caster.as_ref().map(|caster| &caster.occluders),
             soft_rays: self.manner.soft_rays,
         }
     }
@@ -158,16 +180,16 @@ impl<'a> Renderer<'a> {
         let layers = GeometryLayers::of_surface(&surface, self.map, view);
         Seen {
             view: *view,
-            sites: needed_sites(mesh, &surface, &self.sites),
+            vertices: self.vertices.seen_in(&surface, mesh),
             surface,
             layers: Arc::new(layers),
         }
     }
 
-    fn resolve(&self, seen: &Seen, lights: &[Light]) -> Vec<[f32; 4]> {
+    fn resolve(&self, seen: &Seen, lights: &[Light], shadows: &mut VertexShadows) -> Vec<[f32; 4]> {
         match (self.manner.shading, self.manner.shadows) {
             (Shading::Vertex, Shadows::None | Shadows::Vertex) => {
-                let colors = self.colors_of_seen(seen, lights, true);
+                let colors = self.shade_vertices(&seen.view, lights, &seen.vertices, Some(shadows));
                 let mesh = &self.map.mesh;
                 seen.surface.map_pixels(
                     CLEAR,
@@ -176,20 +198,47 @@ impl<'a> Renderer<'a> {
                 )
             }
             (Shading::Vertex, Shadows::Pixel) => self.resolve_pixel_shadows(seen, lights),
-            (Shading::Pixel, _) => self.resolve_pixels(seen, lights),
+            (Shading::Pixel, _) => self.resolve_pixels(seen, lights, shadows),
         }
     }
 
-    /// Colours of the seen vertices, by vertex, with their coverage of 1.
-    fn colors_of_seen(&self, seen: &Seen, lights: &[Light], shadows: bool) -> Vec<[f32; 4]> {
-        let scene = self.scene(&seen.view, lights, shadows);
-        let shaded = vertex_shading::shade(&scene, &seen.sites);
-        let mut colors = vec![CLEAR; self.map.mesh.positions.len()];
-        for (site, shaded) in seen.sites.iter().zip(shaded) {
-            let [r, g, b] = shaded.rgb;
-            colors[site.vertex as usize] = [r, g, b, 1.0];
+    /// Colours by vertex, red to blue, of the chosen ones; without `shadows` as if nothing cast any.
+    fn shade_vertices(
+        &self,
+        view: &View,
+        lights: &[Light],
+        chosen: &Vertices,
+        mut shadows: Option<&mut VertexShadows>,
+    ) -> Vec<Vec4> {
+        let mut colors = vec![Vec4::ZERO; self.map.mesh.positions.len()];
+        for lights in lights.chunks(LIGHTS_AT_ONCE) {
+            let scene = self.scene(view, lights);
+            let reaches = match shadows.as_deref_mut() {
+                Some(shadows) => self.find_shadows(lights, chosen, shadows),
+                None => Vec::new(),
+            };
+            let shaded = vertex_shading::shade(&scene, &reaches, &chosen.by_texel);
+            for (site, shaded) in chosen.by_texel.iter().zip(shaded) {
+                colors[site.vertex as usize] += shaded;
+            }
         }
         colors
+    }
+
+    /// Light by light the share that reaches the chosen vertices; nothing where nothing casts
+    /// shadows.
+    fn find_shadows<'s>(
+        &self,
+        lights: &[Light],
+        chosen: &Vertices,
+        shadows: &'s mut VertexShadows,
+    ) -> Vec<&'s [f32]> {
+        let Some(caster) = &self.caster else {
+            return Vec::new();
+        };
+        let rays = self.manner.soft_rays;
+        shadows.find(caster, self.map, lights, rays, &chosen.by_place);
+        shadows.of_lights()
     }
 
     /// Vertex colours, light by light, under shadows found in every pixel.
@@ -213,8 +262,8 @@ impl<'a> Renderer<'a> {
     fn resolve_shadows_of(&self, seen: &Seen, light: &Light) -> Vec<[f32; 4]> {
         let (mesh, order) = (&self.map.mesh, seen.surface.by_distance());
         let lights = std::slice::from_ref(light);
-        let colors = self.colors_of_seen(seen, lights, false);
-        let scene = self.scene(&seen.view, lights, true);
+        let colors = self.shade_vertices(&seen.view, lights, &seen.vertices, None);
+        let scene = self.scene(&seen.view, lights);
         let share = 1.0 / order.len() as f32;
         seen.surface.map_pixels(
             CLEAR,
@@ -226,56 +275,58 @@ impl<'a> Renderer<'a> {
                     let p = point(mesh, hit);
                     *reaches = ray_visibility(&scene, 0, &light.at(p), hit, p);
                 }
-                let mut pixel = CLEAR;
+                let mut pixel = Pixel::default();
                 for &sample in order {
                     if hits[sample].is_surface() {
                         let lit = share * reaches[pieces.of_sample(sample)];
-                        let [r, g, b, _] = color_at(mesh, &colors, &hits[sample]);
-                        add(&mut pixel, [r * lit, g * lit, b * lit, share]);
+                        pixel.color += color_at(mesh, &colors, &hits[sample]) * lit;
+                        pixel.coverage += share;
                     }
                 }
-                pixel
+                pixel.rgba()
             },
         )
     }
 
     /// Colours found in every pixel.
-    fn resolve_pixels(&self, seen: &Seen, lights: &[Light]) -> Vec<[f32; 4]> {
+    fn resolve_pixels(
+        &self,
+        seen: &Seen,
+        lights: &[Light],
+        shadows: &mut VertexShadows,
+    ) -> Vec<[f32; 4]> {
         let (mesh, order) = (&self.map.mesh, seen.surface.by_distance());
-        let scene = self.scene(&seen.view, lights, true);
-        let of_vertices = self.visibilities(seen, lights);
+        let scene = self.scene(&seen.view, lights);
+        let of_vertices = self.interpolated_shadows(seen, lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
         seen.surface
             .map_pixels(CLEAR, Workspace::default, |work, hits| {
                 let pieces = Pieces::of_pixel(mesh, &seen.view, hits, order);
-                let mut pixel = CLEAR;
+                let mut pixel = Pixel::default();
                 for (piece, hit) in pieces.hits().iter().enumerate() {
-                    let [r, g, b] = pixel_shading::shade(&scene, visibility, hit, work).rgb;
                     let share = pieces.share(piece);
-                    add(&mut pixel, [r * share, g * share, b * share, share]);
+                    let shaded = pixel_shading::shade(&scene, visibility, hit, work);
+                    pixel.color += shaded.color * share;
+                    pixel.coverage += share;
                 }
-                pixel
+                pixel.rgba()
             })
     }
 
     /// Per light the visibility of the seen vertices, by vertex, where pixels interpolate it.
-    fn visibilities(&self, seen: &Seen, lights: &[Light]) -> Vec<Vec<f32>> {
-        if self.manner.shadows != Shadows::Vertex {
-            return Vec::new();
+    fn interpolated_shadows<'s>(
+        &self,
+        seen: &Seen,
+        lights: &[Light],
+        shadows: &'s mut VertexShadows,
+    ) -> Vec<&'s [f32]> {
+        match self.manner.shadows {
+            Shadows::Vertex => self.find_shadows(lights, &seen.vertices, shadows),
+            Shadows::None | Shadows::Pixel => Vec::new(),
         }
-        let scene = self.scene(&seen.view, lights, true);
-        let of_light = |light: &Light| {
-            let found = vertex_shading::visibilities(&scene, light, &seen.sites);
-            let mut of_vertices = vec![0.0; self.map.mesh.positions.len()];
-            for (site, reaches) in seen.sites.iter().zip(found) {
-                of_vertices[site.vertex as usize] = reaches;
-            }
-            of_vertices
-        };
-        lights.iter().map(of_light).collect()
     }
 
-    fn pixel_visibility<'b>(&self, of_vertices: &'b [Vec<f32>]) -> Visibility<'b> {
+    fn pixel_visibility<'b>(&self, of_vertices: &'b [&'b [f32]]) -> Visibility<'b> {
         match self.manner.shadows {
             Shadows::None => Visibility::Open,
             Shadows::Vertex => Visibility::OfVertices(of_vertices),
@@ -284,9 +335,14 @@ impl<'a> Renderer<'a> {
     }
 
     /// `shadow.Y` and `weight.Y`, where the other layers are taken from.
-    fn extra_layers(&self, seen: &Seen, lights: &[Light]) -> (Vec<f32>, Vec<f32>) {
-        let scene = self.scene(&seen.view, lights, true);
-        let of_vertices = self.visibilities(seen, lights);
+    fn extra_layers(
+        &self,
+        seen: &Seen,
+        lights: &[Light],
+        shadows: &mut VertexShadows,
+    ) -> (Vec<f32>, Vec<f32>) {
+        let scene = self.scene(&seen.view, lights);
+        let of_vertices = self.interpolated_shadows(seen, lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
         let pairs = seen
             .surface
@@ -308,49 +364,67 @@ impl<'a> Renderer<'a> {
 /// Nothing seen.
 const CLEAR: [f32; 4] = [0.0; 4];
 
-/// The vertices of all triangles that some sample sees, in the order of `sites`.
-fn needed_sites(mesh: &TriangleMesh, surface: &SurfaceBuffer, sites: &[Site]) -> Vec<Site> {
-    let needed: Vec<AtomicBool> = (0..mesh.positions.len())
-        .map(|_| AtomicBool::new(false))
-        .collect();
-    surface.for_each_surface(|hit| {
-        for vertex in mesh.triangles[hit.triangle as usize] {
-            needed[vertex as usize].store(true, Ordering::Relaxed);
+/// A pixel's colour as it grows, sample by sample.
+#[derive(Clone, Copy, Default)]
+struct Pixel {
+    /// Red to blue; the fourth number means nothing.
+    color: Vec4,
+    coverage: f32,
+}
+
+impl Pixel {
+    fn rgba(self) -> [f32; 4] {
+        self.color.with_w(self.coverage).to_array()
+    }
+}
+
+impl Vertices {
+    /// Those of all triangles that some sample sees.
+    fn seen_in(&self, surface: &SurfaceBuffer, mesh: &TriangleMesh) -> Self {
+        let needed: Vec<AtomicBool> = (0..mesh.positions.len())
+            .map(|_| AtomicBool::new(false))
+            .collect();
+        surface.for_each_surface(|hit| {
+            for vertex in mesh.triangles[hit.triangle as usize] {
+                needed[vertex as usize].store(true, Ordering::Relaxed);
+            }
+        });
+        let is_needed = |vertex: u32| needed[vertex as usize].load(Ordering::Relaxed);
+        Self {
+            by_texel: self
+                .by_texel
+                .iter()
+                .filter(|site| is_needed(site.vertex))
+                .copied()
+                .collect(),
+            by_place: self
+                .by_place
+                .iter()
+                .copied()
+                .filter(|&vertex| is_needed(vertex))
+                .collect(),
         }
-    });
-    let is_needed = |site: &&Site| needed[site.vertex as usize].load(Ordering::Relaxed);
-    sites.iter().filter(is_needed).copied().collect()
+    }
 }
 
 /// The interpolated colour of a sample.
 #[inline]
-fn color_at(mesh: &TriangleMesh, colors: &[[f32; 4]], hit: &Hit) -> [f32; 4] {
-    let [a, b, c] = mesh.triangles[hit.triangle as usize].map(|v| colors[v as usize]);
+fn color_at(mesh: &TriangleMesh, colors: &[Vec4], hit: &Hit) -> Vec4 {
+    let [a, b, c] = mesh.triangles[hit.triangle as usize];
     let [u, v, w] = hit.barycentric();
-    [0, 1, 2, 3].map(|k| a[k] * u + b[k] * v + c[k] * w)
+    colors[a as usize] * u + colors[b as usize] * v + colors[c as usize] * w
 }
 
 /// The mean colour of a pixel's samples, those that see nothing included.
 #[inline]
-fn mean_color(mesh: &TriangleMesh, colors: &[[f32; 4]], hits: &[Hit]) -> [f32; 4] {
-    let mut sum = CLEAR;
-    let mut covered = 0;
+fn mean_color(mesh: &TriangleMesh, colors: &[Vec4], hits: &[Hit]) -> [f32; 4] {
+    let mut pixel = Pixel::default();
     for hit in hits.iter().filter(|hit| hit.is_surface()) {
-        add(&mut sum, color_at(mesh, colors, hit));
-        covered += 1;
+        pixel.color += color_at(mesh, colors, hit);
+        pixel.coverage += 1.0;
     }
     let share = 1.0 / hits.len() as f32;
-    [
-        sum[0] * share,
-        sum[1] * share,
-        sum[2] * share,
-        covered as f32 * share,
-    ]
-}
-
-#[inline]
-fn add(sum: &mut [f32; 4], part: [f32; 4]) {
-    for (sum, part) in sum.iter_mut().zip(part) {
-        *sum += part;
-    }
+    pixel.color *= share;
+    pixel.coverage *= share;
+    pixel.rgba()
 }

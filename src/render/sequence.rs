@@ -151,7 +151,7 @@ fn check_pair(inputs: &Inputs) -> Result<()> {
 
 fn lay_out(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Result<Radiance> {
     let allowance = Allowance {
-        bytes: options.table_memory << 20,
+        bytes: options.table_memory.saturating_mul(1 << 20),
         folder: inputs.folder.to_path_buf(),
     };
     let radiance = Radiance::new(

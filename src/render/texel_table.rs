@@ -9,6 +9,7 @@ use std::io::Write;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
+use glam::Vec4;
 use half::f16;
 use rayon::prelude::*;
 
@@ -36,7 +37,7 @@ pub struct Allowance {
 /// A number type of tables. Numbers are finite and not negative.
 pub trait Stored: npy::Element + Copy {
     /// Four neighbouring numbers, times 2 to the power of −112 for halfs.
-    fn widen(four: [Self; 4]) -> [f32; 4];
+    fn widen(four: [Self; 4]) -> Vec4;
     /// What undoes the factor of [`widen`](Self::widen), as a product of two safe factors.
     const UNDO: [f32; 2];
     /// The number itself.
@@ -54,8 +55,10 @@ impl Stored for u16 {
     // A half's bits, moved to a float's place, are the float 2⁻¹¹² times as large; subnormal
     // halfs too. So no table and no instruction set is needed to read them.
     #[inline(always)]
-    fn widen(four: [Self; 4]) -> [f32; 4] {
-        four.map(|bits| f32::from_bits(u32::from(bits) << 13))
+    fn widen(four: [Self; 4]) -> Vec4 {
+        let moved = |bits: u16| f32::from_bits(u32::from(bits) << 13);
+        let [a, b, c, d] = four;
+        Vec4::new(moved(a), moved(b), moved(c), moved(d))
     }
 
     const UNDO: [f32; 2] = [TWO_56, TWO_56];
@@ -84,8 +87,8 @@ impl Stored for u16 {
 
 impl Stored for f32 {
     #[inline(always)]
-    fn widen(four: [Self; 4]) -> [f32; 4] {
-        four
+    fn widen(four: [Self; 4]) -> Vec4 {
+        Vec4::from_array(four)
     }
 
     const UNDO: [f32; 2] = [1.0, 1.0];

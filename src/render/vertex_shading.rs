@@ -4,7 +4,7 @@
 //! Vertices are shaded in the order of their texels, so that one texel's images, read once, serve
 //! all its vertices.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
@@ -17,25 +17,16 @@ use crate::render::radiance::{Blend, Radiance};
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
 use crate::surface_map::SurfaceTextonMap;
 
-/// A vertex and its texel.
+/// A vertex to shade, with all that shading reads of the map.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     /// The vertex.
     pub vertex: u32,
     /// The texel of the finest level that holds its coordinate.
     pub texel: TexelIndex,
-}
-
-/// What shading found at a vertex, or at any other point.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shaded {
-    /// Linear radiance of all lights.
-    pub rgb: [f32; 3],
-    /// The share of the lights' irradiance (by luminance) that reaches the point; lights below
-    /// its horizon do not.
-    pub visibility: f32,
-    /// The share of the weight that came from beyond the sampled range of directions.
-    pub beyond: f32,
+    point: Vec3,
+    normal: Vec3,
+    orientation: Vec3,
 }
 
 /// Everything that shading a point needs.
@@ -49,7 +40,7 @@ pub struct Scene<'a> {
     pub view: &'a View,
     /// The lights.
     pub lights: &'a [Light],
-    /// What casts shadows; `None` for no shadows.
+    /// What casts shadows where pixels ask; `None` for no shadows.
     pub occluders: Option<&'a Occluders>,
     /// Rays for lights that have a size.
     pub soft_rays: u32,
@@ -57,6 +48,9 @@ pub struct Scene<'a> {
 
 /// Sites handled by one task.
 const CHUNK: usize = 1 << 10;
+/// Sites on one texel from which on its numbers are brought near at once: read one by one, each
+/// would be waited for.
+const SHARED: usize = 6;
 
 /// All vertices of a map that some triangle uses, in the order of their texels.
 pub fn sites_by_texel(map: &SurfaceTextonMap, grid: TexelGrid) -> Vec<Site> {
@@ -69,44 +63,30 @@ pub fn sites_by_texel(map: &SurfaceTextonMap, grid: TexelGrid) -> Vec<Site> {
         .map(|vertex| Site {
             vertex: vertex as u32,
             texel: grid.texel_nearest(map.coords[vertex]),
+            point: map.mesh.positions[vertex],
+            normal: map.normals[vertex],
+            orientation: map.orientations[vertex],
         })
         .collect();
     sites.par_sort_by_key(|site| (site.texel.0, site.vertex));
     sites
 }
 
-/// Shades vertices; the result is in the order of `sites`.
-pub fn shade(scene: &Scene, sites: &[Site]) -> Vec<Shaded> {
-    let mut shaded = vec![Shaded::default(); sites.len()];
+/// Shades vertices: linear radiance red to blue, in the order of `sites`; the fourth number means
+/// nothing. `reaches` has for each light the share that reaches each vertex, or nothing at all
+/// where nothing casts shadows.
+pub fn shade(scene: &Scene, reaches: &[&[f32]], sites: &[Site]) -> Vec<Vec4> {
+    let mut shaded = vec![Vec4::ZERO; sites.len()];
     sites
         .par_chunks(CHUNK)
         .zip(shaded.par_chunks_mut(CHUNK))
         .for_each_init(Blend::default, |blend, (sites, out)| {
             match &scene.radiance.table {
-                AnyTable::Half(table) => shade_chunk(scene, table, blend, sites, out),
-                AnyTable::Single(table) => shade_chunk(scene, table, blend, sites, out),
+                AnyTable::Half(table) => shade_chunk(scene, table, reaches, blend, sites, out),
+                AnyTable::Single(table) => shade_chunk(scene, table, reaches, blend, sites, out),
             }
         });
     shaded
-}
-
-/// The share of one light that reaches each vertex, in the order of `sites`.
-pub fn visibilities(scene: &Scene, light: &Light, sites: &[Site]) -> Vec<f32> {
-    sites
-        .par_iter()
-        .map(|site| {
-            let (frame, point) = (
-                scene.map.frame(site.vertex as usize),
-                scene.map.mesh.positions[site.vertex as usize],
-            );
-            let incidence = light.at(point);
-            if incidence.towards.dot(frame.n) <= 0.0 {
-                return 0.0;
-            }
-            let departure = Departure::Vertex(point);
-            scene.visibility(light, &incidence, point, frame.n, departure, site.vertex)
-        })
-        .collect()
 }
 
 impl Scene<'_> {
@@ -124,14 +104,7 @@ impl Scene<'_> {
         let Some(occluders) = self.occluders else {
             return 1.0;
         };
-        let cone = Cone {
-            rays: if light.angular_radius > 0.0 {
-                self.soft_rays
-            } else {
-                1
-            },
-            tangent: light.angular_radius.tan() as f32,
-        };
+        let cone = Cone::of_light(light, self.soft_rays);
         occluders.visibility(point, normal, departure, incidence, cone, turn)
     }
 }
@@ -140,61 +113,58 @@ impl Scene<'_> {
 fn shade_chunk<T: Stored>(
     scene: &Scene,
     table: &TexelTable<T>,
+    reaches: &[&[f32]],
     blend: &mut Blend,
     sites: &[Site],
-    out: &mut [Shaded],
+    out: &mut [Vec4],
 ) {
-    let one_texel = scene.radiance.reads_one_texel();
-    for (site, out) in sites.iter().zip(out) {
-        let vertex = site.vertex as usize;
-        let point = scene.map.mesh.positions[vertex];
-        let (visibility, detail) = begin::<T>(scene, blend, vertex, point);
-        let radiance = scene.radiance;
-        let rgb = if visibility == 0.0 {
-            [0.0; 3]
-        } else if one_texel {
-            radiance.of_texel(table, site.texel, blend)
-        } else {
-            radiance.at(table, scene.map.coords[vertex], detail, blend)
-        };
-        *out = Shaded {
-            rgb,
-            visibility,
-            beyond: blend.beyond(),
-        };
+    let radiance = scene.radiance;
+    let one_texel = radiance.reads_one_texel();
+    let mut near = Vec::new();
+    let mut out = out.iter_mut();
+    for sharing in sites.chunk_by(|a, b| a.texel == b.texel) {
+        let mut numbers = table.levels[0].texel(sharing[0].texel);
+        if one_texel && sharing.len() >= SHARED {
+            near.clear();
+            near.extend_from_slice(numbers);
+            numbers = &near;
+        }
+        for (site, out) in sharing.iter().zip(&mut out) {
+            let view_cosine = begin::<T>(scene, reaches, blend, site);
+            *out = if blend.is_dark() {
+                Vec4::ZERO
+            } else if one_texel {
+                radiance.blend_texel(numbers, blend)
+            } else {
+                let detail = scene.detail(site.point, view_cosine);
+                let coord = scene.map.coords[site.vertex as usize];
+                radiance.at(table, coord, detail, blend)
+            };
+        }
     }
 }
 
-/// Gathers view and lights of a vertex; returns the lights' visibility and the level of detail.
+/// Gathers view and lights of a vertex; returns the view's cosine.
 #[inline(always)]
-fn begin<T: Stored>(scene: &Scene, blend: &mut Blend, vertex: usize, point: Vec3) -> (f32, f32) {
-    let axes = Axes::of_vertex(scene.map, vertex);
-    let viewer = scene.view.towards_viewer(point.as_dvec3());
-    let view = axes.local(viewer);
+fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: &Site) -> f64 {
+    let axes = Axes::new(site.normal, site.orientation);
+    let view = axes.local(scene.view.towards_viewer(site.point.as_dvec3()));
     scene.radiance.begin(blend, view);
-    let (mut all, mut seen) = (0.0, 0.0);
-    for light in scene.lights {
-        let incidence = light.at(point);
-        let luminance = crate::render::light::luminance(incidence.irradiance);
-        all += luminance;
+    for (index, light) in scene.lights.iter().enumerate() {
+        let incidence = light.at(site.point);
         let local = axes.local(incidence.towards.as_dvec3());
-        if local.z <= 0.0 {
-            continue;
-        }
-        let departure = Departure::Vertex(point);
-        let normal = scene.map.normals[vertex];
-        let reaches = scene.visibility(light, &incidence, point, normal, departure, vertex as u32);
-        if reaches > 0.0 {
+        let reaches = reaches
+            .get(index)
+            .map_or(1.0, |of| of[site.vertex as usize]);
+        if local.z > 0.0 && reaches > 0.0 {
             let irradiance = incidence.irradiance.map(|value| value * reaches);
             scene.radiance.add_light::<T>(blend, local, irradiance);
-            seen += luminance * reaches;
         }
     }
     if scene.lights.len() > 1 {
         scene.radiance.merge_lights(blend);
     }
-    let visibility = if all > 0.0 { seen / all } else { 0.0 };
-    (visibility, scene.detail(point, view.z))
+    view.z
 }
 
 impl Scene<'_> {
@@ -220,10 +190,12 @@ impl Axes {
     /// The frame of a vertex.
     #[inline(always)]
     pub fn of_vertex(map: &SurfaceTextonMap, vertex: usize) -> Self {
-        let (n, s) = (
-            map.normals[vertex].as_dvec3(),
-            map.orientations[vertex].as_dvec3(),
-        );
+        Self::new(map.normals[vertex], map.orientations[vertex])
+    }
+
+    #[inline(always)]
+    fn new(normal: Vec3, orientation: Vec3) -> Self {
+        let (n, s) = (normal.as_dvec3(), orientation.as_dvec3());
         Self {
             axes: [s, n.cross(s), n],
         }

@@ -5,25 +5,21 @@
 /// radians; relative error below 3e-7. A polynomial of asin (Cephes `asinf`) on either side of 60°.
 #[inline(always)]
 pub(super) fn of_squared_chord(squared: f32) -> f32 {
-    let quarter = (0.25 * squared).clamp(0.0, 1.0);
+    let quarter = 0.25 * squared;
+    let quarter = if quarter < 1.0 { quarter } else { 1.0 };
     let half_chord = quarter.sqrt();
+    let wide_z = 0.5 * (1.0 - half_chord);
+    let wide_x = wide_z.sqrt();
     let is_wide = half_chord > 0.5;
-    let z = if is_wide {
-        0.5 * (1.0 - half_chord)
-    } else {
-        quarter
-    };
-    let x = if is_wide { z.sqrt() } else { half_chord };
+    let z = if is_wide { wide_z } else { quarter };
+    let x = if is_wide { wide_x } else { half_chord };
     let series = ((((4.216_32e-2 * z + 2.418_131e-2) * z + 4.547_002_6e-2) * z + 7.495_300_3e-2)
         * z
         + 1.666_675_2e-1)
         * z;
     let asin = x + x * series;
-    if is_wide {
-        std::f32::consts::PI - 4.0 * asin
-    } else {
-        2.0 * asin
-    }
+    let (wide, narrow) = (std::f32::consts::PI - 4.0 * asin, 2.0 * asin);
+    if is_wide { wide } else { narrow }
 }
 
 #[cfg(test)]

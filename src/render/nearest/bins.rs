@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use super::REACH;
+use super::{LARGEST_RATIO, REACH};
 
 /// Directions handled together.
 pub(super) const LANES: usize = 8;
@@ -21,6 +21,31 @@ pub(super) struct Block {
     pub z: [f32; LANES],
     /// Index among the kept directions.
     pub index: [u32; LANES],
+}
+
+impl Block {
+    /// The squared distances from a direction's tip to the candidates'.
+    #[inline(always)]
+    pub fn squared_chords(&self, [x, y, z]: [f32; 3]) -> [f32; LANES] {
+        let mut squared = [0.0; LANES];
+        for (lane, squared) in squared.iter_mut().enumerate() {
+            let (dx, dy, dz) = (x - self.x[lane], y - self.y[lane], z - self.z[lane]);
+            *squared = dx * dx + dy * dy + dz * dz;
+        }
+        squared
+    }
+
+    /// min(cosine / cos θᵢ, 2) of the candidates.
+    #[inline(always)]
+    pub fn cosine_ratios(&self, cosine: f32) -> [f32; LANES] {
+        let largest = LARGEST_RATIO as f32;
+        let mut ratios = [0.0; LANES];
+        for (ratio, &z) in ratios.iter_mut().zip(&self.z) {
+            let exact = cosine / if z > 1e-9 { z } else { 1e-9 };
+            *ratio = if exact < largest { exact } else { largest };
+        }
+        ratios
+    }
 }
 
 const EMPTY: Block = Block {

@@ -3,9 +3,7 @@
 use glam::DVec3;
 
 use super::bins::{Bins, LANES};
-use super::{
-    LARGEST_RATIO, REACH, Weight, angle, below_lowest, distinct, inverse_weights, keep_nearest,
-};
+use super::{REACH, Weight, angle, below_lowest, distinct, inverse_weights, keep_nearest};
 use crate::btf::direction::{Direction, SAME_DIRECTION};
 
 /// The directions that `inverse-angle` takes.
@@ -27,7 +25,8 @@ pub struct DirectionSet {
 /// Working memory of a weighting, one a task.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    angles: Vec<[f32; LANES]>,
+    /// Squared lengths of the chords to the candidates.
+    chords: Vec<[f32; LANES]>,
     distances: Vec<(f64, u32)>,
 }
 
@@ -78,48 +77,37 @@ impl DirectionSet {
     ) {
         let [x, y, z] = wanted;
         let blocks = self.bins.of_direction(x, y, z);
-        let angles = &mut scratch.angles;
-        angles.resize(blocks.len(), [0.0; LANES]);
-        let mut nearest = f32::INFINITY;
-        for (block, angles) in blocks.iter().zip(angles.iter_mut()) {
-            for (lane, angle) in angles.iter_mut().enumerate() {
-                let (dx, dy, dz) = (x - block.x[lane], y - block.y[lane], z - block.z[lane]);
-                *angle = angle::of_squared_chord(dx * dx + dy * dy + dz * dz);
-            }
-            for &angle in angles.iter() {
-                nearest = nearest.min(angle);
-            }
-        }
+        let chords = &mut scratch.chords;
+        chords.clear();
+        chords.extend(blocks.iter().map(|block| block.squared_chords(wanted)));
+        let nearest = smallest(chords);
+        let takes_all = angle::of_squared_chord(nearest) < SAME_DIRECTION as f32;
         let reach = if self.len() < COUNTED {
             std::f32::consts::PI
         } else {
-            (REACH as f32 * counted_smallest(angles)).min(std::f32::consts::PI)
+            let counted = angle::of_squared_chord(counted_smallest(chords));
+            (REACH as f32 * counted).min(std::f32::consts::PI)
         };
-        let takes_all = nearest < SAME_DIRECTION as f32;
-        let mut sum = 0.0;
-        let mut count = 0;
         out.resize(blocks.len() * LANES, Weight::default());
-        for (block, angles) in blocks.iter().zip(angles.iter()) {
-            let mut weights = [0.0; LANES];
+        let (mut sum, mut count) = (0.0, 0);
+        for (block, chords) in blocks.iter().zip(chords.iter()) {
+            let weights = if takes_all {
+                all_for(nearest, chords)
+            } else {
+                fading(chords, reach)
+            };
+            let scales = if AS_LIGHTS {
+                block.cosine_ratios(z)
+            } else {
+                [1.0; LANES]
+            };
             for lane in 0..LANES {
-                let d = angles[lane];
-                let fading = (reach - d) / (reach * d.max(1e-12));
-                let blended = if d < reach { fading * fading } else { 0.0 };
-                let alone = if d == nearest { 1.0 } else { 0.0 };
-                weights[lane] = if takes_all { alone } else { blended };
-            }
-            for (lane, &weight) in weights.iter().enumerate() {
-                sum += weight;
                 out[count] = Weight {
                     index: block.index[lane],
-                    weight: if AS_LIGHTS {
-                        let ratio = (z / block.z[lane].max(1e-9)).min(LARGEST_RATIO as f32);
-                        weight * ratio
-                    } else {
-                        weight
-                    },
+                    weight: weights[lane] * scales[lane],
                 };
-                count += usize::from(weight > 0.0);
+                count += usize::from(weights[lane] > 0.0);
+                sum += weights[lane];
             }
         }
         out.truncate(count);
@@ -160,24 +148,60 @@ impl DirectionSet {
     }
 }
 
-/// The [`COUNTED`]th smallest of the angles: the smallest one that so many do not exceed.
+/// The weights ((R − d)/(R d))² of directions at squared chords, 0 from R on. Directions as near
+/// as [`SAME_DIRECTION`] are not among them.
 #[inline(always)]
-fn counted_smallest(angles: &[[f32; LANES]]) -> f32 {
-    let mut found = f32::INFINITY;
-    for mine in angles {
+fn fading(chords: &[f32; LANES], reach: f32) -> [f32; LANES] {
+    let mut weights = [0.0; LANES];
+    for (weight, &chord) in weights.iter_mut().zip(chords) {
+        let d = angle::of_squared_chord(chord);
+        let fading = (reach - d) / (reach * d);
+        *weight = if d < reach { fading * fading } else { 0.0 };
+    }
+    weights
+}
+
+/// The weights where the direction at the chord `nearest` takes all.
+fn all_for(nearest: f32, chords: &[f32; LANES]) -> [f32; LANES] {
+    chords.map(|chord| if chord == nearest { 1.0 } else { 0.0 })
+}
+
+#[inline(always)]
+fn smallest(chords: &[[f32; LANES]]) -> f32 {
+    let mut found = [f32::INFINITY; LANES];
+    for chords in chords {
+        for lane in 0..LANES {
+            found[lane] = lesser(found[lane], chords[lane]);
+        }
+    }
+    found.into_iter().fold(f32::INFINITY, lesser)
+}
+
+/// The [`COUNTED`]th smallest of the numbers: the smallest one that so many do not exceed.
+#[inline(always)]
+fn counted_smallest(numbers: &[[f32; LANES]]) -> f32 {
+    let mut found = [f32::INFINITY; LANES];
+    for mine in numbers {
         let mut not_above = [0i32; LANES];
-        for others in angles {
-            for &other in others {
-                for lane in 0..LANES {
-                    not_above[lane] += i32::from(other <= mine[lane]);
-                }
+        for &other in numbers.as_flattened() {
+            for lane in 0..LANES {
+                not_above[lane] += i32::from(other <= mine[lane]);
             }
         }
         for lane in 0..LANES {
-            if not_above[lane] >= COUNTED as i32 {
-                found = found.min(mine[lane]);
-            }
+            let candidate = if not_above[lane] >= COUNTED as i32 {
+                mine[lane]
+            } else {
+                f32::INFINITY
+            };
+            found[lane] = lesser(found[lane], candidate);
         }
     }
-    found
+    found.into_iter().fold(f32::INFINITY, lesser)
+}
+
+/// The smaller of two numbers that are not NaN, in one instruction.
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }

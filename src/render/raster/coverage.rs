@@ -30,14 +30,14 @@ trait EdgeNumber:
 }
 
 impl EdgeNumber for i32 {
-    #[inline]
+    #[inline(always)]
     fn to_f32(self) -> f32 {
         self as f32
     }
 }
 
 impl EdgeNumber for i64 {
-    #[inline]
+    #[inline(always)]
     fn to_f32(self) -> f32 {
         self as f32
     }
@@ -69,13 +69,32 @@ impl<const STORED: usize> TileSamples<STORED> {
     }
 
     /// Draws a triangle under a number.
+    #[inline(always)]
     pub fn draw(&mut self, corners: [&ScreenVertex; 3], number: u32) {
-        let at = corners.map(|v| [v.x - self.origin[0], v.y - self.origin[1]]);
-        let low = [0, 1].map(|axis| at[0][axis].min(at[1][axis]).min(at[2][axis]));
-        let high = [0, 1].map(|axis| at[0][axis].max(at[1][axis]).max(at[2][axis]));
-        let first = low.map(|v| v.div_euclid(SUBPIXEL).max(0));
-        let last = [0, 1].map(|axis| high[axis].div_euclid(SUBPIXEL).min(self.extent[axis] - 1));
-        let nearness = corners.map(|v| v.nearness);
+        let [ox, oy] = self.origin;
+        let [a, b, c] = corners;
+        let at = [
+            [a.x - ox, a.y - oy],
+            [b.x - ox, b.y - oy],
+            [c.x - ox, c.y - oy],
+        ];
+        let low = [
+            at[0][0].min(at[1][0]).min(at[2][0]),
+            at[0][1].min(at[1][1]).min(at[2][1]),
+        ];
+        let high = [
+            at[0][0].max(at[1][0]).max(at[2][0]),
+            at[0][1].max(at[1][1]).max(at[2][1]),
+        ];
+        let first = [
+            low[0].div_euclid(SUBPIXEL).max(0),
+            low[1].div_euclid(SUBPIXEL).max(0),
+        ];
+        let last = [
+            high[0].div_euclid(SUBPIXEL).min(self.extent[0] - 1),
+            high[1].div_euclid(SUBPIXEL).min(self.extent[1] - 1),
+        ];
+        let nearness = [a.nearness, b.nearness, c.nearness];
         if high[0] - low[0] < SMALL && high[1] - low[1] < SMALL {
             self.cover::<i32>(at, nearness, number, first, last);
         } else {
@@ -83,7 +102,7 @@ impl<const STORED: usize> TileSamples<STORED> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn cover<T: EdgeNumber>(
         &mut self,
         at: [[i32; 2]; 3],
@@ -95,30 +114,34 @@ impl<const STORED: usize> TileSamples<STORED> {
         let Some(triangle) = Edges::<T>::new(at, nearness) else {
             return;
         };
-        let offsets = triangle.edges.map(|edge| {
-            self.positions
-                .map(|[x, y]| edge.dx * T::from(y) - edge.dy * T::from(x))
-        });
+        let [e0, e1, e2] = &triangle.edges;
+        let offsets = [
+            e0.offsets(&self.positions),
+            e1.offsets(&self.positions),
+            e2.offsets(&self.positions),
+        ];
         for row in first[1]..=last[1] {
             let corner = [first[0] * SUBPIXEL, row * SUBPIXEL];
-            let mut at_pixel = triangle.edges.map(|edge| edge.at(corner));
+            let mut at_pixel = [e0.at(corner), e1.at(corner), e2.at(corner)];
             let pixels = (row * TILE as i32 + first[0]) as usize..;
             let count = (last[0] - first[0] + 1).max(0) as usize;
             let nearness = &mut self.nearness[pixels.clone()][..count];
             let triangles = &mut self.triangles[pixels][..count];
             for (nearness, triangles) in nearness.iter_mut().zip(triangles) {
                 for sample in 0..STORED {
-                    let [e0, e1, e2] = [0, 1, 2].map(|k| at_pixel[k] + offsets[k][sample]);
+                    let s0 = at_pixel[0] + offsets[0][sample];
+                    let s1 = at_pixel[1] + offsets[1][sample];
+                    let s2 = at_pixel[2] + offsets[2][sample];
                     let here = triangle.nearness
-                        + e1.to_f32() * triangle.slopes[0]
-                        + e2.to_f32() * triangle.slopes[1];
-                    let seen = (e0 | e1 | e2) >= T::from(0) && here > nearness[sample];
+                        + s1.to_f32() * triangle.slopes[0]
+                        + s2.to_f32() * triangle.slopes[1];
+                    let seen = (s0 | s1 | s2) >= T::from(0) && here > nearness[sample];
                     nearness[sample] = if seen { here } else { nearness[sample] };
                     triangles[sample] = if seen { number } else { triangles[sample] };
                 }
-                for (value, edge) in at_pixel.iter_mut().zip(&triangle.edges) {
-                    *value = *value - edge.dy * T::from(SUBPIXEL);
-                }
+                at_pixel[0] = at_pixel[0] - e0.dy * T::from(SUBPIXEL);
+                at_pixel[1] = at_pixel[1] - e1.dy * T::from(SUBPIXEL);
+                at_pixel[2] = at_pixel[2] - e2.dy * T::from(SUBPIXEL);
             }
         }
     }
@@ -135,20 +158,31 @@ struct Edge<T> {
 }
 
 impl<T: EdgeNumber> Edge<T> {
+    #[inline(always)]
     fn new(from: [i32; 2], to: [i32; 2]) -> Self {
         let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
         let owns_its_samples = dy > 0 || (dy == 0 && dx < 0);
         Self {
             dx: T::from(dx),
             dy: T::from(dy),
-            from: from.map(T::from),
+            from: [T::from(from[0]), T::from(from[1])],
             bias: T::from(i32::from(!owns_its_samples)),
         }
     }
 
-    #[inline]
+    /// What the function differs by at each position within a pixel.
+    #[inline(always)]
+    fn offsets<const STORED: usize>(&self, positions: &[[i32; 2]; STORED]) -> [T; STORED] {
+        let mut offsets = [T::from(0); STORED];
+        for (offset, &[x, y]) in offsets.iter_mut().zip(positions) {
+            *offset = self.dx * T::from(y) - self.dy * T::from(x);
+        }
+        offsets
+    }
+
+    #[inline(always)]
     fn at(&self, point: [i32; 2]) -> T {
-        let [x, y] = point.map(T::from);
+        let (x, y) = (T::from(point[0]), T::from(point[1]));
         self.dx * (y - self.from[1]) - self.dy * (x - self.from[0]) - self.bias
     }
 }
@@ -164,6 +198,7 @@ struct Edges<T> {
 
 impl<T: EdgeNumber> Edges<T> {
     /// `None` for a triangle without area. Either orientation is drawn.
+    #[inline(always)]
     fn new(mut at: [[i32; 2]; 3], mut nearness: [f32; 3]) -> Option<Self> {
         let difference = |a: usize, b: usize, axis: usize| i64::from(at[a][axis] - at[b][axis]);
         let area =
@@ -183,27 +218,32 @@ impl<T: EdgeNumber> Edges<T> {
                 Edge::new(at[0], at[1]),
             ],
             nearness: nearness[0],
-            slopes: [1, 2].map(|corner: usize| (nearness[corner] - nearness[0]) * scale),
+            slopes: [
+                (nearness[1] - nearness[0]) * scale,
+                (nearness[2] - nearness[0]) * scale,
+            ],
         })
     }
 }
 
 /// Perspective-correct barycentric weights of a sample that a screen triangle covers; `sample` in
 /// 1/256 pixel. With `perspective` the corners' nearness is 1/depth.
+#[inline(always)]
 pub(super) fn barycentric(
     corners: [&ScreenVertex; 3],
     sample: [i32; 2],
     perspective: bool,
 ) -> [f32; 3] {
-    let offset = |a: &ScreenVertex| (i64::from(a.x - sample[0]), i64::from(a.y - sample[1]));
-    let [a, b, c] = corners.map(offset);
+    let [a, b, c] = corners;
+    let offset = |v: &ScreenVertex| (i64::from(v.x - sample[0]), i64::from(v.y - sample[1]));
+    let (p, q, r) = (offset(a), offset(b), offset(c));
     let twice_area = |p: (i64, i64), q: (i64, i64)| (p.0 * q.1 - q.0 * p.1) as f32;
-    let mut weights = [twice_area(b, c), twice_area(c, a), twice_area(a, b)];
+    let (mut u, mut v, mut w) = (twice_area(q, r), twice_area(r, p), twice_area(p, q));
     if perspective {
-        for (weight, corner) in weights.iter_mut().zip(corners) {
-            *weight *= corner.nearness;
-        }
+        u *= a.nearness;
+        v *= b.nearness;
+        w *= c.nearness;
     }
-    let sum: f32 = weights.iter().sum();
-    weights.map(|weight| weight / sum)
+    let sum = u + v + w;
+    [u / sum, v / sum, w / sum]
 }

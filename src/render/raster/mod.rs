@@ -9,10 +9,12 @@ mod coverage;
 mod pattern;
 mod screen;
 
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 pub use bins::TILE;
 pub use coverage::NOTHING;
+use pattern::SUBPIXEL;
 pub use pattern::Samples;
 
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -93,10 +95,10 @@ impl SurfaceBuffer {
         let tiles = (0..(across * down) as usize)
             .into_par_iter()
             .map(|tile| match samples {
-                Samples::One => drawing.tile::<1>(tile),
-                Samples::Four => drawing.tile::<5>(tile),
-                Samples::Eight => drawing.tile::<9>(tile),
-                Samples::Sixteen => drawing.tile::<17>(tile),
+                Samples::One => draw_tile::<1>(&drawing, tile),
+                Samples::Four => draw_tile::<5>(&drawing, tile),
+                Samples::Eight => draw_tile::<9>(&drawing, tile),
+                Samples::Sixteen => draw_tile::<17>(&drawing, tile),
             })
             .collect();
         Self {
@@ -148,7 +150,7 @@ impl SurfaceBuffer {
     }
 
     /// An image of what `value` makes of each pixel's hits, row by row; `nothing` where a whole
-    /// tile sees nothing. Tiles run in parallel, each with working memory from `init`.
+    /// tile sees nothing. Rows run in parallel, with working memory from `init`.
     pub fn map_pixels<R: Copy + Send + Sync, W>(
         &self,
         nothing: R,
@@ -156,27 +158,19 @@ impl SurfaceBuffer {
         value: impl Fn(&mut W, &[Hit]) -> R + Sync + Send,
     ) -> Vec<R> {
         let stored = self.samples.stored();
-        let tiles: Vec<Vec<R>> = self
-            .tiles
-            .par_iter()
-            .map_init(init, |work, tile| {
-                tile.chunks(stored)
-                    .map(|pixel| value(work, pixel))
-                    .collect()
-            })
-            .collect();
-        let width = self.size[0] as usize;
+        let (width, side) = (self.size[0] as usize, TILE as usize);
+        let across = width.div_ceil(side);
         let mut image = vec![nothing; width * self.size[1] as usize];
         image
             .par_chunks_mut(width)
             .enumerate()
-            .for_each(|(row, line)| {
-                let across = line.len().div_ceil(TILE as usize);
-                let first = row / TILE as usize * across;
-                for (part, tile) in line.chunks_mut(TILE as usize).zip(&tiles[first..]) {
-                    if !tile.is_empty() {
-                        let start = row % TILE as usize * TILE as usize;
-                        part.copy_from_slice(&tile[start..start + part.len()]);
+            .for_each_init(init, |work, (row, line)| {
+                let tiles = &self.tiles[row / side * across..];
+                for (part, tile) in line.chunks_mut(side).zip(tiles) {
+                    let first = (row % side * side * stored).min(tile.len());
+                    let pixels = tile[first..].chunks_exact(stored);
+                    for (pixel, hits) in part.iter_mut().zip(pixels) {
+                        *pixel = value(work, hits);
                     }
                 }
             });
@@ -204,30 +198,37 @@ struct Drawing<'a> {
     samples: Samples,
 }
 
-impl Drawing<'_> {
-    fn tile<const STORED: usize>(&self, tile: usize) -> Vec<Hit> {
-        let across = tile_counts(self.view.size)[0] as usize;
-        let corner = [tile % across, tile / across].map(|index| index as u32 * TILE);
-        let mut numbers = self.bins.of_tile(tile).peekable();
-        if numbers.peek().is_none() {
-            return Vec::new();
-        }
-        let mut seen = TileSamples::<STORED>::new(corner, self.view.size, self.samples);
-        for number in numbers {
-            seen.draw(self.corners(number), number);
-        }
-        self.hits(corner, &seen.triangles)
+/// What the samples of one tile see.
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
+fn draw_tile<const STORED: usize>(drawing: &Drawing, tile: usize) -> Vec<Hit> {
+    let (view, samples) = (drawing.view, drawing.samples);
+    let across = tile_counts(view.size)[0] as usize;
+    let corner = [tile % across, tile / across].map(|index| index as u32 * TILE);
+    let mut numbers = drawing.bins.of_tile(tile).peekable();
+    if numbers.peek().is_none() {
+        return Vec::new();
     }
+    let mut seen = TileSamples::<STORED>::new(corner, view.size, samples);
+    for number in numbers {
+        seen.draw(drawing.corners(number), number);
+    }
+    drawing.hits(corner, &seen.triangles)
+}
 
+impl Drawing<'_> {
+    #[inline(always)]
     fn corners(&self, number: u32) -> [&screen::ScreenVertex; 3] {
         let corners = match self.triangles.get(number as usize) {
             Some(&corners) => corners,
             None => self.screen.pieces[number as usize - self.triangles.len()].corners,
         };
-        corners.map(|v| &self.screen.vertices[v as usize])
+        let [a, b, c] = corners;
+        let vertex = |v: u32| &self.screen.vertices[v as usize];
+        [vertex(a), vertex(b), vertex(c)]
     }
 
     /// The points of the triangles that a tile's samples see; empty when they see none.
+    #[inline(always)]
     fn hits<const STORED: usize>(&self, corner: [u32; 2], seen: &[[u32; STORED]]) -> Vec<Hit> {
         if seen.iter().flatten().all(|&number| number == NOTHING) {
             return Vec::new();
@@ -237,7 +238,7 @@ impl Drawing<'_> {
         for (pixel, numbers) in seen.iter().enumerate() {
             let column = corner[0] + pixel as u32 % TILE;
             let row = corner[1] + pixel as u32 / TILE;
-            let at = [column, row].map(|p| p as i32 * pattern::SUBPIXEL);
+            let at = [column as i32 * SUBPIXEL, row as i32 * SUBPIXEL];
             for (&number, position) in numbers.iter().zip(positions) {
                 hits.push(if number == NOTHING {
                     Hit::MISS
@@ -249,6 +250,7 @@ impl Drawing<'_> {
         hits
     }
 
+    #[inline(always)]
     fn hit(&self, number: u32, sample: [i32; 2]) -> Hit {
         let weights = barycentric(self.corners(number), sample, self.view.is_perspective());
         let piece = (number as usize).checked_sub(self.triangles.len());

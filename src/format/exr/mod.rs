@@ -4,11 +4,14 @@
 //! written in order, and the header's attributes are sorted by name (the `exr` crate keeps those
 //! beyond the standard's in a hash map). Not handled: tiles, deep data, subsampled channels.
 
+mod zip;
+
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
-use ::exr::block::chunk::Chunk;
+use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use ::exr::block::writer::ChunksWriter;
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::compression::Compression as ExrCompression;
@@ -59,16 +62,16 @@ impl From<Compression> for ExrCompression {
 
 /// The numbers of one channel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Numbers {
+pub enum Numbers<'a> {
     /// 16-bit floats.
-    Half(Vec<f16>),
+    Half(Cow<'a, [f16]>),
     /// 32-bit floats.
-    Float(Vec<f32>),
+    Float(Cow<'a, [f32]>),
     /// 32-bit unsigned integers.
-    Uint(Vec<u32>),
+    Uint(Cow<'a, [u32]>),
 }
 
-impl Numbers {
+impl Numbers<'_> {
     fn sample_type(&self) -> SampleType {
         match self {
             Self::Half(_) => SampleType::F16,
@@ -83,6 +86,10 @@ impl Numbers {
             Self::Float(numbers) => numbers.len(),
             Self::Uint(numbers) => numbers.len(),
         }
+    }
+
+    fn bytes_each(&self) -> usize {
+        self.sample_type().bytes_per_sample()
     }
 
     /// Some of the numbers, as bytes in the machine's order.
@@ -112,11 +119,11 @@ pub enum Attribute {
 
 /// A picture in memory with what its header says.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ExrImage {
+pub struct ExrImage<'a> {
     /// Columns and rows.
     pub size: [u32; 2],
     /// Channels by name; written in the names' order.
-    pub channels: BTreeMap<String, Numbers>,
+    pub channels: BTreeMap<String, Numbers<'a>>,
     /// Attributes by name. `worldToCamera` and `worldToNDC` are matrices.
     pub attributes: BTreeMap<String, Attribute>,
 }
@@ -133,7 +140,7 @@ pub fn encode(image: &ExrImage, compression: Compression) -> Result<Vec<u8>> {
         [header].into_iter().collect(),
         true,
         |meta, writer| {
-            for (index, chunk) in compress(image, &meta)? {
+            for (index, chunk) in compress(image, compression, &meta)? {
                 writer.write_chunk(index, chunk)?;
             }
             Ok(())
@@ -208,23 +215,50 @@ fn text(value: &str) -> Text {
 }
 
 /// Compresses all blocks in parallel; the result is in the file's order.
-fn compress(image: &ExrImage, meta: &MetaData) -> ::exr::error::Result<Vec<(usize, Chunk)>> {
+fn compress(
+    image: &ExrImage,
+    compression: Compression,
+    meta: &MetaData,
+) -> ::exr::error::Result<Vec<(usize, Chunk)>> {
     let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().collect();
     blocks
         .into_par_iter()
         .map(|(position, index)| {
-            let data = block_bytes(image, &index);
-            let chunk = UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)?;
+            let chunk = match compression {
+                Compression::Zip | Compression::Zips => zip_chunk(image, &index)?,
+                _ => None,
+            };
+            let chunk = match chunk {
+                Some(chunk) => chunk,
+                None => {
+                    let data = block_bytes(image, &index);
+                    UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)?
+                }
+            };
             Ok((position, chunk))
         })
         .collect()
+}
+
+/// A block deflated here; `None` where that saves nothing.
+fn zip_chunk(image: &ExrImage, index: &BlockIndex) -> std::io::Result<Option<Chunk>> {
+    let first = index.pixel_position.y();
+    let compressed = zip::compress(image, first..first + index.pixel_size.y())?;
+    Ok(compressed.map(|compressed_pixels_le| Chunk {
+        layer_index: index.layer,
+        compressed_block: CompressedBlock::ScanLine(CompressedScanLineBlock {
+            y_coordinate: first as i32,
+            compressed_pixels_le,
+        }),
+    }))
 }
 
 /// A block's numbers: line by line, channel by channel.
 fn block_bytes(image: &ExrImage, index: &BlockIndex) -> Vec<u8> {
     let width = image.size[0] as usize;
     let first = index.pixel_position.y();
-    let mut bytes = Vec::new();
+    let bytes_a_pixel: usize = image.channels.values().map(Numbers::bytes_each).sum();
+    let mut bytes = Vec::with_capacity(width * index.pixel_size.y() * bytes_a_pixel);
     for row in first..first + index.pixel_size.y() {
         for numbers in image.channels.values() {
             bytes.extend_from_slice(numbers.bytes(row * width..(row + 1) * width));
@@ -275,16 +309,17 @@ mod tests {
     use super::*;
     use ::exr::prelude::{FlatSamples, read};
 
-    fn image() -> ExrImage {
+    fn image() -> ExrImage<'static> {
         let (width, height) = (37, 21);
         let count = width * height;
         let ramp = |k: usize| (k as f32 * 0.37).sin().abs();
         let mut channels = BTreeMap::new();
-        let halfs = (0..count).map(|k| f16::from_f32(ramp(k))).collect();
-        channels.insert("R".into(), Numbers::Half(halfs));
-        channels.insert("Z".into(), Numbers::Float((0..count).map(ramp).collect()));
-        let labels = (0..count as u32).map(|k| k * 99_991).collect();
-        channels.insert("texton.I".into(), Numbers::Uint(labels));
+        let halfs: Vec<_> = (0..count).map(|k| f16::from_f32(ramp(k))).collect();
+        channels.insert("R".into(), Numbers::Half(halfs.into()));
+        let depths: Vec<f32> = (0..count).map(ramp).collect();
+        channels.insert("Z".into(), Numbers::Float(depths.into()));
+        let labels: Vec<u32> = (0..count as u32).map(|k| k * 99_991).collect();
+        channels.insert("texton.I".into(), Numbers::Uint(labels.into()));
         let mut matrix = [0.0; 16];
         matrix[12] = 7.0;
         let attributes = [
@@ -320,9 +355,9 @@ mod tests {
             let layer = &back.layer_data[0];
             for channel in &layer.channel_data.list {
                 let numbers = match &channel.sample_data {
-                    FlatSamples::F16(v) => Numbers::Half(v.clone()),
-                    FlatSamples::F32(v) => Numbers::Float(v.clone()),
-                    FlatSamples::U32(v) => Numbers::Uint(v.clone()),
+                    FlatSamples::F16(v) => Numbers::Half(v.into()),
+                    FlatSamples::F32(v) => Numbers::Float(v.into()),
+                    FlatSamples::U32(v) => Numbers::Uint(v.into()),
                 };
                 assert_eq!(numbers, image.channels[&channel.name.to_string()]);
             }
@@ -348,7 +383,9 @@ mod tests {
     #[test]
     fn channels_of_another_size_are_refused() {
         let mut image = image();
-        image.channels.insert("A".into(), Numbers::Float(vec![0.0]));
+        image
+            .channels
+            .insert("A".into(), Numbers::Float(vec![0.0].into()));
         let error = encode(&image, Compression::Zip).unwrap_err().to_string();
         assert!(error.contains("channel A"), "{error}");
     }

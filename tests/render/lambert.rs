@@ -1,0 +1,102 @@
+//! What comes back through the whole renderer: Lambert's law, and the values of sampled directions.
+
+use super::*;
+
+#[test]
+fn a_lambertian_ball_is_lambertian() {
+    let spec = SampleSpec {
+        size: [1, 1],
+        views: bonn81(),
+        lights: bonn81(),
+        dtype: DType::F2,
+    };
+    let bench = Bench::new(
+        |path| spec.write(path, lambertian),
+        |id| ball(40, [1, 1], id),
+    );
+    let map = SurfaceTextonMap::read(&bench.map).unwrap();
+    for (azimuth, elevation) in [(0.0f64, 5.0f64), (60.0, 30.0), (200.0, 62.0)] {
+        let file = bench.path("colors.ply");
+        let sun = format!("sun:{azimuth},{elevation}");
+        let words = [
+            "--irradiance",
+            "1",
+            "--size",
+            "16x16",
+            "--camera-elevation",
+            "0",
+            "--light",
+            &sun,
+            "--shadows",
+            "none",
+            "--vertex-colors",
+            text(&file),
+        ];
+        bench.render("frames", &words);
+        let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+        let light = DVec3::new(a.sin() * e.cos(), e.sin(), a.cos() * e.cos());
+        for (vertex, found) in vertex_colors(&file).into_iter().enumerate() {
+            let cos = map.normals[vertex].as_dvec3().dot(light).max(0.0);
+            for (found, albedo) in found.into_iter().zip([0.8, 0.5, 0.2]) {
+                let wanted = albedo * cos / PI;
+                assert!(
+                    (found - wanted).abs() < 0.01 * albedo / PI,
+                    "{sun}, vertex {vertex}: {found} {wanted}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_flat_square_shows_each_measured_light() {
+    // A single texel seen from straight above, under every light of a measurement in turn.
+    let mut directions = vec![Direction::from_angles(0.0, 0.0)];
+    directions.extend(fibonacci(40));
+    let spec = SampleSpec {
+        size: [1, 1],
+        views: directions.clone(),
+        lights: directions.clone(),
+        dtype: DType::F2,
+    };
+    let bench = Bench::new(
+        |path| spec.write(path, hashed),
+        |id| square(1, [1, 1], 1.0, id),
+    );
+    let mut table = "light_azimuth,light_elevation\n".to_string();
+    for light in &directions {
+        // Azimuth 0 is where the first camera stands: in front of it, at −y, when it looks down.
+        let azimuth = light.0.y.atan2(light.0.x).to_degrees() + 90.0;
+        table += &format!("{azimuth},{}\n", light.0.z.asin().to_degrees());
+    }
+    let path = bench.path("lights.csv");
+    fs::write(&path, table).unwrap();
+    let words = [
+        "--irradiance",
+        "1",
+        "--up",
+        "z",
+        "--projection",
+        "orthographic",
+        "--camera-elevation",
+        "90",
+        "--size",
+        "8x8",
+        "--sweep",
+        text(&path),
+        "--float",
+    ];
+    let folder = bench.render("frames", &words);
+    let sample = Sample::open(&bench.sample).unwrap();
+    for light in 0..directions.len() {
+        let frame = read_frame(&folder.join(format!("frame.{:04}.exr", light + 1)));
+        for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let stored = f64::from(sample.image(light).get(channel));
+            let found = frame.channels[name][4 * 8 + 4];
+            assert!(
+                (found - stored).abs() < 1e-3 * stored,
+                "light {light}: {found} {stored}"
+            );
+        }
+    }
+}
