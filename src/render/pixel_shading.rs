@@ -128,7 +128,7 @@ fn gather_lights(
         let incidence = light.at(p);
         let reaches = match visibility {
             Visibility::Open => 1.0,
-            Visibility::OfVertices(lists) => interpolated(&lists[index]),
+            Visibility::OfVertices(lists) => interpolated(lists[index]),
             Visibility::Rays => ray_visibility(scene, index, &incidence, hit, p),
         };
         all += luminance(incidence.irradiance);
