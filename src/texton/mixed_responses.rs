@@ -36,21 +36,19 @@ fn mix_pair(
     work: &mut Workspace,
     mut target: ArrayViewMut2<'_, f32>,
 ) {
-    let (count, sums) = (filters.count(), mixtures.count());
-    let mut by_filter = vec![Complex32::default(); count * sums];
+    let count = filters.count();
+    let mut sums = vec![Complex32::default(); mixtures.count()];
+    let mut rows = vec![0.0; sums.len() * 2 * count];
     let spectrum = filters.spectrum(planes, work);
-    for (filter, sums) in by_filter.chunks_mut(sums).enumerate() {
-        mixtures.apply(filters.respond(&spectrum, filter, work), sums);
-    }
-    for (sum, mut row) in target.outer_iter_mut().enumerate() {
-        for (component, out) in row.iter_mut().enumerate() {
-            let value = by_filter[component % count * sums + sum];
-            *out = if component < count {
-                value.re
-            } else {
-                value.im
-            };
+    for filter in 0..count {
+        mixtures.apply(filters.respond(&spectrum, filter, work), &mut sums);
+        for (row, sum) in rows.chunks_exact_mut(2 * count).zip(&sums) {
+            (row[filter], row[count + filter]) = (sum.re, sum.im);
         }
+    }
+    // A last plane without a partner has but the first half.
+    for (mut target, row) in target.outer_iter_mut().zip(rows.chunks_exact(2 * count)) {
+        target.iter_mut().zip(row).for_each(|(t, &v)| *t = v);
     }
 }
 
