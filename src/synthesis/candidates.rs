@@ -6,12 +6,12 @@ use crate::mesh::hierarchy::Neighbor;
 use crate::synthesis::exemplar_level::ExemplarLevel;
 
 /// A texel to try.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
     /// Its flat index.
     pub texel: u32,
-    /// Whether a neighbour's texel, shifted, leads to it.
-    pub coherent: bool,
+    /// What its distance counts: 1 where a neighbour's texel, shifted, leads to it.
+    pub factor: f64,
 }
 
 /// The texel a done neighbour at offset (x, y) with coordinate `at` proposes: the one that holds
@@ -69,17 +69,24 @@ impl CandidateList {
         }
     }
 
-    /// Adds the nearest texels of every coherent one.
-    pub fn add_nearest(&mut self, exemplar: &ExemplarLevel<'_>) {
+    /// Adds the nearest texels of every coherent one, whose distances count `coherence` times.
+    pub fn add_nearest(&mut self, exemplar: &ExemplarLevel<'_>, coherence: f64) {
         for index in 0..self.sources.len() {
             for &texel in &exemplar.nearest(self.sources[index])[1..] {
                 if self.is_new(texel) && exemplar.whole[texel as usize] {
                     self.list.push(Candidate {
                         texel,
-                        coherent: false,
+                        factor: coherence,
                     });
                 }
             }
+        }
+    }
+
+    /// Lets every candidate's distance count some factor more.
+    pub fn weigh(&mut self, factor: impl Fn(u32) -> f64) {
+        for candidate in &mut self.list {
+            candidate.factor *= factor(candidate.texel);
         }
     }
 
@@ -105,10 +112,7 @@ impl CandidateList {
         }
         self.sources.push(texel);
         if exemplar.whole[texel as usize] {
-            self.list.push(Candidate {
-                texel,
-                coherent: true,
-            });
+            self.list.push(Candidate { texel, factor: 1.0 });
         }
     }
 }
@@ -157,7 +161,7 @@ mod tests {
             list.collect_coherent(&exemplar, Some(coords[0]), &neighbors, &coords, |s| s != 4);
             let coherent: BTreeSet<u32> = list.candidates().iter().map(|c| c.texel).collect();
             assert_eq!(coherent.len(), list.candidates().len());
-            list.add_nearest(&exemplar);
+            list.add_nearest(&exemplar, 1.2);
             let mut expected = BTreeSet::new();
             let proposals = neighbors.iter().filter(|n| n.site != 4);
             let proposals =

@@ -1,10 +1,10 @@
-//! The choice among candidates: the smallest distance, ties to the smaller flat index; with a
-//! coherence κ above 1, the distances of candidates that are not coherent count κ times
-//! (after Hertzmann 2001).
+//! The choice among candidates: the smallest distance times the candidate's factor, ties to the
+//! smaller flat index. The factor is how coherent candidates are preferred (Hertzmann 2001's κ), and
+//! those not used too often already.
 
 use crate::synthesis::candidates::Candidate;
 
-/// The texel chosen, and its distance times κ where it is not coherent.
+/// The texel chosen, and its distance times its factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pick {
     /// Flat index of the texel.
@@ -26,12 +26,11 @@ impl Pick {
 #[inline(always)]
 pub fn smallest(
     candidates: &[Candidate],
-    coherence: f64,
     mut distance: impl FnMut(u32, f64) -> f64,
 ) -> Option<Pick> {
     let mut best: Option<Pick> = None;
     for candidate in candidates {
-        let factor = if candidate.coherent { 1.0 } else { coherence };
+        let factor = candidate.factor;
         let limit = best.map_or(f64::INFINITY, |best| best.score / factor);
         let pick = Pick {
             texel: candidate.texel,
@@ -48,29 +47,29 @@ pub fn smallest(
 mod tests {
     use super::*;
 
-    fn candidates(list: &[(u32, bool)]) -> Vec<Candidate> {
+    fn candidates(list: &[(u32, f64)]) -> Vec<Candidate> {
         list.iter()
-            .map(|&(texel, coherent)| Candidate { texel, coherent })
+            .map(|&(texel, factor)| Candidate { texel, factor })
             .collect()
     }
 
     #[test]
     fn ties_go_to_the_smaller_index() {
-        let list = candidates(&[(5, true), (3, false), (9, false)]);
-        let pick = smallest(&list, 1.0, |_, _| 2.0).unwrap();
+        let list = candidates(&[(5, 1.0), (3, 1.0), (9, 1.0)]);
+        let pick = smallest(&list, |_, _| 2.0).unwrap();
         assert_eq!(pick.texel, 3);
     }
 
     #[test]
-    fn coherence_prefers_the_coherent() {
-        let list = candidates(&[(5, true), (3, false)]);
+    fn a_smaller_factor_is_preferred() {
         let distance = |texel: u32, _: f64| if texel == 5 { 1.1 } else { 1.0 };
-        assert_eq!(smallest(&list, 1.0, distance).unwrap().texel, 3);
-        assert_eq!(smallest(&list, 1.2, distance).unwrap().texel, 5);
+        let of = |factor| smallest(&candidates(&[(5, 1.0), (3, factor)]), distance);
+        assert_eq!(of(1.0).unwrap().texel, 3);
+        assert_eq!(of(1.2).unwrap().texel, 5);
     }
 
     #[test]
     fn nothing_is_chosen_of_nothing() {
-        assert_eq!(smallest(&[], 1.0, |_, _| 0.0), None);
+        assert_eq!(smallest(&[], |_, _| 0.0), None);
     }
 }

@@ -255,13 +255,8 @@ impl Metric for EmbeddedMetric<'_> {
         f64::from(self.distance_inline(pattern, texel, limit as f32))
     }
 
-    fn best(
-        &self,
-        pattern: &EmbeddedPattern,
-        candidates: &[Candidate],
-        coherence: f64,
-    ) -> Option<Pick> {
-        best_candidate(self, pattern, candidates, coherence)
+    fn best(&self, pattern: &EmbeddedPattern, candidates: &[Candidate]) -> Option<Pick> {
+        best_candidate(self, pattern, candidates)
     }
 
     fn best_of_all(
@@ -270,7 +265,7 @@ impl Metric for EmbeddedMetric<'_> {
         coherent: &[Candidate],
         coherence: f64,
     ) -> Option<Pick> {
-        let first = best_candidate(self, pattern, coherent, coherence);
+        let first = best_candidate(self, pattern, coherent);
         match &self.projected {
             Some(projected) if pattern.complete => {
                 let mut bounds = std::mem::take(&mut pattern.bounds);
@@ -328,9 +323,8 @@ fn best_candidate(
     metric: &EmbeddedMetric<'_>,
     pattern: &EmbeddedPattern,
     candidates: &[Candidate],
-    coherence: f64,
 ) -> Option<Pick> {
-    smallest(candidates, coherence, |texel, limit| {
+    smallest(candidates, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     })
 }

@@ -186,7 +186,7 @@ impl Metric for GramMetric<'_> {
         coherent: &[Candidate],
         coherence: f64,
     ) -> Option<Pick> {
-        let mut best = smallest(coherent, coherence, |texel, limit| {
+        let mut best = smallest(coherent, |texel, limit| {
             self.distance(pattern, texel, limit)
         });
         let distances = self.distances_to_all(pattern);

@@ -17,18 +17,14 @@ pub trait Metric: Sync {
     fn distance(&self, pattern: &Self::Pattern, texel: u32, limit: f64) -> f64;
 
     /// The best of some candidates.
-    fn best(
-        &self,
-        pattern: &Self::Pattern,
-        candidates: &[Candidate],
-        coherence: f64,
-    ) -> Option<Pick> {
-        smallest(candidates, coherence, |texel, limit| {
+    fn best(&self, pattern: &Self::Pattern, candidates: &[Candidate]) -> Option<Pick> {
+        smallest(candidates, |texel, limit| {
             self.distance(pattern, texel, limit)
         })
     }
 
-    /// The best of all whole texels; `coherent` are those that a coherence above 1 prefers.
+    /// The best of all whole texels; `coherent` are those whose distances do not count
+    /// `coherence` times.
     fn best_of_all(
         &self,
         pattern: &mut Self::Pattern,

@@ -13,7 +13,7 @@
 //! | what a site's neighbourhood holds | [`site_samples`] |
 //! | distance of a site's and a texel's neighbourhood | [`metric`]: [`gram`] (through Φ), [`embedded`] (through a factor of it) |
 //! | which texels to try | [`candidates`], [`full_search`] |
-//! | which of them to take | [`choice`] |
+//! | which of them to take | [`choice`], after [`usage`] on the coarsest level |
 //! | in which order to visit | [`order`] (growing), [`coloring`] (in parallel) |
 //! | how a level starts and is refined | [`passes`] |
 //!
@@ -39,6 +39,7 @@ pub mod passes;
 pub mod pictures;
 pub mod quality;
 pub mod site_samples;
+pub mod usage;
 pub mod windows;
 
 #[cfg(test)]

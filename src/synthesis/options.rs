@@ -73,6 +73,10 @@ pub struct SynthesisOptions {
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
+    /// How much texels are shunned that the coarsest level uses often: a texel used n times as often as
+    /// the mean has its distance multiplied by 1 + EVENNESS·(n − 1); 0 is the paper. Of k-coherence only
+    #[arg(long, default_value_t = Self::default().evenness)]
+    pub evenness: f64,
     /// The order in which the coarsest level, or the only one, grows; finer levels are refined in
     /// parallel by colour classes
     #[arg(long, value_enum, default_value_t = Self::default().order)]
@@ -92,8 +96,9 @@ impl Default for SynthesisOptions {
             metric: MetricKind::default(),
             energy: 0.97,
             coherence: 1.2,
-            passes: 2,
+            passes: 3,
             start_passes: 2,
+            evenness: 0.5,
             order: Order::default(),
             seed: 0,
         }
@@ -126,6 +131,13 @@ impl SynthesisOptions {
                 "coherence",
                 self.coherence.to_string(),
                 "a factor of 1 or more",
+            ));
+        }
+        if !(self.evenness >= 0.0 && self.evenness.is_finite()) {
+            return Err(Error::option(
+                "evenness",
+                self.evenness.to_string(),
+                "0 or more",
             ));
         }
         Ok(())
@@ -167,6 +179,7 @@ mod tests {
         assert!(message(|o| o.energy = f64::NAN).contains("--energy: NaN"));
         assert!(message(|o| o.coherence = 0.5).contains("--coherence: 0.5"));
         assert!(message(|o| o.passes = 0).contains("--passes: 0"));
+        assert!(message(|o| o.evenness = -0.1).contains("--evenness: -0.1"));
         assert!(message(|o| o.start_passes = 0).contains("--start-passes: 0"));
     }
 

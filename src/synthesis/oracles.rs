@@ -142,19 +142,16 @@ fn full_search_with_bounds_is_the_scan_of_all() {
     let plain = EmbeddedMetric::new(&exemplar, &fine, Some(&coarse));
     let bounded = EmbeddedMetric::new(&exemplar, &fine, Some(&coarse)).with_projected_windows(9, 0);
     let all: Vec<Candidate> = (0..144)
-        .map(|texel| Candidate {
-            texel,
-            coherent: false,
-        })
+        .map(|texel| Candidate { texel, factor: 1.0 })
         .collect();
     let coherent = [Candidate {
         texel: 77,
-        coherent: true,
+        factor: 1.0,
     }];
     let mut pattern = EmbeddedPattern::default();
     for site in 0..60 {
         plain.read(&case.neighborhood(site, None), &mut pattern);
-        let expected = plain.best(&pattern, &all, 1.0);
+        let expected = plain.best(&pattern, &all);
         assert_eq!(bounded.best_of_all(&mut pattern, &[], 1.0), expected);
         assert_eq!(plain.best_of_all(&mut pattern, &[], 1.0), expected);
         let preferred = plain.best_of_all(&mut pattern, &coherent, 1.3);
@@ -443,7 +440,7 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
     let mut list = CandidateList::default();
     let corner = exemplar.grid.centre(TexelIndex(0));
     list.collect_coherent(&exemplar, Some(corner), &[], &[], |_| true);
-    list.add_nearest(&exemplar);
+    list.add_nearest(&exemplar, 1.0);
     assert!(list.candidates().is_empty());
     let sites = fixtures::random_sites(3, 40, 0);
     let fine = Embedding::new(&space.levels[0], 1.0);

@@ -19,6 +19,7 @@ use crate::synthesis::metric::Metric;
 use crate::synthesis::options::{Search, SynthesisOptions};
 use crate::synthesis::order::growing_order;
 use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
+use crate::synthesis::usage::Usage;
 
 /// Sites a thread takes at a time.
 const BATCH: usize = 64;
@@ -46,6 +47,26 @@ pub struct LevelPass<'a, M> {
     pub metric: &'a M,
     /// What was asked.
     pub options: &'a SynthesisOptions,
+}
+
+/// What a choice sees of the other sites.
+#[derive(Clone, Copy)]
+enum Seen<'a> {
+    /// What all of them hold.
+    All,
+    /// Only those that are done.
+    Done(&'a [bool]),
+    /// All, and how often each texel is used.
+    Used(&'a Usage),
+}
+
+impl<'a> Seen<'a> {
+    fn done(self) -> Option<&'a [bool]> {
+        match self {
+            Self::Done(done) => Some(done),
+            Self::All | Self::Used(_) => None,
+        }
+    }
 }
 
 /// Working memory of one thread.
@@ -124,13 +145,18 @@ impl<M: Metric> LevelPass<'_, M> {
         LevelState::of_texels(self.exemplar, texels)
     }
 
-    /// Visits every site once in growing order, each seeing what all others hold by then.
+    /// Visits every site once in growing order, each seeing what all others hold by then, and
+    /// shunning texels that are used more often than others.
     pub fn sweep(&self, state: &mut LevelState, sweep: u64, progress: Progress<'_>) -> Result<()> {
         let mut scratch = Scratch::<M::Pattern>::default();
+        let mut usage = Usage::of(self.exemplar, &state.coords, self.options.evenness);
         for (visit, site) in self.visiting_order(sweep).into_iter().enumerate() {
             tell(progress, visit)?;
-            let texel = self.choose(site as usize, state, None, &mut scratch);
-            state.set(self.exemplar, site as usize, texel);
+            let site = site as usize;
+            usage.leave(self.exemplar.grid.texel_nearest(state.coords[site]));
+            let texel = self.choose(site, state, Seen::Used(&usage), &mut scratch);
+            usage.take(TexelIndex(texel));
+            state.set(self.exemplar, site, texel);
         }
         Ok(())
     }
@@ -145,7 +171,7 @@ impl<M: Metric> LevelPass<'_, M> {
             let site = site as usize;
             let neighbors = self.sites.neighbors.of_site(site);
             if neighbors.iter().any(|near| done[near.site as usize]) {
-                let texel = self.choose(site, &state, Some(&done), &mut scratch);
+                let texel = self.choose(site, &state, Seen::Done(&done), &mut scratch);
                 state.set(self.exemplar, site, texel);
             }
             done[site] = true;
@@ -178,7 +204,7 @@ impl<M: Metric> LevelPass<'_, M> {
                 let taken = pool.lock().unwrap_or_else(PoisonError::into_inner).pop();
                 let mut scratch = taken.unwrap_or_default();
                 for (texel, &site) in chosen.iter_mut().zip(sites) {
-                    *texel = self.choose(site as usize, state, None, &mut scratch);
+                    *texel = self.choose(site as usize, state, Seen::All, &mut scratch);
                 }
                 pool.lock()
                     .unwrap_or_else(PoisonError::into_inner)
@@ -212,9 +238,10 @@ impl<M: Metric> LevelPass<'_, M> {
         &self,
         site: usize,
         state: &LevelState,
-        done: Option<&[bool]>,
+        seen: Seen<'_>,
         scratch: &mut Scratch<M::Pattern>,
     ) -> u32 {
+        let done = seen.done();
         let own = done.is_none().then(|| state.coords[site]);
         let neighbors = self.sites.neighbors.of_site(site);
         let counts = |other: usize| done.is_none_or(|done| done[other]);
@@ -224,9 +251,12 @@ impl<M: Metric> LevelPass<'_, M> {
         self.metric.read(&neighborhood, &mut scratch.pattern);
         let coherence = self.options.coherence;
         if self.options.search == Search::KCoherence {
-            candidates.add_nearest(self.exemplar);
+            candidates.add_nearest(self.exemplar, coherence);
+            if let Seen::Used(usage) = seen {
+                candidates.weigh(|texel| usage.factor(texel));
+            }
             let candidates = candidates.candidates();
-            if let Some(pick) = self.metric.best(&scratch.pattern, candidates, coherence) {
+            if let Some(pick) = self.metric.best(&scratch.pattern, candidates) {
                 return pick.texel;
             }
         }

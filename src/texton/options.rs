@@ -11,6 +11,9 @@ use crate::grid::TexelGrid;
 
 /// The paper's number of textons and of representative images (Tong 2002 §4).
 const PAPER_COUNT: u32 = 400;
+/// Textons a coarser level has at least: with the handful that quarters leave, most neighbourhoods of
+/// the coarsest level are equal, and synthesis settles on a corner of the sample.
+const LEAST_COARSE_TEXTONS: u32 = 64;
 /// Labels are 16 bits and 65535 means none.
 const MOST_TEXTONS: u32 = 65_534;
 
@@ -18,7 +21,8 @@ const MOST_TEXTONS: u32 = 65_534;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TextonOptions {
-    /// Textons at the finest level; each coarser level has about a quarter (Tong 2002: 400).
+    /// Textons at the finest level; each coarser level has about a quarter, but no fewer than 64
+    /// where there are as many (Tong 2002: 400).
     #[arg(long, default_value_t = Self::default().textons, value_name = "N")]
     pub textons: u32,
     /// Representative images, or `all`. Default: 400, or all where the sample has fewer.
@@ -107,10 +111,12 @@ impl TextonOptions {
         }
     }
 
-    /// Textons at a level: about a quarter of those of the level below (Tong 2002 §5.1).
+    /// Textons at a level: about a quarter of those of the level below (Tong 2002 §5.1), but no fewer
+    /// than [`LEAST_COARSE_TEXTONS`] where the finest has as many.
     pub fn textons_at(&self, level: usize) -> usize {
         let quarter = 4_f64.powi(level as i32);
-        ((f64::from(self.textons) / quarter).round() as usize).max(1)
+        let least = LEAST_COARSE_TEXTONS.min(self.textons);
+        ((f64::from(self.textons) / quarter).round() as usize).max(least as usize)
     }
 
     /// The texel grids of all levels, finest first.
@@ -306,9 +312,14 @@ mod tests {
     }
 
     #[test]
-    fn coarser_levels_have_a_quarter_of_the_textons() {
+    fn coarser_levels_have_a_quarter_of_the_textons_but_not_too_few() {
         let options = TextonOptions::default();
         let counts: Vec<_> = (0..6).map(|level| options.textons_at(level)).collect();
-        assert_eq!(counts, [400, 100, 25, 6, 2, 1]);
+        assert_eq!(counts, [400, 100, 64, 64, 64, 64]);
+        let few = TextonOptions {
+            textons: 24,
+            ..options
+        };
+        assert_eq!([few.textons_at(0), few.textons_at(3)], [24, 24]);
     }
 }
