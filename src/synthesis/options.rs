@@ -98,7 +98,7 @@ impl Default for SynthesisOptions {
             coherence: 1.2,
             passes: 3,
             start_passes: 2,
-            evenness: 0.5,
+            evenness: 0.2,
             order: Order::default(),
             seed: 0,
         }

@@ -231,7 +231,8 @@ fn check_count(
     progress: Progress<'_>,
 ) -> Result<()> {
     let (asked, distinct) = (options.textons_at(level), found.counts.len());
-    if distinct == asked {
+    let every_texel = level > 0 && distinct == found.labels.len();
+    if distinct == asked || every_texel {
         return Ok(());
     }
     if level == 0 {
