@@ -93,7 +93,7 @@ fn texton_centres(bencher: divan::Bencher<'_, '_>, tileable: bool) {
     let averages = TexelMixtures::averages(&labels, &counts, |texel| filters.place(texel));
     bencher.bench(|| {
         let mut centroids = Array2::zeros((TEXTONS, PLANES * 48));
-        mix_into(&filters, &averages, &planes, centroids.view_mut());
+        mix_into(&filters, &averages, &planes, vec![centroids.view_mut()]);
         centroids
     });
 }

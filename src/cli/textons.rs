@@ -14,6 +14,7 @@ use crate::format::image::write_png;
 use crate::format::json;
 use crate::texton::picture::{self, Picture};
 use crate::texton::report::{AnalysisReport, LevelReport};
+use crate::texton::vocabulary::FoundVocabulary;
 use crate::texton::{self, Analysis, TextonOptions};
 
 /// Find the 3D textons of a BTF sample: filter bank, representative images, K-means.
@@ -58,10 +59,12 @@ impl Arguments {
             memory: self.options.memory.or_else(machine::quarter_of_memory),
             ..self.options.clone()
         };
-        let mut analysis = texton::analyze(&sample, &options, session.progress())?;
+        let analysis = texton::analyze(&sample, &options, session.progress())?;
         self.write_side_outputs(&sample, &analysis)?;
-        analysis.vocabulary.write(&self.output)?;
-        self.outcome(&analysis)
+        let Analysis { vocabulary, report } = analysis;
+        let outcome = self.outcome(&vocabulary, &report)?;
+        let id = vocabulary.write(&self.output)?;
+        Ok(outcome.figure("id", id.to_string()))
     }
 
     /// Files beside the vocabulary.
@@ -88,7 +91,7 @@ impl Arguments {
         }
     }
 
-    fn outcome(&self, Analysis { vocabulary, report }: &Analysis) -> Result<Outcome> {
+    fn outcome(&self, vocabulary: &FoundVocabulary, report: &AnalysisReport) -> Result<Outcome> {
         let mut outcome = Outcome::default().line(format!(
             "{} of {} images, {} channels, read {} times at most",
             report.representatives, report.images, vocabulary.channels, report.times_read
@@ -99,9 +102,7 @@ impl Arguments {
         if let Value::Object(figures) = figures(report)? {
             outcome.figures.extend(figures);
         }
-        outcome = outcome
-            .figure("id", vocabulary.id.to_string())
-            .wrote(&self.output);
+        outcome = outcome.wrote(&self.output);
         for path in self.side_outputs() {
             outcome = outcome.wrote(path);
         }

@@ -1,13 +1,14 @@
 //! `.npz` archives: several arrays and one `meta.json`, as `numpy.load` opens them.
 //!
 //! Written members are stored uncompressed and dated 1980-01-01, so that the same content is the
-//! same bytes. Members are read where they lie, mapped. They may be deflated; an archive that expands beyond what deflate does to
-//! real data is refused before it fills the memory.
+//! same bytes. Members are read where they lie, mapped. They may be deflated; an archive that expands
+//! beyond what deflate does to real data is refused before it fills the memory.
 
 use std::io::{self, Cursor, Read, Write};
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array, ArrayView, Dimension};
+use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 use zip::write::SimpleFileOptions;
@@ -25,6 +26,11 @@ const META: &str = "meta.json";
 const EXPANSION_FACTOR: u64 = 256;
 /// Expanded bytes allowed in any case.
 const EXPANSION_BASE: u64 = 256 << 20;
+
+/// Bytes checked by one task.
+const CHECKED: usize = 1 << 20;
+/// Bytes written and hashed at once.
+const WRITTEN: usize = 4 << 20;
 
 /// An archive open for reading.
 #[derive(Debug)]
@@ -105,7 +111,7 @@ impl Reader {
 
     /// A member's bytes, their checksum compared.
     fn member(&mut self, name: &str) -> Result<Bytes> {
-        let Ok(mut member) = self.archive.by_name(name) else {
+        let Ok(member) = self.archive.by_name(name) else {
             return Err(self
                 .fault(name, "missing")
                 .expected("a member of this name"));
@@ -113,11 +119,18 @@ impl Reader {
         if let (CompressionMethod::Stored, Some(start)) =
             (member.compression(), member.data_start())
         {
-            let read = io::copy(&mut member, &mut io::sink());
+            let (length, checksum) = (member.size(), member.crc32());
             drop(member);
-            let length = read.map_err(|error| self.fault(name, error.to_string()))?;
-            let range = start as usize..(start + length) as usize;
-            return Ok(Bytes::InFile(self.file.clone(), range));
+            let end = usize::try_from(start.saturating_add(length)).unwrap_or(usize::MAX);
+            let range = start as usize..end;
+            let found = self.file.as_ref().get(range.clone()).map(checksum_of);
+            return match found {
+                Some(found) if found == checksum => Ok(Bytes::InFile(self.file.clone(), range)),
+                Some(_) => Err(self
+                    .fault(name, "its checksum is another")
+                    .advice("the file is damaged; make it again")),
+                None => Err(self.fault(name, "the file ends within it")),
+            };
         }
         let mut bytes = Vec::new();
         let read = member.take(self.allowance + 1).read_to_end(&mut bytes);
@@ -132,6 +145,19 @@ impl Reader {
         self.allowance -= bytes.len() as u64;
         Ok(Bytes::Expanded(bytes))
     }
+}
+
+/// The CRC-32 of a member, its parts summed on all threads.
+fn checksum_of(bytes: &[u8]) -> u32 {
+    let hash = |part: &[u8]| {
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(part);
+        hasher
+    };
+    let parts: Vec<_> = bytes.par_chunks(CHECKED).map(hash).collect();
+    let mut whole = crc32fast::Hasher::new();
+    parts.iter().for_each(|part| whole.combine(part));
+    whole.finalize()
 }
 
 fn member_name(array: &str) -> String {
@@ -151,12 +177,7 @@ impl Writer<'_> {
         name: &str,
         array: ArrayView<'_, T, D>,
     ) -> io::Result<()> {
-        let bytes = (array.len() * size_of::<T>()) as u64;
-        self.zip.start_file(member_name(name), options(bytes))?;
-        self.content.update(name.as_bytes());
-        let mut header = Vec::new();
-        npy::write_header::<T>(&mut header, array.shape())?;
-        self.bytes(&header)?;
+        self.begin::<T>(name, array.shape())?;
         let array = array.as_standard_layout();
         let numbers = array
             .as_slice()
@@ -164,11 +185,45 @@ impl Writer<'_> {
         self.bytes(bytemuck::cast_slice(numbers))
     }
 
-    /// Writes to the archive and hashes at the same time.
+    /// Adds an array that comes in blocks, one after another in C order; each is dropped once it is written.
+    pub fn blocks<T: npy::Element>(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        blocks: impl Iterator<Item = impl AsRef<[T]>>,
+    ) -> io::Result<()> {
+        self.begin::<T>(name, shape)?;
+        let mut missing: usize = shape.iter().product();
+        for block in blocks {
+            let numbers = block.as_ref();
+            self.bytes(bytemuck::cast_slice(numbers))?;
+            missing = missing.saturating_sub(numbers.len());
+        }
+        match missing {
+            0 => Ok(()),
+            _ => Err(io::Error::other(format!("{name} lacks {missing} numbers"))),
+        }
+    }
+
+    /// Begins the member of an array.
+    fn begin<T: npy::Element>(&mut self, name: &str, shape: &[usize]) -> io::Result<()> {
+        let bytes = shape.iter().product::<usize>() * size_of::<T>();
+        let options = options(bytes as u64);
+        self.zip.start_file(member_name(name), options)?;
+        self.content.update(name.as_bytes());
+        let mut header = Vec::new();
+        npy::write_header::<T>(&mut header, shape)?;
+        self.bytes(&header)
+    }
+
+    /// Writes to the archive and hashes at the same time, while the bytes are near.
     fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let (zip, content) = (&mut self.zip, &mut self.content);
-        let (written, _) = rayon::join(|| zip.write_all(bytes), || content.update_rayon(bytes));
-        written
+        for bytes in bytes.chunks(WRITTEN) {
+            let (zip, content) = (&mut self.zip, &mut self.content);
+            let (written, _) = rayon::join(|| zip.write_all(bytes), || content.update_rayon(bytes));
+            written?;
+        }
+        Ok(())
     }
 }
 

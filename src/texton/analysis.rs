@@ -4,7 +4,7 @@
 //! representatives, for the texels' dot products (or, where these are too many, twice for a
 //! sketch), and for the centres.
 
-use ndarray::{Array2, Array3, s};
+use ndarray::Array3;
 use serde_json::Value;
 
 use crate::btf::sample::Sample;
@@ -22,15 +22,16 @@ use crate::texton::panels::Panels;
 use crate::texton::plan::{Plan, Sizes};
 use crate::texton::report::{AnalysisReport, LevelReport};
 use crate::texton::representatives;
+use crate::texton::row_blocks::RowBlocks;
 use crate::texton::sub_grid::SubGrid;
 use crate::texton::texel_mixtures::TexelMixtures;
-use crate::texton::vocabulary::{Vocabulary, VocabularyLevel};
+use crate::texton::vocabulary::{FoundVocabulary, VocabularyLevel};
 
 /// What texton analysis finds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Analysis {
     /// The textons of every level.
-    pub vocabulary: Vocabulary,
+    pub vocabulary: FoundVocabulary,
     /// How they were found.
     pub report: AnalysisReport,
 }
@@ -81,7 +82,7 @@ pub fn analyze(
     let chosen_by_reading = u32::from(representatives.len() < sample.image_count());
     report.times_read = panels.passes() + chosen_by_reading;
     report.levels = level_reports(&levels, &plan, &found);
-    let vocabulary = Vocabulary {
+    let vocabulary = FoundVocabulary {
         levels: assemble(&levels, found, centroids),
         filters: bank.mapv(|tap| tap as f32),
         channels: stack.channels.count() as u32,
@@ -156,7 +157,7 @@ fn centroids(
     levels: &[Level<'_>],
     found: &[Found],
     progress: Progress<'_>,
-) -> Result<Vec<Array2<f32>>> {
+) -> Result<Vec<RowBlocks>> {
     let components = panels.planes() * FILTERS;
     let mut targets: Vec<_> = levels
         .iter()
@@ -164,14 +165,17 @@ fn centroids(
         .map(|(level, Found { clustering, .. })| {
             let place = |texel| level.filters.place(texel);
             let averages = TexelMixtures::averages(&clustering.labels, &clustering.counts, place);
-            let centroids = Array2::zeros((averages.count(), components));
-            (averages, centroids)
+            let centroids = RowBlocks::zeros(averages.count(), components).map_err(|error| {
+                Error::data("texton centres", format!("no memory for them: {error}"))
+                    .advice("take fewer --images or --textons")
+            })?;
+            Ok((averages, centroids))
         })
-        .collect();
+        .collect::<Result<_>>()?;
     panels.each("texton centres", progress, |first, planes| {
         for (((averages, centroids), planes), level) in targets.iter_mut().zip(planes).zip(levels) {
             let range = level.components(first, planes);
-            let target = centroids.slice_mut(s![.., range]);
+            let target = centroids.columns_mut(range);
             mix_into(&level.filters, averages, planes, target);
         }
     })?;
@@ -191,8 +195,8 @@ fn level_reports(levels: &[Level<'_>], plan: &Plan, found: &[Found]) -> Vec<Leve
 fn assemble(
     levels: &[Level<'_>],
     found: Vec<Found>,
-    centroids: Vec<Array2<f32>>,
-) -> Vec<VocabularyLevel> {
+    centroids: Vec<RowBlocks>,
+) -> Vec<VocabularyLevel<RowBlocks>> {
     let levels = levels.iter().zip(found).zip(centroids);
     levels
         .map(|((level, Found { clustering, .. }), centroids)| {

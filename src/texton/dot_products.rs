@@ -1,20 +1,21 @@
 //! Dot products of textons, the Gram matrix Φ of Tong 2002 §4, from their appearance vectors.
 //!
-//! In: rows of `f32`, which may stay in their file. Out: all products in `f64`, taken panel by panel of components
-//! in `f64`, so that they are exact to the inputs' rounding.
+//! In: rows of `f32`, which may stay in their file. Out: all products in `f64`, taken panel by panel
+//! of components in `f64`, so that they are exact to the inputs' rounding.
 
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayBase, ArrayView2, ArrayViewMut2, Axis, Data, Ix2, s};
+use ndarray::{Array2, ArrayBase, ArrayView2, ArrayViewMut2, Data, Ix2, s};
 use rayon::prelude::*;
 
 use crate::format::stored_array::StoredArray;
-use crate::texton::matrix::{Target, multiply};
+use crate::texton::matrix::{Target, as_rows, multiply};
+use crate::texton::turning::turn;
 
-/// Sides of the tiles of Φ.
-const TILE: usize = 128;
+/// Vectors in a strip, which is a side of the tiles of Φ: a multiple of the kernels' 32.
+const STRIP: usize = 64;
 /// Components converted to `f64` at once.
-const PANEL: usize = 4096;
+const PANEL: usize = 2048;
 
 /// Row vectors that dot products are wanted of, in memory or in a file.
 pub trait RowVectors: Sync {
@@ -54,23 +55,68 @@ impl RowVectors for StoredArray<f32> {
 /// Φ [rows, rows] of row vectors.
 pub fn dot_products(vectors: &impl RowVectors) -> Array2<f64> {
     let (count, length) = vectors.sides();
-    let mut tiles = lower_tiles(count);
+    let mut strips: Vec<Strip> = (0..count)
+        .step_by(STRIP)
+        .map(|start| Strip::new(start..(start + STRIP).min(count)))
+        .collect();
+    let mut tiles = lower_tiles(&strips);
     for from in (0..length).step_by(PANEL) {
-        let panel = widened(vectors, from..(from + PANEL).min(length));
+        let panel = from..(from + PANEL).min(length);
+        strips
+            .par_iter_mut()
+            .for_each(|strip| strip.take(vectors, panel.clone()));
         tiles.par_iter_mut().for_each(|tile| {
-            let [rows, columns] = [tile.row, tile.column].map(|from| part(&panel, from));
+            let [rows, columns] = [tile.row, tile.column].map(|at| strips[at].panel());
             let target = tile.products.view_mut();
-            multiply(rows, columns.reversed_axes(), target, Target::Add);
+            multiply(rows.reversed_axes(), columns, target, Target::Add);
         });
     }
     let mut products = Array2::zeros((count, count));
-    tiles
-        .iter()
-        .for_each(|tile| tile.write(products.view_mut()));
+    for tile in &tiles {
+        let corner = [tile.row, tile.column].map(|at| strips[at].rows.start);
+        tile.write(corner, products.view_mut());
+    }
     products
 }
 
-/// Some rows times some rows.
+/// Some vectors, and a panel of their components.
+struct Strip {
+    rows: Range<usize>,
+    numbers: Vec<f32>,
+    wide: Vec<f64>,
+}
+
+impl Strip {
+    fn new(rows: Range<usize>) -> Self {
+        Self {
+            rows,
+            numbers: Vec::new(),
+            wide: Vec::new(),
+        }
+    }
+
+    fn take(&mut self, vectors: &impl RowVectors, panel: Range<usize>) {
+        self.numbers.clear();
+        for row in self.rows.clone() {
+            let numbers = vectors.components(row, panel.clone());
+            self.numbers.extend(numbers);
+        }
+        let (width, components) = (self.rows.len(), panel.len());
+        self.wide.resize(components * width, 0.0);
+        turn(&self.numbers, components, &mut self.wide, width, f64::from);
+    }
+
+    /// [components, vectors]: what the kernels read together lies together.
+    fn panel(&self) -> ArrayView2<'_, f64> {
+        as_rows(
+            &self.wide,
+            self.wide.len() / self.rows.len(),
+            self.rows.len(),
+        )
+    }
+}
+
+/// One strip times another.
 struct Tile {
     row: usize,
     column: usize,
@@ -78,44 +124,23 @@ struct Tile {
 }
 
 /// The tiles on the diagonal and left of it.
-fn lower_tiles(count: usize) -> Vec<Tile> {
-    let starts = || (0..count).step_by(TILE);
-    let side = |from: usize| TILE.min(count - from);
+fn lower_tiles(strips: &[Strip]) -> Vec<Tile> {
+    let side = |at: usize| strips[at].rows.len();
     let tile = |row, column| Tile {
         row,
         column,
         products: Array2::zeros((side(row), side(column))),
     };
-    let of_row = |row| starts().take_while(move |&column| column <= row);
-    starts()
-        .flat_map(|row| of_row(row).map(move |column| tile(row, column)))
+    (0..strips.len())
+        .flat_map(|row| (0..=row).map(move |column| tile(row, column)))
         .collect()
-}
-
-fn part(panel: &Array2<f64>, from: usize) -> ArrayView2<'_, f64> {
-    panel.slice(s![from..(from + TILE).min(panel.nrows()), ..])
-}
-
-/// Components of all vectors.
-fn widened(vectors: &impl RowVectors, columns: Range<usize>) -> Array2<f64> {
-    let mut wide = Array2::zeros((vectors.sides().0, columns.len()));
-    wide.axis_iter_mut(Axis(0))
-        .into_par_iter()
-        .enumerate()
-        .for_each(|(row, mut wide)| {
-            let numbers = vectors.components(row, columns.clone());
-            wide.iter_mut()
-                .zip(numbers)
-                .for_each(|(w, v)| *w = f64::from(v));
-        });
-    wide
 }
 
 impl Tile {
     /// Writes the tile and its mirror image.
-    fn write(&self, mut matrix: ArrayViewMut2<'_, f64>) {
+    fn write(&self, corner: [usize; 2], mut matrix: ArrayViewMut2<'_, f64>) {
         for ((row, column), &product) in self.products.indexed_iter() {
-            let at = [self.row + row, self.column + column];
+            let at = [corner[0] + row, corner[1] + column];
             if at[1] <= at[0] {
                 matrix[at] = product;
                 matrix[[at[1], at[0]]] = product;

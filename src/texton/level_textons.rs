@@ -138,7 +138,7 @@ impl<'a> MixedLevel<'a> {
     fn add(&mut self, first: usize, planes: &[f32]) {
         let range = self.level.components(first, planes);
         let rows = self.rows.slice_mut(s![.., range]);
-        mix_into(&self.level.filters, &self.mixtures, planes, rows);
+        mix_into(&self.level.filters, &self.mixtures, planes, vec![rows]);
     }
 }
 

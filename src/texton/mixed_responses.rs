@@ -11,16 +11,17 @@ use rustfft::num_complex::Complex32;
 
 use crate::texton::plane_filters::{PlaneFilters, Workspace};
 use crate::texton::texel_mixtures::TexelMixtures;
+use crate::texton::turning::turn;
 
-/// Writes the sums' components for planes, one after another, into [sums, planes · 48].
+/// Writes the sums' components for planes, one after another: rows of [sums, planes · 48], which
+/// `target` has in one or more blocks, one below another.
 pub fn mix_into(
     filters: &PlaneFilters,
     mixtures: &TexelMixtures,
     planes: &[f32],
-    mut target: ArrayViewMut2<'_, f32>,
+    target: Vec<ArrayViewMut2<'_, f32>>,
 ) {
-    target
-        .axis_chunks_iter_mut(Axis(1), 2 * filters.count())
+    columns_of_pairs(target, 2 * filters.count())
         .into_par_iter()
         .zip(planes.par_chunks(2 * filters.texels()))
         .for_each_init(
@@ -29,26 +30,49 @@ pub fn mix_into(
         );
 }
 
+/// The columns that each pair of planes fills, in every block.
+fn columns_of_pairs(
+    blocks: Vec<ArrayViewMut2<'_, f32>>,
+    width: usize,
+) -> Vec<Vec<ArrayViewMut2<'_, f32>>> {
+    let mut pairs: Vec<Vec<_>> = Vec::new();
+    for mut block in blocks {
+        for pair in 0..block.ncols().div_ceil(width) {
+            let end = width.min(block.ncols());
+            let (columns, rest) = block.split_at(Axis(1), end);
+            if pair == pairs.len() {
+                pairs.push(Vec::new());
+            }
+            pairs[pair].push(columns);
+            block = rest;
+        }
+    }
+    pairs
+}
+
 fn mix_pair(
     filters: &PlaneFilters,
     mixtures: &TexelMixtures,
     planes: &[f32],
     work: &mut Workspace,
-    mut target: ArrayViewMut2<'_, f32>,
+    mut target: Vec<ArrayViewMut2<'_, f32>>,
 ) {
-    let count = filters.count();
-    let mut sums = vec![Complex32::default(); mixtures.count()];
-    let mut rows = vec![0.0; sums.len() * 2 * count];
+    let (filter_count, sum_count) = (filters.count(), mixtures.count());
+    let mut sums = vec![Complex32::default(); filter_count * sum_count];
     let spectrum = filters.spectrum(planes, work);
-    for filter in 0..count {
-        mixtures.apply(filters.respond(&spectrum, filter, work), &mut sums);
-        for (row, sum) in rows.chunks_exact_mut(2 * count).zip(&sums) {
-            (row[filter], row[count + filter]) = (sum.re, sum.im);
-        }
+    for (filter, sums) in sums.chunks_exact_mut(sum_count).enumerate() {
+        mixtures.apply(filters.respond(&spectrum, filter, work), sums);
     }
-    // A last plane without a partner has but the first half.
-    for (mut target, row) in target.outer_iter_mut().zip(rows.chunks_exact(2 * count)) {
-        target.iter_mut().zip(row).for_each(|(t, &v)| *t = v);
+    let mut rows = vec![Complex32::default(); sums.len()];
+    turn(&sums, sum_count, &mut rows, filter_count, |sum| sum);
+    let targets = target.iter_mut().flat_map(|block| block.outer_iter_mut());
+    for (mut target, row) in targets.zip(rows.chunks_exact(filter_count)) {
+        // The first plane's part, and the second's, if there is one.
+        let parts = row
+            .iter()
+            .map(|sum| sum.re)
+            .chain(row.iter().map(|sum| sum.im));
+        target.iter_mut().zip(parts).for_each(|(t, v)| *t = v);
     }
 }
 
@@ -83,7 +107,8 @@ mod tests {
             let filters = PlaneFilters::new(grid, &bank);
             let averages = TexelMixtures::averages(&labels, &counts, |texel| filters.place(texel));
             let mut centroids = Array2::zeros((5, 5 * 48));
-            mix_into(&filters, &averages, &planes.concat(), centroids.view_mut());
+            let (upper, lower) = centroids.view_mut().split_at(Axis(0), 2);
+            mix_into(&filters, &averages, &planes.concat(), vec![upper, lower]);
             let vectors = oracle::appearance_vectors(grid, &bank, &planes);
             for ((texton, d), v) in centroids.indexed_iter() {
                 let members = (0..54).filter(|&i| labels[i] == texton as u32);

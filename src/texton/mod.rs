@@ -19,10 +19,12 @@ pub mod plan;
 pub mod plane_filters;
 pub mod report;
 pub mod representatives;
+pub mod row_blocks;
 pub mod sketch;
 pub mod sub_grid;
 pub mod texel_gram;
 pub mod texel_mixtures;
+pub mod turning;
 pub mod vector_kmeans;
 pub mod vocabulary;
 

@@ -18,9 +18,11 @@ use rustfft::{Fft, FftNum, FftPlanner};
 use crate::grid::TexelGrid;
 use crate::texton::border;
 use crate::texton::filter_bank::{CENTRE, is_odd};
+use crate::texton::turning::turn;
 
-/// Rows and columns copied at once when an image is turned.
-const TILE: usize = 8;
+/// Waves along x that are taken back together: at 64 texels, 4 KB.
+const BAND: usize = 8;
+
 /// Odd factors of a period that transforms of it are quick with.
 const QUICK_FACTORS: [usize; 5] = [1, 3, 5, 7, 9];
 
@@ -87,7 +89,7 @@ pub struct PairSpectrum(Vec<Complex32>);
 
 /// What filtering needs room for; one a thread.
 pub struct Workspace {
-    waves: Vec<Complex32>,
+    band: Vec<Complex32>,
     texels: Vec<Complex32>,
     scratch: Vec<Complex32>,
 }
@@ -136,7 +138,7 @@ impl PlaneFilters {
     pub fn workspace(&self) -> Workspace {
         let (rows, columns) = (self.y.period, self.x.period);
         Workspace {
-            waves: vec![Complex32::default(); rows * columns],
+            band: vec![Complex32::default(); BAND.min(columns) * rows],
             texels: vec![Complex32::default(); self.y.side * columns],
             scratch: self.transforms.scratch(),
         }
@@ -166,9 +168,11 @@ impl PlaneFilters {
         filter: usize,
         work: &'w mut Workspace,
     ) -> &'w [Complex32] {
-        self.spectra[filter].weight(planes, &mut work.waves);
+        let (spectrum, rows) = (&self.spectra[filter], self.y.period);
+        let fill =
+            |first: usize, band: &mut [Complex32]| spectrum.weight(planes, first * rows, band);
         self.transforms
-            .inverse_rows(&mut work.waves, &mut work.texels, &mut work.scratch);
+            .inverse_rows(fill, &mut work.band, &mut work.texels, &mut work.scratch);
         &work.texels
     }
 
@@ -225,12 +229,15 @@ impl Spectrum {
         }
     }
 
-    fn weight(&self, planes: &[Complex32], out: &mut [Complex32]) {
-        let pairs = out.iter_mut().zip(planes).zip(&self.factors);
+    /// Some waves of the planes' responses, from number `first` on.
+    fn weight(&self, planes: &[Complex32], first: usize, out: &mut [Complex32]) {
+        let range = first..first + out.len();
+        let waves = planes[range.clone()].iter().zip(&self.factors[range]);
+        let pairs = out.iter_mut().zip(waves);
         if self.odd {
-            pairs.for_each(|((out, wave), d)| *out = Complex32::new(-wave.im * d, wave.re * d));
+            pairs.for_each(|(out, (wave, d))| *out = Complex32::new(-wave.im * d, wave.re * d));
         } else {
-            pairs.for_each(|((out, wave), d)| *out = wave * d);
+            pairs.for_each(|(out, (wave, d))| *out = wave * d);
         }
     }
 }
@@ -266,41 +273,42 @@ impl<T: FftNum> Transforms<T> {
         let [along_x, along_y] = &self.forward;
         along_x.process_with_scratch(image, scratch);
         let mut turned = vec![zero(); image.len()];
-        turn(image, self.columns, &mut turned, self.rows);
+        turn(image, self.columns, &mut turned, self.rows, |wave| wave);
         along_y.process_with_scratch(&mut turned, scratch);
         *image = turned;
     }
 
-    /// The first rows of the image of a spectrum, as many as `texels` holds.
+    /// The first rows of the image of a spectrum, as many as `texels` holds. `fill` gives some
+    /// waves along x of the spectrum, from a number on: what the nearest cache holds, so that a
+    /// wave is read and written once.
     fn inverse_rows(
         &self,
-        spectrum: &mut [Complex<T>],
+        fill: impl Fn(usize, &mut [Complex<T>]),
+        band: &mut [Complex<T>],
         texels: &mut [Complex<T>],
         scratch: &mut [Complex<T>],
     ) {
-        let [along_x, along_y] = &self.inverse;
-        along_y.process_with_scratch(spectrum, scratch);
-        turn(spectrum, self.rows, texels, self.columns);
+        let [along_y, along_x] = [&self.inverse[1], &self.inverse[0]];
+        let waves = band.len() / self.rows;
+        for first in (0..self.columns).step_by(waves) {
+            let count = waves.min(self.columns - first);
+            let band = &mut band[..count * self.rows];
+            fill(first, band);
+            along_y.process_with_scratch(band, scratch);
+            turn(
+                band,
+                self.rows,
+                &mut texels[first..],
+                self.columns,
+                |wave| wave,
+            );
+        }
         along_x.process_with_scratch(texels, scratch);
     }
 }
 
 fn zero<T: FftNum>() -> Complex<T> {
     Complex::new(T::zero(), T::zero())
-}
-
-/// Rows of `to` are the first columns of `from`; each has rows of the given width.
-fn turn<T: Copy>(from: &[T], from_width: usize, to: &mut [T], to_width: usize) {
-    for (band, rows) in to.chunks_mut(TILE * to_width).enumerate() {
-        for (tile, columns) in from.chunks(TILE * from_width).enumerate() {
-            for (row, to) in rows.chunks_mut(to_width).enumerate() {
-                let to = &mut to[tile * TILE..];
-                for (to, from) in to.iter_mut().zip(columns.chunks(from_width)) {
-                    *to = from[band * TILE + row];
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -228,7 +228,7 @@ mod tests {
             let place = |texel| filters.place(texel);
             let mixtures = TexelMixtures::random(48, 48, place, &mut stream(1, "mix", 0, 0));
             let mut rows = Array2::zeros((48, 5 * FILTERS));
-            mix_into(&filters, &mixtures, &planes.concat(), rows.view_mut());
+            mix_into(&filters, &mixtures, &planes.concat(), vec![rows.view_mut()]);
             let mut sketch = Coordinates::new(&filters, orthonormal_rows(&rows));
             sketch.add(&planes[..2].concat(), 0);
             sketch.add(&planes[2..].concat(), 2);

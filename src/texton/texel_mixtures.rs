@@ -13,9 +13,10 @@ const ENTERED: usize = 8;
 
 /// Weighted sums over places in an image.
 pub struct TexelMixtures {
-    /// Where the members of each sum end.
-    ends: Vec<usize>,
-    /// Place and weight of every member, sum after sum.
+    /// Every sum and how many members it has, the shortest first: the processor foresees the end
+    /// of a loop that is as long as the one before.
+    lengths: Vec<(usize, usize)>,
+    /// Place and weight of every member, sum after sum in that order.
     members: Vec<(u32, f32)>,
 }
 
@@ -46,12 +47,17 @@ impl TexelMixtures {
     }
 
     fn of_entries(count: usize, mut entries: Vec<(u32, usize, f32)>) -> Self {
-        entries.sort_by_key(|&(sum, place, _)| (sum, place));
-        let end = |sum: usize| entries.partition_point(|&(of, ..)| of as usize <= sum);
+        let mut lengths: Vec<(usize, usize)> = (0..count).map(|sum| (sum, 0)).collect();
+        for &(sum, ..) in &entries {
+            lengths[sum as usize].1 += 1;
+        }
+        let length_of: Vec<usize> = lengths.iter().map(|&(_, length)| length).collect();
+        lengths.sort_by_key(|&(sum, length)| (length, sum));
+        entries.sort_by_key(|&(sum, place, _)| (length_of[sum as usize], sum, place));
+        let members = entries.iter();
         Self {
-            ends: (0..count).map(end).collect(),
-            members: entries
-                .iter()
+            lengths,
+            members: members
                 .map(|&(_, place, weight)| (place as u32, weight))
                 .collect(),
         }
@@ -59,18 +65,19 @@ impl TexelMixtures {
 
     /// How many sums there are.
     pub fn count(&self) -> usize {
-        self.ends.len()
+        self.lengths.len()
     }
 
     /// The sums of an image's numbers.
     pub fn apply(&self, image: &[Complex32], sums: &mut [Complex32]) {
-        let mut from = 0;
-        for (sum, &end) in sums.iter_mut().zip(&self.ends) {
-            *sum = self.members[from..end]
-                .iter()
+        let mut rest = self.members.as_slice();
+        for &(sum, length) in &self.lengths {
+            let (members, others) = rest.split_at(length);
+            let weighted = members.iter();
+            sums[sum] = weighted
                 .map(|&(place, weight)| image[place as usize] * weight)
                 .sum();
-            from = end;
+            rest = others;
         }
     }
 }

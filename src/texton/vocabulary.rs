@@ -13,6 +13,7 @@ use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::format::stored_array::StoredArray;
 use crate::grid::TexelGrid;
+use crate::texton::row_blocks::RowBlocks;
 
 /// `format` in the file's `meta.json`.
 pub const FORMAT: &str = "mesotex-textons";
@@ -62,6 +63,9 @@ pub struct Vocabulary<Centroids = Array2<f32>> {
     pub id: ContentId,
 }
 
+/// A vocabulary just found, whose centroids give their memory back as they are written.
+pub type FoundVocabulary = Vocabulary<RowBlocks>;
+
 /// A vocabulary whose centroids stay in the file.
 pub type StoredVocabulary = Vocabulary<StoredArray<f32>>;
 
@@ -81,9 +85,9 @@ struct Meta {
     id: Option<ContentId>,
 }
 
-impl Vocabulary {
-    /// Writes the file; the vocabulary takes the id of what was written.
-    pub fn write(&mut self, path: &Path) -> Result<()> {
+impl FoundVocabulary {
+    /// Writes the file. Returns the id of what was written.
+    pub fn write(self, path: &Path) -> Result<ContentId> {
         let meta = Meta {
             format: FORMAT.into(),
             version: VERSION,
@@ -96,19 +100,22 @@ impl Vocabulary {
             sample: self.sample.clone(),
             id: None,
         };
-        self.id = npz::write(path, as_map(&meta)?, |file| {
-            for (at, level) in self.levels.iter().enumerate() {
+        npz::write(path, as_map(&meta)?, |file| {
+            for (at, level) in self.levels.into_iter().enumerate() {
                 let labels = label_image(&level.labels, level.grid)?;
                 file.array(&format!("L{at}/labels"), labels)?;
-                file.array(&format!("L{at}/centroids"), level.centroids.view())?;
+                let sides = level.centroids.sides();
+                let blocks = level.centroids.into_blocks();
+                file.blocks(&format!("L{at}/centroids"), &sides, blocks)?;
                 file.array(&format!("L{at}/counts"), ndarray::aview1(&level.counts))?;
             }
             file.array("representatives", ndarray::aview1(&self.representatives))?;
             file.array("filters", self.filters.view())
-        })?;
-        Ok(())
+        })
     }
+}
 
+impl Vocabulary {
     /// Reads a file and checks that its parts belong together.
     pub fn read(path: &Path) -> Result<Self> {
         let stored = StoredVocabulary::open(path)?;
