@@ -41,12 +41,14 @@ pub struct EmbeddedPattern {
 /// The samples of one window that count.
 #[derive(Clone, Debug, Default)]
 pub struct PatternPart {
-    /// Their feature vectors, one after the other.
+    /// Their feature vectors: the first blocks of all samples, then their second ones, and so on.
     pub values: Vec<Block>,
     /// Where a texel's window holds the same samples.
     deltas: Vec<u32>,
     /// Where runs of samples of one weight end, and the weight.
     runs: Vec<(u32, f32)>,
+    /// Feature rows that each sample blends, and their weights.
+    blends: Vec<([u32; 3], [f32; 3])>,
 }
 
 impl<'a> EmbeddedMetric<'a> {
@@ -86,17 +88,26 @@ impl<'a> EmbeddedMetric<'a> {
         pattern.complete = true;
     }
 
+    /// The distance, or infinity once it exceeds `limit`: the first blocks of the vectors, which say
+    /// most, on both levels before the others.
     #[inline(always)]
     fn distance_inline(&self, pattern: &EmbeddedPattern, texel: u32, limit: f32) -> f32 {
         let window = self.exemplar.fine.window(texel);
-        let fine = pattern.fine.distance(self.fine, window, 0.0, limit);
-        match (&self.exemplar.coarse, self.coarse) {
-            (Some(coarse), Some(embedding)) if fine <= limit => {
-                let window = coarse.windows.window(coarse.parents[texel as usize]);
-                pattern.coarse.distance(embedding, window, fine, limit)
-            }
-            _ => fine,
+        let part = &pattern.fine;
+        let mut sum = part.distance(self.fine, 0..1, window, 0.0, limit);
+        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse)
+            && sum <= limit
+        {
+            let parents = coarse.windows.window(coarse.parents[texel as usize]);
+            let blocks = 0..embedding.blocks;
+            sum = pattern
+                .coarse
+                .distance(embedding, blocks, parents, sum, limit);
         }
+        if sum > limit {
+            return sum;
+        }
+        part.distance(self.fine, 1..self.fine.blocks, window, sum, limit)
     }
 }
 
@@ -105,6 +116,7 @@ impl PatternPart {
         self.values.clear();
         self.deltas.clear();
         self.runs.clear();
+        self.blends.clear();
     }
 
     /// Counts one more sample, at `delta` in a texel's window.
@@ -132,19 +144,21 @@ impl PatternPart {
     ) {
         self.clear();
         for (&delta, &weight) in deltas.iter().zip(weights) {
-            let vector = embedding.vector(window[delta as usize]);
-            self.values.extend_from_slice(vector);
+            self.blends
+                .push(([window[delta as usize]; 3], [1.0, 0.0, 0.0]));
             self.count(delta, weight);
         }
+        self.blend(embedding);
     }
 
-    /// The weight of every sample in turn.
-    pub fn weights(&self) -> impl Iterator<Item = f32> + '_ {
+    /// The weight of every block of [`values`](Self::values) in turn.
+    pub fn value_weights(&self) -> impl Iterator<Item = f32> + '_ {
         let mut begin = 0;
-        self.runs.iter().flat_map(move |&(end, weight)| {
+        let samples = self.runs.iter().flat_map(move |&(end, weight)| {
             let run = std::mem::replace(&mut begin, end)..end;
             run.map(move |_| weight)
-        })
+        });
+        samples.cycle().take(self.values.len())
     }
 
     #[inline(always)]
@@ -157,36 +171,53 @@ impl PatternPart {
         weights: &[f32],
     ) {
         self.clear();
+        let default = embedding.rows as u32 - 1;
         for (place, held) in sites.of_site(site) {
-            match held {
-                Held::Default => {
-                    let values = self.values.len() + embedding.blocks;
-                    self.values.resize(values, [0.0; LANES]);
-                }
-                Held::Blend(rows, blend) => {
-                    let [a, b, c] = rows.map(|row| embedding.vector(row));
-                    let corners = a.iter().zip(b).zip(c);
-                    let blended = corners.map(|((a, b), c)| blended_block(a, b, c, blend));
-                    self.values.extend(blended);
-                }
-            }
+            self.blends.push(match held {
+                Held::Default => ([default; 3], [1.0, 0.0, 0.0]),
+                Held::Blend(rows, blend) => (rows, blend),
+            });
             self.count(deltas[place], weights[place]);
+        }
+        self.blend(embedding);
+    }
+
+    /// Fills in the samples' vectors.
+    #[inline(always)]
+    fn blend(&mut self, embedding: &Embedding) {
+        for block in 0..embedding.blocks {
+            let plane = embedding.plane(block);
+            self.values.extend(self.blends.iter().map(|(rows, blend)| {
+                let [a, b, c] = rows.map(|row| &plane[row as usize]);
+                blended_block(a, b, c, *blend)
+            }));
         }
     }
 
-    /// `sum` and the distance to a texel's window; infinity once they exceed `limit`.
+    /// `sum` and the distance to a texel's window in some blocks of the vectors; infinity once they
+    /// exceed `limit`.
     #[inline(always)]
-    fn distance(&self, embedding: &Embedding, window: &[u32], mut sum: f32, limit: f32) -> f32 {
-        let blocks = embedding.blocks;
-        let mut begin = 0;
-        for &(end, weight) in &self.runs {
-            let end = end as usize;
-            let values = &self.values[begin * blocks..end * blocks];
-            sum += weight * run_distance(values, embedding, window, &self.deltas[begin..end]);
-            if sum > limit {
-                return f32::INFINITY;
+    fn distance(
+        &self,
+        embedding: &Embedding,
+        blocks: std::ops::Range<usize>,
+        window: &[u32],
+        mut sum: f32,
+        limit: f32,
+    ) -> f32 {
+        let samples = self.deltas.len();
+        for block in blocks {
+            let (plane, values) = (embedding.plane(block), &self.values[block * samples..]);
+            let mut begin = 0;
+            for &(end, weight) in &self.runs {
+                let end = end as usize;
+                let (values, deltas) = (&values[begin..end], &self.deltas[begin..end]);
+                sum += weight * run_distance(values, plane, window, deltas);
+                if sum > limit {
+                    return f32::INFINITY;
+                }
+                begin = end;
             }
-            begin = end;
         }
         sum
     }
@@ -201,16 +232,15 @@ fn blended_block(a: &Block, b: &Block, c: &Block, blend: [f32; 3]) -> Block {
     block
 }
 
-/// Σ ‖value − vector‖² over a run of samples, even and odd ones summed apart.
+/// Σ ‖value − vector‖² over a run of samples in one block, even and odd samples summed apart.
 #[inline(always)]
-fn run_distance(values: &[Block], embedding: &Embedding, window: &[u32], deltas: &[u32]) -> f32 {
-    let blocks = embedding.blocks;
+fn run_distance(values: &[Block], plane: &[Block], window: &[u32], deltas: &[u32]) -> f32 {
     let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
-    for (pair, held) in deltas.chunks(2).zip(values.chunks(2 * blocks)) {
-        let (first, second) = held.split_at(blocks);
-        add_squares(&mut even, first, embedding.vector(window[pair[0] as usize]));
-        if let Some(&delta) = pair.get(1) {
-            add_squares(&mut odd, second, embedding.vector(window[delta as usize]));
+    let vector = |delta: u32| &plane[window[delta as usize] as usize];
+    for (values, deltas) in values.chunks(2).zip(deltas.chunks(2)) {
+        add_squares(&mut even, &values[0], vector(deltas[0]));
+        if let (Some(value), Some(&delta)) = (values.get(1), deltas.get(1)) {
+            add_squares(&mut odd, value, vector(delta));
         }
     }
     for lane in 0..LANES {
@@ -220,12 +250,10 @@ fn run_distance(values: &[Block], embedding: &Embedding, window: &[u32], deltas:
 }
 
 #[inline(always)]
-fn add_squares(sums: &mut Block, values: &[Block], vector: &[Block]) {
-    for (a, b) in values.iter().zip(vector) {
-        for lane in 0..LANES {
-            let difference = a[lane] - b[lane];
-            sums[lane] += difference * difference;
-        }
+fn add_squares(sums: &mut Block, a: &Block, b: &Block) {
+    for lane in 0..LANES {
+        let difference = a[lane] - b[lane];
+        sums[lane] += difference * difference;
     }
 }
 

@@ -25,8 +25,10 @@ pub struct Embedding {
     pub dimensions: usize,
     /// Blocks a vector.
     pub blocks: usize,
-    /// Vector after vector.
-    pub vectors: Vec<Block>,
+    /// Vectors, the default's included.
+    pub rows: usize,
+    /// The first blocks of all vectors, then their second ones, and so on: the first say most.
+    vectors: Vec<Block>,
     /// Share of the spectrum kept.
     pub kept: f64,
 }
@@ -40,10 +42,10 @@ impl Embedding {
         }
     }
 
-    /// The vector of a feature row.
+    /// One block of every vector, by feature row.
     #[inline(always)]
-    pub fn vector(&self, row: u32) -> &[Block] {
-        &self.vectors[row as usize * self.blocks..][..self.blocks]
+    pub fn plane(&self, block: usize) -> &[Block] {
+        &self.vectors[block * self.rows..][..self.rows]
     }
 
     fn of_gram(gram: &Array2<f32>, energy: f64) -> Self {
@@ -88,16 +90,17 @@ impl Embedding {
         rows: impl Iterator<Item = impl Iterator<Item = f32>>,
     ) -> Self {
         let blocks = dimensions.div_ceil(LANES).max(1);
-        let mut vectors = vec![[0.0; LANES]; (count + 1) * blocks];
+        let rows_in_all = count + 1;
+        let mut vectors = vec![[0.0; LANES]; rows_in_all * blocks];
         for (row, numbers) in rows.enumerate() {
-            let vector = vectors[row * blocks..][..blocks].as_flattened_mut();
-            for (slot, number) in vector.iter_mut().zip(numbers) {
-                *slot = number;
+            for (dimension, number) in numbers.enumerate() {
+                vectors[dimension / LANES * rows_in_all + row][dimension % LANES] = number;
             }
         }
         Self {
             dimensions,
             blocks,
+            rows: rows_in_all,
             vectors,
             kept: 1.0,
         }
@@ -139,9 +142,13 @@ mod tests {
     use super::*;
     use crate::synthesis::fixtures;
 
+    fn numbers(embedding: &Embedding, row: u32) -> impl Iterator<Item = f32> {
+        let blocks = 0..embedding.blocks;
+        blocks.flat_map(move |block| embedding.plane(block)[row as usize])
+    }
+
     fn squared_distance(embedding: &Embedding, a: u32, b: u32) -> f64 {
-        let (a, b) = (embedding.vector(a), embedding.vector(b));
-        let pairs = a.as_flattened().iter().zip(b.as_flattened());
+        let pairs = numbers(embedding, a).zip(numbers(embedding, b));
         pairs.map(|(x, y)| f64::from(x - y).powi(2)).sum()
     }
 
@@ -163,7 +170,7 @@ mod tests {
     #[test]
     fn the_default_texton_is_the_origin() {
         let embedding = Embedding::of_gram(&fixtures::random_gram(1, 7, 9), 1.0);
-        assert!(embedding.vector(7).as_flattened().iter().all(|&v| v == 0.0));
+        assert!(numbers(&embedding, 7).all(|v| v == 0.0));
     }
 
     #[test]

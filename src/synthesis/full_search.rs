@@ -123,10 +123,9 @@ fn numbers(pattern: &EmbeddedPattern) -> impl Iterator<Item = f32> + '_ {
 /// √w of every number of a pattern.
 fn weight_roots(pattern: &EmbeddedPattern) -> Vec<f32> {
     let of_part = |part: &PatternPart| {
-        let per_sample = part.values.len() * LANES / part.weights().count().max(1);
-        let roots = part.weights().map(f32::sqrt);
+        let roots = part.value_weights().map(f32::sqrt);
         roots
-            .flat_map(|root| std::iter::repeat_n(root, per_sample))
+            .flat_map(|root| std::iter::repeat_n(root, LANES))
             .collect::<Vec<f32>>()
     };
     [of_part(&pattern.fine), of_part(&pattern.coarse)].concat()
@@ -157,16 +156,10 @@ fn project(basis: &[Projection], pattern: &EmbeddedPattern) -> (Projection, Rest
 
 /// Σ w ‖value‖² of a part.
 fn weighted_norm(part: &PatternPart) -> f64 {
-    let blocks = part.values.len() / part.weights().count().max(1);
-    let samples = part.values.chunks(blocks.max(1)).zip(part.weights());
-    samples
-        .map(|(values, weight)| {
-            let mut squares = [0.0; LANES];
-            for block in values {
-                for lane in 0..LANES {
-                    squares[lane] += block[lane] * block[lane];
-                }
-            }
+    let values = part.values.iter().zip(part.value_weights());
+    values
+        .map(|(block, weight)| {
+            let squares = block.map(|number| number * number);
             f64::from(weight) * f64::from(sum_of_lanes(&squares))
         })
         .sum()
