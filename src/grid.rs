@@ -50,10 +50,10 @@ impl TexelGrid {
     /// The texel at a signed row and column: wrapped when tileable, else `None` off the grid.
     pub fn texel_at(self, row: i64, col: i64) -> Option<TexelIndex> {
         let (height, width) = (i64::from(self.height), i64::from(self.width));
-        let (row, col) = if self.tileable {
-            (row.rem_euclid(height), col.rem_euclid(width))
-        } else if (0..height).contains(&row) && (0..width).contains(&col) {
+        let (row, col) = if (0..height).contains(&row) && (0..width).contains(&col) {
             (row, col)
+        } else if self.tileable {
+            (row.rem_euclid(height), col.rem_euclid(width))
         } else {
             return None;
         };

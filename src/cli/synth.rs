@@ -24,6 +24,7 @@ use crate::surface_map::SurfaceTextonMap;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::engine::{Inputs, synthesize, textons};
 use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::quality::agreement;
 use crate::synthesis::{check, quality};
 
 /// Synthesize the surface texton map.
@@ -90,7 +91,8 @@ impl Arguments {
         )?;
         map.write(&self.output)?;
         let plan = check::complete(&space, &table, &options)?;
-        let report = Report::new(&map, &options, &plan, found);
+        let agreement = agreement::measure(inputs, &map.coords, &options)?;
+        let report = Report::new(&map, &options, &plan, found, agreement);
         if let Some(path) = &self.report {
             json::write(path, &report)?;
         }

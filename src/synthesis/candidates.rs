@@ -2,6 +2,7 @@
 //! neighbours, and the nearest texels of each, every texel once.
 
 use crate::grid::{TexCoord, TexelGrid};
+use crate::index::TexelIndex;
 use crate::mesh::hierarchy::Neighbor;
 use crate::synthesis::exemplar_level::ExemplarLevel;
 
@@ -14,25 +15,46 @@ pub struct Candidate {
     pub factor: f64,
 }
 
-/// The texel a done neighbour at offset (x, y) with coordinate `at` proposes: the one that holds
-/// (s − x, t − y); wrapped if tileable, else `None` off the grid.
+/// What a done neighbour at offset (x, y) with coordinate `at` proposes: (s − x, t − y), which may
+/// lie off the grid.
 #[inline]
-pub fn forward_shift(grid: TexelGrid, at: TexCoord, x: f32, y: f32) -> Option<u32> {
-    let shifted = TexCoord {
+pub fn shifted(at: TexCoord, x: f32, y: f32) -> TexCoord {
+    TexCoord {
         s: at.s - x,
         t: at.t - y,
-    };
-    grid.texel_holding(shifted).map(|texel| texel.0)
+    }
+}
+
+/// Least distance of a coordinate from its texel's border, in texels, against rounding.
+const MARGIN: f32 = 1.0 / 64.0;
+
+/// A coherent texel, and where in it the proposals lie.
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    texel: u32,
+    /// Sums of the proposals' places in the texel, rightwards and downwards from its corner.
+    right: f32,
+    down: f32,
+    proposals: u32,
+}
+
+/// When a texel was last seen, and as which source, if it was one.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    round: u32,
+    source: u32,
 }
 
 /// A list of candidates, refilled from site to site.
 #[derive(Clone, Debug, Default)]
 pub struct CandidateList {
     list: Vec<Candidate>,
+    /// The source that each candidate is or is near to.
+    origins: Vec<u32>,
     /// Coherent texels, whole or not: those whose neighbour lists are read.
-    sources: Vec<u32>,
-    /// Per texel the round in which it was last seen.
-    seen: Vec<u32>,
+    sources: Vec<Source>,
+    /// One a texel.
+    seen: Vec<Seen>,
     round: u32,
 }
 
@@ -53,33 +75,46 @@ impl CandidateList {
         counts: impl Fn(usize) -> bool,
     ) {
         self.begin(exemplar.grid.len());
-        let own = own.and_then(|at| forward_shift(exemplar.grid, at, 0.0, 0.0));
-        if let Some(texel) = own {
-            self.add_source(exemplar, texel);
+        if let Some(at) = own {
+            self.propose(exemplar, at);
         }
         for neighbor in neighbors {
             let site = neighbor.site as usize;
-            if !counts(site) {
-                continue;
-            }
-            let shifted = forward_shift(exemplar.grid, coords[site], neighbor.x, neighbor.y);
-            if let Some(texel) = shifted {
-                self.add_source(exemplar, texel);
+            if counts(site) {
+                self.propose(exemplar, shifted(coords[site], neighbor.x, neighbor.y));
             }
         }
     }
 
     /// Adds the nearest texels of every coherent one, whose distances count `coherence` times.
     pub fn add_nearest(&mut self, exemplar: &ExemplarLevel<'_>, coherence: f64) {
-        for index in 0..self.sources.len() {
-            for &texel in &exemplar.nearest(self.sources[index])[1..] {
-                if self.is_new(texel) && exemplar.whole[texel as usize] {
+        for source in 0..self.sources.len() {
+            for &texel in &exemplar.nearest(self.sources[source].texel)[1..] {
+                if self.is_new(texel, source) && exemplar.whole[texel as usize] {
+                    self.origins.push(source as u32);
                     self.list.push(Candidate {
                         texel,
                         factor: coherence,
                     });
                 }
             }
+        }
+    }
+
+    /// The coordinate a listed texel brings along: where in the texel the proposals of its source lie
+    /// on average, so that a copied patch keeps its pace between texel centres. The centre of a
+    /// texel that is not listed.
+    pub fn place(&self, grid: TexelGrid, texel: u32) -> TexCoord {
+        let listed = self.list.iter().position(|listed| listed.texel == texel);
+        let Some(listed) = listed else {
+            return grid.centre(TexelIndex(texel));
+        };
+        let source = &self.sources[self.origins[listed] as usize];
+        let inside = |sum: f32| (sum / source.proposals as f32).clamp(MARGIN, 1.0 - MARGIN);
+        let (row, col) = grid.row_col(TexelIndex(texel));
+        TexCoord {
+            s: col as f32 + inside(source.right),
+            t: grid.height as f32 - (row as f32 + inside(source.down)),
         }
     }
 
@@ -92,27 +127,54 @@ impl CandidateList {
 
     fn begin(&mut self, texels: usize) {
         self.list.clear();
+        self.origins.clear();
         self.sources.clear();
         if self.seen.len() != texels || self.round == u32::MAX {
             self.seen.clear();
-            self.seen.resize(texels, 0);
+            self.seen.resize(texels, Seen::default());
             self.round = 0;
         }
         self.round += 1;
     }
 
+    /// Whether a texel is seen for the first time at this site; it then belongs to `source`.
     #[inline]
-    fn is_new(&mut self, texel: u32) -> bool {
-        std::mem::replace(&mut self.seen[texel as usize], self.round) != self.round
+    fn is_new(&mut self, texel: u32, source: usize) -> bool {
+        let seen = &mut self.seen[texel as usize];
+        let new = seen.round != self.round;
+        if new {
+            *seen = Seen {
+                round: self.round,
+                source: source as u32,
+            };
+        }
+        new
     }
 
-    fn add_source(&mut self, exemplar: &ExemplarLevel<'_>, texel: u32) {
-        if !self.is_new(texel) {
+    /// A coordinate, which may lie off the grid, proposes the texel that holds it.
+    #[inline]
+    fn propose(&mut self, exemplar: &ExemplarLevel<'_>, at: TexCoord) {
+        let Some(TexelIndex(texel)) = exemplar.grid.texel_holding(at) else {
             return;
-        }
-        self.sources.push(texel);
-        if exemplar.whole[texel as usize] {
-            self.list.push(Candidate { texel, factor: 1.0 });
+        };
+        let down = exemplar.grid.height as f32 - at.t;
+        let (right, down) = (at.s - at.s.floor(), down - down.floor());
+        if self.is_new(texel, self.sources.len()) {
+            self.sources.push(Source {
+                texel,
+                right,
+                down,
+                proposals: 1,
+            });
+            if exemplar.whole[texel as usize] {
+                self.origins.push(self.sources.len() as u32 - 1);
+                self.list.push(Candidate { texel, factor: 1.0 });
+            }
+        } else {
+            let source = &mut self.sources[self.seen[texel as usize].source as usize];
+            source.right += right;
+            source.down += down;
+            source.proposals += 1;
         }
     }
 }
@@ -120,7 +182,6 @@ impl CandidateList {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::index::TexelIndex;
     use crate::synthesis::fixtures;
     use std::collections::BTreeSet;
 
@@ -129,6 +190,10 @@ mod tests {
         height: 6,
         tileable: false,
     };
+
+    fn forward_shift(grid: TexelGrid, at: TexCoord, x: f32, y: f32) -> Option<u32> {
+        grid.texel_holding(shifted(at, x, y)).map(|texel| texel.0)
+    }
 
     #[test]
     fn a_neighbour_right_and_up_proposes_left_and_down() {
@@ -141,6 +206,34 @@ mod tests {
             ..GRID
         };
         assert_eq!(forward_shift(tile, at, 6.0, 0.0), Some(GRID.texel(1, 7).0));
+    }
+
+    #[test]
+    fn a_texel_lies_where_its_proposals_do() {
+        let (space, table) = fixtures::random_exemplar(3, 12, 2, true);
+        let exemplar = ExemplarLevel::new(&space, &table, 0, 4, true);
+        let grid = exemplar.grid;
+        let near = |x: f32, y: f32| Neighbor { site: 0, x, y };
+        // Of (5.5, 6.5): (4.7, 6.4) and (4.3, 6.1) lie in one texel, (6.0, 6.5) in another.
+        let coords = [TexCoord { s: 5.5, t: 6.5 }];
+        let neighbors = [near(0.8, 0.1), near(1.2, 0.4), near(-0.5, 0.0)];
+        let mut list = CandidateList::default();
+        list.collect_coherent(&exemplar, None, &neighbors, &coords, |_| true);
+        list.add_nearest(&exemplar, 1.2);
+        let twice = grid.texel_holding(TexCoord { s: 4.5, t: 6.25 }).unwrap();
+        let place = list.place(grid, twice.0);
+        assert!((place.s - 4.5).abs() < 1e-5 && (place.t - 6.25).abs() < 1e-5);
+        // One near it takes its place along.
+        let near = exemplar.nearest(twice.0)[1..].iter().find(|&&texel| {
+            list.origins[list.list.iter().position(|c| c.texel == texel).unwrap()] == 0
+        });
+        let near = *near.unwrap();
+        let (place, corner) = (list.place(grid, near), grid.centre(TexelIndex(near)));
+        assert!((place.s - corner.s).abs() < 1e-5 && (place.t - corner.t + 0.25).abs() < 1e-5);
+        for candidate in list.candidates() {
+            let place = list.place(grid, candidate.texel);
+            assert_eq!(grid.texel_holding(place), Some(TexelIndex(candidate.texel)));
+        }
     }
 
     #[test]

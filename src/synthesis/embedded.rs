@@ -15,7 +15,7 @@ use crate::synthesis::metric::Metric;
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 
 /// Samples after which a growing distance is compared with the best so far.
-const RUN: u32 = 16;
+const RUN: u32 = 24;
 
 /// The metric of one level.
 #[derive(Debug)]

@@ -36,7 +36,7 @@ pub struct Inputs<'a> {
 pub struct LevelMap {
     /// Which.
     pub level: Level,
-    /// A texture coordinate a site, in texels of the level: texel centres, after a second pass.
+    /// A texture coordinate a site, in texels of the level: texel centres on the finest.
     pub coords: Vec<TexCoord>,
 }
 
@@ -133,7 +133,12 @@ impl<'a> Stage<'a> {
             }
         }?;
         progress.end();
-        Ok(state.coords)
+        let grid = self.exemplar.grid;
+        let centre = |&at: &TexCoord| grid.centre(grid.texel_nearest(at));
+        Ok(match self.level {
+            0 => state.coords.iter().map(centre).collect(),
+            _ => state.coords,
+        })
     }
 
     fn run_with<M: Metric>(
@@ -155,10 +160,8 @@ impl<'a> Stage<'a> {
         };
         let mut state = pass.from_coarser(coarser);
         if self.options.passes > 1 {
-            let classes = pass.classes();
-            for _ in 1..self.options.passes {
-                pass.refine(&mut state, &classes, progress)?;
-            }
+            let again = self.options.passes - 1;
+            pass.refine(&mut state, &pass.classes(), again, progress)?;
         }
         Ok(state)
     }

@@ -15,12 +15,13 @@
 //! | which texels to try | [`candidates`], [`full_search`] |
 //! | which of them to take | [`choice`], after [`usage`] on the coarsest level |
 //! | in which order to visit | [`order`] (growing), [`coloring`] (in parallel) |
-//! | how a level starts and is refined | [`passes`] |
+//! | how a level starts and is refined | [`passes`], sparing what has [not changed](changes) |
 //!
 //! Not handled here: preparing meshes (`mesh`), building neighbour tables (`exemplar`), drawing
 //! and files other than the [checkpoint](checkpoint) of an interrupted run.
 
 pub mod candidates;
+pub mod changes;
 pub mod check;
 pub mod checkpoint;
 pub mod choice;

@@ -95,7 +95,7 @@ impl Default for SynthesisOptions {
             search: Search::default(),
             metric: MetricKind::default(),
             energy: 0.97,
-            coherence: 1.2,
+            coherence: 1.5,
             passes: 3,
             start_passes: 2,
             evenness: 0.2,

@@ -328,7 +328,7 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
             .build()
             .unwrap();
         let mut state = start.clone();
-        pool.install(|| pass.refine(&mut state, &classes, Progress::silent()))
+        pool.install(|| pass.refine(&mut state, &classes, 2, Progress::silent()))
             .unwrap();
         state
     };
@@ -337,8 +337,11 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
     // One class a site: strictly sequential.
     let one_by_one: Vec<Vec<u32>> = classes.iter().flatten().map(|&site| vec![site]).collect();
     let mut sequential = start.clone();
-    pass.refine(&mut sequential, &one_by_one, Progress::silent())
-        .unwrap();
+    for _ in 0..2 {
+        // One pass at a time, in which no site is spared its choice.
+        pass.refine(&mut sequential, &one_by_one, 1, Progress::silent())
+            .unwrap();
+    }
     assert_eq!(parallel, sequential);
     assert_ne!(parallel, start);
 }
@@ -455,7 +458,7 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
         options: &options,
     };
     let mut state = LevelState::of_texels(&exemplar, (0..40).map(|_| 0));
-    pass.refine(&mut state, &pass.classes(), Progress::silent())
+    pass.refine(&mut state, &pass.classes(), 1, Progress::silent())
         .unwrap();
     let picked = state
         .coords

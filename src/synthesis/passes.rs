@@ -13,6 +13,7 @@ use crate::mesh::hierarchy::{Parent, SiteLevel};
 use crate::progress::Progress;
 use crate::random;
 use crate::synthesis::candidates::CandidateList;
+use crate::synthesis::changes::Changes;
 use crate::synthesis::coloring::color_classes;
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::metric::Metric;
@@ -104,9 +105,9 @@ impl LevelState {
         }
     }
 
-    fn set(&mut self, exemplar: &ExemplarLevel<'_>, site: usize, texel: u32) {
-        self.coords[site] = exemplar.grid.centre(TexelIndex(texel));
-        self.rows[site] = exemplar.rows[texel as usize];
+    fn set(&mut self, exemplar: &ExemplarLevel<'_>, site: usize, at: TexCoord) {
+        self.coords[site] = at;
+        self.rows[site] = exemplar.rows[exemplar.grid.texel_nearest(at).index()];
     }
 }
 
@@ -154,9 +155,9 @@ impl<M: Metric> LevelPass<'_, M> {
             tell(progress, visit)?;
             let site = site as usize;
             usage.leave(self.exemplar.grid.texel_nearest(state.coords[site]));
-            let texel = self.choose(site, state, Seen::Used(&usage), &mut scratch);
-            usage.take(TexelIndex(texel));
-            state.set(self.exemplar, site, texel);
+            let at = self.choose(site, state, Seen::Used(&usage), &mut scratch);
+            usage.take(self.exemplar.grid.texel_nearest(at));
+            state.set(self.exemplar, site, at);
         }
         Ok(())
     }
@@ -171,8 +172,8 @@ impl<M: Metric> LevelPass<'_, M> {
             let site = site as usize;
             let neighbors = self.sites.neighbors.of_site(site);
             if neighbors.iter().any(|near| done[near.site as usize]) {
-                let texel = self.choose(site, &state, Seen::Done(&done), &mut scratch);
-                state.set(self.exemplar, site, texel);
+                let at = self.choose(site, &state, Seen::Done(&done), &mut scratch);
+                state.set(self.exemplar, site, at);
             }
             done[site] = true;
         }
@@ -187,31 +188,42 @@ impl<M: Metric> LevelPass<'_, M> {
         LevelState::of_coords(self.exemplar, coords)
     }
 
-    /// The second pass: every site chooses anew, colour class after colour class.
+    /// The second pass, and `passes` of them: every site chooses anew, colour class after colour class.
     pub fn refine(
         &self,
         state: &mut LevelState,
         classes: &[Vec<u32>],
+        passes: u32,
         progress: Progress<'_>,
     ) -> Result<()> {
         let pool = Mutex::new(Vec::<Scratch<M::Pattern>>::new());
+        let mut changes = Changes::new(self.sites.site_count, classes.len());
         let mut chosen = Vec::new();
-        for class in classes {
+        for class in (0..passes).flat_map(|_| classes) {
+            changes.next_class();
             chosen.clear();
-            chosen.resize(class.len(), 0);
+            chosen.resize(class.len(), TexCoord::default());
             let batches = chosen.par_chunks_mut(BATCH).zip(class.par_chunks(BATCH));
             batches.for_each(|(chosen, sites)| {
                 let taken = pool.lock().unwrap_or_else(PoisonError::into_inner).pop();
                 let mut scratch = taken.unwrap_or_default();
-                for (texel, &site) in chosen.iter_mut().zip(sites) {
-                    *texel = self.choose(site as usize, state, Seen::All, &mut scratch);
+                for (at, &site) in chosen.iter_mut().zip(sites) {
+                    let site = site as usize;
+                    *at = match changes.is_settled(self.sites, site) {
+                        true => state.coords[site],
+                        false => self.choose(site, state, Seen::All, &mut scratch),
+                    };
                 }
                 pool.lock()
                     .unwrap_or_else(PoisonError::into_inner)
                     .push(scratch);
             });
-            for (&site, &texel) in class.iter().zip(&chosen) {
-                state.set(self.exemplar, site as usize, texel);
+            for (&site, &at) in class.iter().zip(&chosen) {
+                let site = site as usize;
+                if at != state.coords[site] {
+                    state.set(self.exemplar, site, at);
+                    changes.changed(site);
+                }
             }
             progress.advance(class.len() as u64)?;
         }
@@ -232,7 +244,7 @@ impl<M: Metric> LevelPass<'_, M> {
         growing_order(&self.sites.neighbors, start, self.options.order)
     }
 
-    /// The texel a site should hold, given what the others do. Where no candidate is whole, all
+    /// The coordinate a site should hold, given what the others do. Where no candidate is whole, all
     /// whole texels are searched.
     fn choose(
         &self,
@@ -240,31 +252,34 @@ impl<M: Metric> LevelPass<'_, M> {
         state: &LevelState,
         seen: Seen<'_>,
         scratch: &mut Scratch<M::Pattern>,
-    ) -> u32 {
+    ) -> TexCoord {
         let done = seen.done();
         let own = done.is_none().then(|| state.coords[site]);
         let neighbors = self.sites.neighbors.of_site(site);
         let counts = |other: usize| done.is_none_or(|done| done[other]);
-        let candidates = &mut scratch.candidates;
+        let Scratch {
+            candidates,
+            pattern,
+        } = scratch;
         candidates.collect_coherent(self.exemplar, own, neighbors, &state.coords, counts);
         let neighborhood = self.neighborhood(site, state, done);
-        self.metric.read(&neighborhood, &mut scratch.pattern);
+        self.metric.read(&neighborhood, pattern);
         let coherence = self.options.coherence;
+        let mut pick = None;
         if self.options.search == Search::KCoherence {
             candidates.add_nearest(self.exemplar, coherence);
             if let Seen::Used(usage) = seen {
                 candidates.weigh(|texel| usage.factor(texel));
             }
-            let candidates = candidates.candidates();
-            if let Some(pick) = self.metric.best(&scratch.pattern, candidates) {
-                return pick.texel;
-            }
+            pick = self.metric.best(pattern, candidates.candidates());
         }
-        let candidates = candidates.candidates();
-        let pick = self
-            .metric
-            .best_of_all(&mut scratch.pattern, candidates, coherence);
-        pick.map_or(self.exemplar.whole_texels[0], |pick| pick.texel)
+        let all = |pattern| {
+            self.metric
+                .best_of_all(pattern, candidates.candidates(), coherence)
+        };
+        let pick = pick.or_else(|| all(pattern));
+        let texel = pick.map_or(self.exemplar.whole_texels[0], |pick| pick.texel);
+        candidates.place(self.exemplar.grid, texel)
     }
 
     fn neighborhood<'s>(

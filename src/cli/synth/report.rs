@@ -10,6 +10,7 @@ use crate::surface_map::SurfaceTextonMap;
 use crate::synthesis::check::Plan;
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::Quality;
+use crate::synthesis::quality::agreement::Agreement;
 
 /// The `--report` file: the same for the same inputs, options and seed.
 #[derive(Debug, Serialize)]
@@ -25,6 +26,7 @@ pub struct Report {
     options: SynthesisOptions,
     #[serde(flatten)]
     quality: Quality,
+    metric_agreement: Option<Agreement>,
 }
 
 /// How long it took.
@@ -51,6 +53,7 @@ impl Report {
         options: &SynthesisOptions,
         plan: &Plan,
         quality: Quality,
+        metric_agreement: Option<Agreement>,
     ) -> Self {
         Self {
             format: "mesotex-synthesis-report",
@@ -63,6 +66,7 @@ impl Report {
             levels: plan.levels,
             options: options.clone(),
             quality,
+            metric_agreement,
         }
     }
 
@@ -88,6 +92,12 @@ impl Report {
         if let Some(chi2) = found.histogram_chi2 {
             outcome = outcome.line(format!(
                 "histogram distance {chi2:.4} (χ², surface against sample)"
+            ));
+        }
+        if let Some(found) = self.metric_agreement {
+            outcome = outcome.line(format!(
+                "metric: picks what Φ does at {:.3} of sites, for {:.4} of its distance; whole spectrum {:.4}",
+                found.embedded, found.embedded_cost, found.whole_spectrum
             ));
         }
         if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {

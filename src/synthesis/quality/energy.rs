@@ -102,7 +102,7 @@ pub fn at_sites(
 }
 
 /// Sites on the surface drawn at random, each once; all when there are few.
-fn measured_sites(areas: &[f32], seed: u64) -> Vec<u32> {
+pub(super) fn measured_sites(areas: &[f32], seed: u64) -> Vec<u32> {
     let mut sites: Vec<u32> = (0..areas.len() as u32)
         .filter(|&site| areas[site as usize] > 0.0)
         .collect();

@@ -1,0 +1,195 @@
+//! Whether the embedded metric picks what Φ picks: at seeded sites of a finished map, among the
+//! candidates that k-coherence would try there, with the level-0 fine window.
+//!
+//! A pick agrees when its distance through Φ, times its factor, is Φ's smallest, or above it by no
+//! more than the rounding of single precision.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::error::Result;
+use crate::exemplar::space::Features;
+use crate::grid::TexCoord;
+use crate::synthesis::candidates::{Candidate, CandidateList};
+use crate::synthesis::check;
+use crate::synthesis::embedded::{EmbeddedMetric, EmbeddedPattern};
+use crate::synthesis::embedding::Embedding;
+use crate::synthesis::engine::Inputs;
+use crate::synthesis::exemplar_level::ExemplarLevel;
+use crate::synthesis::gram::{GramMetric, GramPattern};
+use crate::synthesis::metric::Metric;
+use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::quality::energy::measured_sites;
+use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
+
+/// Distances that differ by less, as a share, are equal: the rounding of single precision.
+const ROUNDING: f64 = 1e-6;
+
+/// How the metrics' picks compare.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Agreement {
+    /// Share of sites at which the embedding of Φ's whole spectrum picks what Φ picks, ties aside.
+    pub whole_spectrum: f64,
+    /// The same of the embedding that synthesis uses.
+    pub embedded: f64,
+    /// Mean distance through Φ of the picks of the embedding that synthesis uses, over that of Φ's.
+    pub embedded_cost: f64,
+}
+
+/// What a metric's pick costs through Φ: Φ's own pick, the whole embedding's, the used one's.
+type Costs = [f64; 3];
+
+/// Compares the metrics on a finished map of level 0; `None` for plain images, which have no Φ.
+pub fn measure(
+    inputs: Inputs<'_>,
+    coords: &[TexCoord],
+    options: &SynthesisOptions,
+) -> Result<Option<Agreement>> {
+    let level = &inputs.space.levels[0];
+    if let Features::Vectors(_) = level.features {
+        return Ok(None);
+    }
+    let k = options.k.unwrap_or(inputs.table.k);
+    let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
+    let (whole, used) = (
+        Embedding::new(level, 1.0),
+        Embedding::new(level, options.energy),
+    );
+    let state = coords.iter().map(|&at| exemplar.grid.texel_nearest(at));
+    let comparison = Comparison {
+        inputs,
+        coords,
+        rows: state.map(|texel| exemplar.rows[texel.index()]).collect(),
+        coherence: options.coherence,
+        phi: GramMetric::new(&exemplar, check::gram(level)?, None),
+        embedded: [&whole, &used].map(|embedding| EmbeddedMetric::new(&exemplar, embedding, None)),
+        exemplar: &exemplar,
+    };
+    let sites = measured_sites(&inputs.sites.levels[0].areas, options.seed);
+    let costs = sites
+        .par_iter()
+        .map_init(Scratch::default, |scratch, &site| {
+            comparison.at_site(site as usize, scratch)
+        });
+    Ok(Some(Agreement::of(&costs.collect::<Vec<_>>())))
+}
+
+impl Agreement {
+    fn of(costs: &[Costs]) -> Self {
+        let sum = |metric: usize| costs.iter().map(|costs| costs[metric]).sum::<f64>();
+        let agreeing = |metric: usize| {
+            let equal = |costs: &&Costs| costs[metric] <= costs[0] * (1.0 + ROUNDING);
+            costs.iter().filter(equal).count() as f64 / costs.len().max(1) as f64
+        };
+        Self {
+            whole_spectrum: agreeing(1),
+            embedded: agreeing(2),
+            embedded_cost: if sum(0) > 0.0 { sum(2) / sum(0) } else { 1.0 },
+        }
+    }
+}
+
+/// A finished map and the metrics that look at it.
+struct Comparison<'a> {
+    inputs: Inputs<'a>,
+    coords: &'a [TexCoord],
+    rows: Vec<u32>,
+    coherence: f64,
+    exemplar: &'a ExemplarLevel<'a>,
+    phi: GramMetric<'a>,
+    embedded: [EmbeddedMetric<'a>; 2],
+}
+
+#[derive(Default)]
+struct Scratch {
+    candidates: CandidateList,
+    in_phi: GramPattern,
+    in_rd: EmbeddedPattern,
+}
+
+impl Comparison<'_> {
+    fn at_site(&self, site: usize, scratch: &mut Scratch) -> Costs {
+        let sites = &self.inputs.sites.levels[0];
+        let neighborhood = SiteNeighborhood {
+            site,
+            fine: SampledSites::all(&sites.fine, &self.rows),
+            coarse: None,
+        };
+        let (own, near) = (self.coords[site], sites.neighbors.of_site(site));
+        let list = &mut scratch.candidates;
+        list.collect_coherent(self.exemplar, Some(own), near, self.coords, |_| true);
+        list.add_nearest(self.exemplar, self.coherence);
+        let candidates = list.candidates();
+        self.phi.read(&neighborhood, &mut scratch.in_phi);
+        let first = self.cost(&self.phi, &scratch.in_phi, candidates, &scratch.in_phi);
+        let [whole, used] = self.embedded.each_ref().map(|metric| {
+            metric.read(&neighborhood, &mut scratch.in_rd);
+            self.cost(metric, &scratch.in_rd, candidates, &scratch.in_phi)
+        });
+        [first, whole, used]
+    }
+
+    /// The distance through Φ, times its factor, of what a metric picks; 0 where nothing may be picked.
+    fn cost<M: Metric>(
+        &self,
+        metric: &M,
+        pattern: &M::Pattern,
+        candidates: &[Candidate],
+        in_phi: &GramPattern,
+    ) -> f64 {
+        let pick = metric.best(pattern, candidates);
+        let listed = |texel: u32| candidates.iter().find(|listed| listed.texel == texel);
+        pick.and_then(|pick| listed(pick.texel))
+            .map_or(0.0, |listed| {
+                listed.factor * self.phi.distance(in_phi, listed.texel, f64::INFINITY)
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Progress;
+    use crate::synthesis::engine::synthesize;
+    use crate::synthesis::fixtures;
+    use crate::synthesis::grid_target::GridTarget;
+
+    #[test]
+    fn shares_count_what_costs_no_more() {
+        let found = Agreement::of(&[[1.0, 1.0, 1.1], [3.0, 3.0, 3.0]]);
+        assert_eq!((found.whole_spectrum, found.embedded), (1.0, 0.5));
+        assert!((found.embedded_cost - 4.1 / 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_whole_embedding_picks_what_phi_picks() {
+        let (space, table) = fixtures::random_exemplar(8, 16, 2, true);
+        let neighborhoods: Vec<_> = table
+            .levels
+            .iter()
+            .map(|l| l.neighborhood.clone())
+            .collect();
+        let target = GridTarget {
+            width: 40,
+            height: 40,
+            toroidal: true,
+        };
+        let sites = target.hierarchy(&neighborhoods).unwrap();
+        let inputs = Inputs {
+            space: &space,
+            table: &table,
+            sites: &sites,
+        };
+        let options = SynthesisOptions::default();
+        let map = synthesize(inputs, &options, None, |_| Ok(()), Progress::silent()).unwrap();
+        let found = measure(inputs, &map.coords, &options).unwrap().unwrap();
+        assert!(found.whole_spectrum >= 0.999, "{found:?}");
+        assert!((1.0..=1.01).contains(&found.embedded_cost), "{found:?}");
+        let rough = SynthesisOptions {
+            energy: 0.2,
+            ..options
+        };
+        let rough = measure(inputs, &map.coords, &rough).unwrap().unwrap();
+        assert!(rough.embedded < found.embedded && rough.embedded_cost > found.embedded_cost);
+    }
+}
