@@ -161,12 +161,14 @@ fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
     plan(&options, &Bounds::of(&material().map.mesh).unwrap()).unwrap()
 }
 
+/// Colour alone.
 fn manner(shading: Shading, shadows: Shadows) -> Manner {
     Manner {
         shading,
         shadows,
         samples: Samples::Four,
         soft_rays: 1,
+        geometry_layers: false,
         extra_layers: false,
     }
 }
@@ -207,7 +209,10 @@ fn light_azimuth_pixel_shading(bencher: Bencher, shadows: Shadows) {
 )]
 fn encode_frame(bencher: Bencher, compression: Compression) {
     let radiance = radiance(false);
-    let manner = manner(Shading::Vertex, Shadows::None);
+    let manner = Manner {
+        geometry_layers: true,
+        ..manner(Shading::Vertex, Shadows::None)
+    };
     let mut renderer = Renderer::new(&material().map, &radiance, manner).unwrap();
     let planned = &frames(Sweep::None)[0];
     let frame = renderer.frame(&planned.view, &planned.lights);

@@ -36,8 +36,8 @@ pub struct Frame {
     pub size: [u32; 2],
     /// Linear Rec. 709, premultiplied by the coverage in A.
     pub rgba: Vec<[f32; 4]>,
-    /// Layers of the view.
-    pub geometry: Arc<GeometryLayers>,
+    /// Layers of the view, where they were asked for.
+    pub geometry: Option<Arc<GeometryLayers>>,
     /// Share of the lights that reaches the surface, where it was asked for.
     pub shadow: Option<Vec<f32>>,
     /// Share of the weight from beyond the sampled range, where it was asked for.
@@ -147,6 +147,7 @@ impl Frame {
             channels.insert(name.to_string(), numbers);
         };
         let layer = |numbers| Numbers::Float(Cow::Borrowed(numbers));
+        let geometry = self.geometry.as_deref();
         for group in groups {
             match group {
                 LayerGroup::Rgba => {
@@ -154,25 +155,20 @@ impl Frame {
                         add(name, self.color(channel, float));
                     }
                 }
-                LayerGroup::Depth => add("Z", layer(&self.geometry.depth)),
+                LayerGroup::Depth => geometry.iter().for_each(|g| add("Z", layer(&g.depth))),
                 LayerGroup::Normals => {
-                    for (name, plane) in ["N.X", "N.Y", "N.Z"]
-                        .into_iter()
-                        .zip(&self.geometry.normals)
-                    {
-                        add(name, layer(plane));
-                    }
+                    let planes = geometry.iter().flat_map(|g| &g.normals);
+                    let named = ["N.X", "N.Y", "N.Z"].into_iter().zip(planes);
+                    named.for_each(|(name, plane)| add(name, layer(plane)));
                 }
                 LayerGroup::Uv => {
-                    for (name, plane) in ["uv.U", "uv.V"].into_iter().zip(&self.geometry.uv) {
-                        add(name, layer(plane));
-                    }
+                    let planes = geometry.iter().flat_map(|g| &g.uv);
+                    let named = ["uv.U", "uv.V"].into_iter().zip(planes);
+                    named.for_each(|(name, plane)| add(name, layer(plane)));
                 }
                 LayerGroup::Texton => {
-                    add(
-                        "texton.I",
-                        Numbers::Uint(Cow::Borrowed(&self.geometry.textons)),
-                    );
+                    let labels = geometry.iter().map(|g| Cow::Borrowed(&g.textons[..]));
+                    labels.for_each(|labels| add("texton.I", Numbers::Uint(labels)));
                 }
                 LayerGroup::Shadow => self.shadow.iter().for_each(|p| add("shadow.Y", layer(p))),
                 LayerGroup::Weight => self.beyond.iter().for_each(|p| add("weight.Y", layer(p))),

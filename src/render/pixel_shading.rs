@@ -5,15 +5,15 @@
 //! at p in its own frame; the three are blended by p's barycentric weights, so that vertices that
 //! come from different patches of the sample meet without a seam.
 
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use multiversion::multiversion;
 
-use crate::grid::TexCoord;
-use crate::render::fragment::point;
 use crate::render::light::{Incidence, luminance};
+use crate::render::nearest::Weight;
 use crate::render::occlusion::Departure;
 use crate::render::radiance::Blend;
 use crate::render::raster::Hit;
+use crate::render::seen_points::{SeenPoint, SeenPoints};
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
 use crate::render::vertex_shading::{Axes, Scene};
 
@@ -43,67 +43,111 @@ pub struct Shaded {
 /// Working memory, one a task.
 #[derive(Debug, Default)]
 pub struct Workspace {
-    blend: Blend,
-    lights: Vec<(Incidence, f32)>,
+    /// Points that are not kept.
+    pub points: SeenPoints,
+    /// What shading them needs.
+    pub shading: ShadingSpace,
 }
 
-/// Shades a point of the surface.
-pub fn shade(scene: &Scene, visibility: Visibility, hit: &Hit, work: &mut Workspace) -> Shaded {
+/// What shading a point needs.
+#[derive(Debug, Default)]
+pub struct ShadingSpace {
+    lights: Vec<(Incidence, f32)>,
+    corners: [Corner; 3],
+}
+
+/// The blend at a vertex of a point's triangle.
+#[derive(Debug, Default)]
+struct Corner {
+    blend: Blend,
+    /// Luminance of the light that reaches it.
+    seen: f32,
+}
+
+/// Shades a point of the surface that nothing is known of.
+pub fn shade_hit(scene: &Scene, visibility: Visibility, hit: &Hit, work: &mut Workspace) -> Shaded {
+    let Workspace { points, shading } = work;
+    points.forget();
+    let point = points.see(scene, hit);
+    shade(scene, visibility, &point, points, shading)
+}
+
+/// Shades a point of the surface, one of `points`.
+pub fn shade(
+    scene: &Scene,
+    visibility: Visibility,
+    point: &SeenPoint,
+    points: &SeenPoints,
+    work: &mut ShadingSpace,
+) -> Shaded {
     match &scene.radiance.table {
-        AnyTable::Half(table) => shade_point(scene, table, visibility, hit, work),
-        AnyTable::Single(table) => shade_point(scene, table, visibility, hit, work),
+        AnyTable::Half(table) => shade_point(scene, table, visibility, point, points, work),
+        AnyTable::Single(table) => shade_point(scene, table, visibility, point, points, work),
     }
 }
 
-#[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
+#[multiversion(targets(
+    "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+bmi1+bmi2",
+    "x86_64+avx2+bmi1+bmi2"
+))]
 fn shade_point<T: Stored>(
     scene: &Scene,
     table: &TexelTable<T>,
     visibility: Visibility,
-    hit: &Hit,
-    work: &mut Workspace,
+    point: &SeenPoint,
+    points: &SeenPoints,
+    work: &mut ShadingSpace,
 ) -> Shaded {
-    let map = scene.map;
-    let Workspace { blend, lights } = work;
-    let p = point(&map.mesh, hit);
-    let all = gather_lights(scene, visibility, hit, p, lights);
-    let viewer = scene.view.towards_viewer(p.as_dvec3());
-    let corners = map.mesh.triangles[hit.triangle as usize];
-    let mut shaded = Shaded::default();
-    for (&vertex, share) in corners.iter().zip(hit.barycentric()) {
+    let (map, radiance, hit) = (scene.map, scene.radiance, &point.hit);
+    let ShadingSpace { lights, corners } = work;
+    let all = gather_lights(scene, visibility, point, lights);
+    // First what is to be read, for all three, then the reading: so that it goes on at once.
+    let triangle = &map.mesh.triangles[hit.triangle as usize];
+    for ((corner, seen), &vertex) in corners.iter_mut().zip(&point.corners).zip(triangle) {
         let vertex = vertex as usize;
-        if share <= 0.0 {
-            continue;
-        }
+        radiance.begin_known(&mut corner.blend, seen.view, points.weights(seen));
+        corner.seen = 0.0;
         let axes = Axes::of_vertex(map, vertex);
-        let view = axes.local(viewer);
-        scene.radiance.begin(blend, view);
-        let mut seen = 0.0;
-        for (incidence, reaches) in lights.iter() {
+        for (index, (incidence, reaches)) in lights.iter().enumerate() {
             let local = axes.local(incidence.towards.as_dvec3());
             if local.z > 0.0 && *reaches > 0.0 {
                 let irradiance = incidence.irradiance.map(|value| value * reaches);
-                scene.radiance.add_light::<T>(blend, local, irradiance);
-                seen += luminance(irradiance);
+                corner.add_light::<T>(scene, scene.weights.of(index, vertex), local, irradiance);
             }
         }
-        if seen == 0.0 {
+        if lights.len() > 1 {
+            radiance.merge_lights(&mut corner.blend);
+        }
+    }
+    let mut shaded = Shaded::default();
+    for ((corner, seen), share) in corners.iter().zip(&point.corners).zip(hit.barycentric()) {
+        if corner.seen == 0.0 || share <= 0.0 {
             continue;
         }
-        if lights.len() > 1 {
-            scene.radiance.merge_lights(blend);
-        }
-        let (along_s, along_t) = axes.offset(p - map.mesh.positions[vertex]);
-        let coord = TexCoord {
-            s: map.coords[vertex].s + (along_s / map.texel) as f32,
-            t: map.coords[vertex].t + (along_t / map.texel) as f32,
-        };
-        let detail = scene.detail(p, view.z);
-        shaded.color += share * scene.radiance.at(table, coord, detail, blend);
-        shaded.visibility += share * seen / all.max(f32::MIN_POSITIVE);
-        shaded.beyond += share * blend.beyond();
+        let color = radiance.at(table, seen.coord, seen.detail, &corner.blend);
+        shaded.color += share * color;
+        shaded.visibility += share * corner.seen / all.max(f32::MIN_POSITIVE);
+        shaded.beyond += share * corner.blend.beyond();
     }
     shaded
+}
+
+impl Corner {
+    #[inline(always)]
+    fn add_light<T: Stored>(
+        &mut self,
+        scene: &Scene,
+        weights: Option<&[Weight]>,
+        local: DVec3,
+        irradiance: [f32; 3],
+    ) {
+        let (radiance, blend) = (scene.radiance, &mut self.blend);
+        match weights {
+            Some(weights) => radiance.add_weighted::<T>(blend, local, weights, irradiance),
+            None => radiance.add_light::<T>(blend, local, irradiance),
+        }
+        self.seen += luminance(irradiance);
+    }
 }
 
 /// The lights at a point and the share of each that reaches it; returns the luminance of all.
@@ -111,10 +155,10 @@ fn shade_point<T: Stored>(
 fn gather_lights(
     scene: &Scene,
     visibility: Visibility,
-    hit: &Hit,
-    p: Vec3,
+    point: &SeenPoint,
     lights: &mut Vec<(Incidence, f32)>,
 ) -> f32 {
+    let (hit, p) = (&point.hit, point.place);
     let corners = scene.map.mesh.triangles[hit.triangle as usize];
     let interpolated = |of_vertices: &[f32]| -> f32 {
         let shares = corners.iter().zip(hit.barycentric());

@@ -4,7 +4,7 @@
 //! In: directions in the vertex's frame, texel positions. Out: linear radiance, light by light
 //! times the light's irradiance.
 
-use glam::{DVec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 use crate::btf::sample::Sample;
@@ -138,6 +138,13 @@ pub struct Blend {
 }
 
 impl Blend {
+    #[inline(always)]
+    fn begin(&mut self, view: DVec3) {
+        self.view = view;
+        self.columns.clear();
+        (self.lit, self.beyond) = (0.0, 0.0);
+    }
+
     /// Whether no light falls on the point.
     #[inline(always)]
     pub fn is_dark(&self) -> bool {
@@ -158,22 +165,33 @@ impl Radiance {
     /// Begins the blend for a view direction in the vertex's frame.
     #[inline(always)]
     pub fn begin(&self, blend: &mut Blend, view: DVec3) {
-        blend.view = lifted(view);
-        blend.columns.clear();
+        blend.begin(lifted(view));
+        self.view_weights(blend.view, &mut blend.scratch, &mut blend.rows);
+    }
+
+    /// Begins the blend for a view direction above the horizon whose weights are known.
+    #[inline(always)]
+    pub fn begin_known(&self, blend: &mut Blend, view: Vec3, weights: &[Weight]) {
+        blend.begin(view.as_dvec3());
         blend.rows.clear();
-        (blend.lit, blend.beyond) = (0.0, 0.0);
+        blend.rows.extend_from_slice(weights);
+    }
+
+    /// The weights of a view above the horizon.
+    #[inline(always)]
+    pub fn view_weights(&self, view: DVec3, scratch: &mut Scratch, out: &mut Vec<Weight>) {
         match (&self.directions, self.weighting) {
             (Directions::Product { views, .. }, Weighting::Continuous) => {
-                let view = blend.view.as_vec3().to_array();
-                views.continuous::<false>(view, &mut blend.scratch, &mut blend.rows);
+                views.continuous::<false>(view.as_vec3().to_array(), scratch, out);
             }
             (Directions::Product { views, .. }, Weighting::InverseAngle) => {
-                views.inverse_angle::<false>(blend.view, &mut blend.scratch, &mut blend.rows);
+                views.inverse_angle::<false>(view, scratch, out);
             }
-            (Directions::Pairs(_), _) => blend.rows.push(Weight {
-                index: 0,
-                weight: 1.0,
-            }),
+            (Directions::Pairs(_), _) => {
+                let (index, weight) = (0, 1.0);
+                out.clear();
+                out.push(Weight { index, weight });
+            }
         }
     }
 
@@ -184,28 +202,54 @@ impl Radiance {
         if light.z <= 0.0 {
             return;
         }
-        let (view, scratch, found) = (blend.view, &mut blend.scratch, &mut blend.found);
+        let mut found = std::mem::take(&mut blend.found);
+        match &self.directions {
+            Directions::Product { .. } => {
+                self.light_weights(light, &mut blend.scratch, &mut found);
+            }
+            Directions::Pairs(pairs) => match self.weighting {
+                Weighting::Continuous => pairs.continuous(blend.view, light, &mut found),
+                Weighting::InverseAngle => pairs.inverse_angle(blend.view, light, &mut found),
+            },
+        }
+        self.add_weighted::<T>(blend, light, &found, irradiance);
+        blend.found = found;
+    }
+
+    /// The weights of a light above the horizon of a product sample, whatever the view.
+    #[inline(always)]
+    pub fn light_weights(&self, light: DVec3, scratch: &mut Scratch, out: &mut Vec<Weight>) {
+        let Directions::Product { lights, .. } = &self.directions else {
+            out.clear();
+            return;
+        };
+        match self.weighting {
+            Weighting::Continuous => {
+                lights.continuous::<true>(light.as_vec3().to_array(), scratch, out);
+            }
+            Weighting::InverseAngle => lights.inverse_angle::<true>(light, scratch, out),
+        }
+    }
+
+    /// Adds a light above the horizon whose images' weights are known.
+    #[inline(always)]
+    pub fn add_weighted<T: Stored>(
+        &self,
+        blend: &mut Blend,
+        light: DVec3,
+        weights: &[Weight],
+        irradiance: [f32; 3],
+    ) {
+        let (view_cosine, light_cosine) = (blend.view.z as f32, light.z as f32);
         let is_beyond = match &self.directions {
             Directions::Product { views, lights } => {
-                match self.weighting {
-                    Weighting::Continuous => {
-                        lights.continuous::<true>(light.as_vec3().to_array(), scratch, found);
-                    }
-                    Weighting::InverseAngle => lights.inverse_angle::<true>(light, scratch, found),
-                }
-                views.is_below_all(view.z as f32) || lights.is_below_all(light.z as f32)
+                views.is_below_all(view_cosine) || lights.is_below_all(light_cosine)
             }
-            Directions::Pairs(pairs) => {
-                match self.weighting {
-                    Weighting::Continuous => pairs.continuous(view, light, found),
-                    Weighting::InverseAngle => pairs.inverse_angle(view, light, found),
-                }
-                pairs.is_below_all(view.z as f32, light.z as f32)
-            }
+            Directions::Pairs(pairs) => pairs.is_below_all(view_cosine, light_cosine),
         };
         let [r, g, b] = irradiance;
         let whole = Vec4::new(r, g, b, 0.0) * T::UNDO[0];
-        blend.columns.extend(found.iter().map(|found| Column {
+        blend.columns.extend(weights.iter().map(|found| Column {
             offset: 3 * found.index,
             weight: whole * found.weight,
         }));

@@ -21,6 +21,8 @@ use crate::render::occlusion::Occluders;
 use crate::render::pixel_shading::{self, Visibility, Workspace, ray_visibility};
 use crate::render::radiance::Radiance;
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
+use crate::render::seen_points::KeptPoints;
+use crate::render::vertex_lights::{KnownWeights, VertexLights};
 use crate::render::vertex_shading::{self, Scene, Site};
 use crate::render::vertex_shadows::{ShadowCaster, VertexShadows};
 use crate::surface_map::SurfaceTextonMap;
@@ -60,6 +62,8 @@ pub struct Manner {
     pub samples: Samples,
     /// Shadow rays for lights that have a size.
     pub soft_rays: u32,
+    /// Whether frames carry the layers of the view: depth, normals, uv, textons.
+    pub geometry_layers: bool,
     /// Whether frames carry `shadow.Y` and `weight.Y`.
     pub extra_layers: bool,
 }
@@ -72,6 +76,7 @@ pub struct Renderer<'a> {
     bounds: Bounds,
     caster: Option<ShadowCaster>,
     shadows: VertexShadows,
+    weights: VertexLights,
     vertices: Vertices,
     seen: Option<Seen>,
 }
@@ -87,10 +92,15 @@ struct Vertices {
 struct Seen {
     view: View,
     surface: SurfaceBuffer,
-    layers: Arc<GeometryLayers>,
+    layers: Option<Arc<GeometryLayers>>,
     /// The vertices of seen triangles.
     vertices: Vertices,
+    /// What pixel shading finds of the view, once it has stayed for a second frame.
+    points: Option<KeptPoints>,
 }
+
+/// Vertices that one task chooses from.
+const CHOSEN: usize = 1 << 14;
 
 /// Lights that vertices are shaded by in one go: bounds the memory for what reaches them.
 const LIGHTS_AT_ONCE: usize = 64;
@@ -117,6 +127,7 @@ impl<'a> Renderer<'a> {
             },
             caster,
             shadows: VertexShadows::default(),
+            weights: VertexLights::default(),
             seen: None,
         })
     }
@@ -129,9 +140,10 @@ impl<'a> Renderer<'a> {
     /// Renders one frame.
     pub fn frame(&mut self, view: &View, lights: &[Light]) -> Frame {
         let seen = match self.seen.take() {
-            Some(seen) if seen.view == *view => seen,
+            Some(seen) if seen.view == *view => self.look_on(seen),
             _ => self.look(view),
         };
+        self.refresh_weights(&seen, lights);
         let mut shadows = std::mem::take(&mut self.shadows);
         let rgba = self.resolve(&seen, lights, &mut shadows);
         let extra = self.manner.extra_layers;
@@ -144,7 +156,7 @@ impl<'a> Renderer<'a> {
         let frame = Frame {
             size: view.size,
             rgba,
-            geometry: Arc::clone(&seen.layers),
+            geometry: seen.layers.clone(),
             shadow,
             beyond,
         };
@@ -156,15 +168,34 @@ impl<'a> Renderer<'a> {
     /// sees it; others stay black.
     pub fn vertex_colors(&self, view: &View, lights: &[Light]) -> Vec<[f32; 3]> {
         let shadows = &mut VertexShadows::default();
-        let colors = self.shade_vertices(view, lights, &self.vertices, Some(shadows));
+        let scene = self.scene(view, lights, KnownWeights::default());
+        let colors = self.shade_vertices(&scene, &self.vertices, Some(shadows));
         colors
             .into_iter()
             .map(|color| color.truncate().to_array())
             .collect()
     }
 
-    fn scene<'b>(&'b self, view: &'b View, lights: &'b [Light]) -> Scene<'b> {
+    /// Finds what will be asked of the lights more than once: by pixels, or by frames to come.
+    fn refresh_weights(&mut self, seen: &Seen, lights: &[Light]) {
+        let mut weights = std::mem::take(&mut self.weights);
+        let needs: &[Site] = match self.manner.shading {
+            Shading::Pixel => &seen.vertices.by_texel,
+            Shading::Vertex => &[],
+        };
+        let scene = self.scene(&seen.view, lights, KnownWeights::default());
+        weights.refresh(&scene, needs, &self.vertices.by_texel);
+        self.weights = weights;
+    }
+
+    fn scene<'b>(
+        &'b self,
+        view: &'b View,
+        lights: &'b [Light],
+        weights: KnownWeights<'b>,
+    ) -> Scene<'b> {
         Scene {
+            weights,
             map: self.map,
             radiance: self.radiance,
             view,
@@ -177,19 +208,33 @@ impl<'a> Renderer<'a> {
     fn look(&self, view: &View) -> Seen {
         let mesh = &self.map.mesh;
         let surface = SurfaceBuffer::draw(view, mesh, self.manner.samples, self.bounds.nearest());
-        let layers = GeometryLayers::of_surface(&surface, self.map, view);
+        let layers = || Arc::new(GeometryLayers::of_surface(&surface, self.map, view));
         Seen {
             view: *view,
             vertices: self.vertices.seen_in(&surface, mesh),
+            layers: self.manner.geometry_layers.then(layers),
+            points: None,
             surface,
-            layers: Arc::new(layers),
+        }
+    }
+
+    /// What the view sees, for one more frame.
+    fn look_on(&self, seen: Seen) -> Seen {
+        if self.manner.shading == Shading::Vertex || seen.points.is_some() {
+            return seen;
+        }
+        let scene = self.scene(&seen.view, &[], KnownWeights::default());
+        Seen {
+            points: KeptPoints::find(&scene, &seen.surface),
+            ..seen
         }
     }
 
     fn resolve(&self, seen: &Seen, lights: &[Light], shadows: &mut VertexShadows) -> Vec<[f32; 4]> {
+        let scene = self.scene(&seen.view, lights, self.weights.all());
         match (self.manner.shading, self.manner.shadows) {
             (Shading::Vertex, Shadows::None | Shadows::Vertex) => {
-                let colors = self.shade_vertices(&seen.view, lights, &seen.vertices, Some(shadows));
+                let colors = self.shade_vertices(&scene, &seen.vertices, Some(shadows));
                 let mesh = &self.map.mesh;
                 seen.surface.map_pixels(
                     CLEAR,
@@ -197,22 +242,25 @@ impl<'a> Renderer<'a> {
                     |(), hits| mean_color(mesh, &colors, seen.surface.color_hits(hits)),
                 )
             }
-            (Shading::Vertex, Shadows::Pixel) => self.resolve_pixel_shadows(seen, lights),
-            (Shading::Pixel, _) => self.resolve_pixels(seen, lights, shadows),
+            (Shading::Vertex, Shadows::Pixel) => self.resolve_pixel_shadows(seen, &scene),
+            (Shading::Pixel, _) => self.resolve_pixels(seen, &scene, shadows),
         }
     }
 
     /// Colours by vertex, red to blue, of the chosen ones; without `shadows` as if nothing cast any.
     fn shade_vertices(
         &self,
-        view: &View,
-        lights: &[Light],
+        scene: &Scene,
         chosen: &Vertices,
         mut shadows: Option<&mut VertexShadows>,
     ) -> Vec<Vec4> {
         let mut colors = vec![Vec4::ZERO; self.map.mesh.positions.len()];
-        for lights in lights.chunks(LIGHTS_AT_ONCE) {
-            let scene = self.scene(view, lights);
+        for (part, lights) in scene.lights.chunks(LIGHTS_AT_ONCE).enumerate() {
+            let scene = Scene {
+                lights,
+                weights: scene.weights.from(part * LIGHTS_AT_ONCE),
+                ..*scene
+            };
             let reaches = match shadows.as_deref_mut() {
                 Some(shadows) => self.find_shadows(lights, chosen, shadows),
                 None => Vec::new(),
@@ -242,10 +290,15 @@ impl<'a> Renderer<'a> {
     }
 
     /// Vertex colours, light by light, under shadows found in every pixel.
-    fn resolve_pixel_shadows(&self, seen: &Seen, lights: &[Light]) -> Vec<[f32; 4]> {
+    fn resolve_pixel_shadows(&self, seen: &Seen, scene: &Scene) -> Vec<[f32; 4]> {
         let mut sum: Vec<[f32; 4]> = Vec::new();
-        for light in lights {
-            let part = self.resolve_shadows_of(seen, light);
+        for (index, light) in scene.lights.iter().enumerate() {
+            let scene = Scene {
+                lights: std::slice::from_ref(light),
+                weights: scene.weights.from(index),
+                ..*scene
+            };
+            let part = self.resolve_shadows_of(seen, &scene);
             if sum.is_empty() {
                 sum = part;
                 continue;
@@ -259,11 +312,10 @@ impl<'a> Renderer<'a> {
         sum
     }
 
-    fn resolve_shadows_of(&self, seen: &Seen, light: &Light) -> Vec<[f32; 4]> {
+    /// Colours under the scene's one light.
+    fn resolve_shadows_of(&self, seen: &Seen, scene: &Scene) -> Vec<[f32; 4]> {
         let (mesh, order) = (&self.map.mesh, seen.surface.by_distance());
-        let lights = std::slice::from_ref(light);
-        let colors = self.shade_vertices(&seen.view, lights, &seen.vertices, None);
-        let scene = self.scene(&seen.view, lights);
+        let colors = self.shade_vertices(scene, &seen.vertices, None);
         let share = 1.0 / order.len() as f32;
         seen.surface.map_pixels(
             CLEAR,
@@ -273,7 +325,7 @@ impl<'a> Renderer<'a> {
                 let mut reaches = [0.0; 16];
                 for (reaches, hit) in reaches.iter_mut().zip(pieces.hits()) {
                     let p = point(mesh, hit);
-                    *reaches = ray_visibility(&scene, 0, &light.at(p), hit, p);
+                    *reaches = ray_visibility(scene, 0, &scene.lights[0].at(p), hit, p);
                 }
                 let mut pixel = Pixel::default();
                 for &sample in order {
@@ -292,25 +344,28 @@ impl<'a> Renderer<'a> {
     fn resolve_pixels(
         &self,
         seen: &Seen,
-        lights: &[Light],
+        scene: &Scene,
         shadows: &mut VertexShadows,
     ) -> Vec<[f32; 4]> {
-        let (mesh, order) = (&self.map.mesh, seen.surface.by_distance());
-        let scene = self.scene(&seen.view, lights);
-        let of_vertices = self.interpolated_shadows(seen, lights, shadows);
+        let of_vertices = self.interpolated_shadows(seen, scene.lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
-        seen.surface
-            .map_pixels(CLEAR, Workspace::default, |work, hits| {
-                let pieces = Pieces::of_pixel(mesh, &seen.view, hits, order);
-                let mut pixel = Pixel::default();
-                for (piece, hit) in pieces.hits().iter().enumerate() {
-                    let share = pieces.share(piece);
-                    let shaded = pixel_shading::shade(&scene, visibility, hit, work);
-                    pixel.color += shaded.color * share;
-                    pixel.coverage += share;
+        let surface = &seen.surface;
+        surface.map_bands(CLEAR, Workspace::default, |work, band, pixels| {
+            let Workspace { points, shading } = work;
+            let points = match &seen.points {
+                Some(kept) => &kept.bands[band],
+                None => {
+                    points.find_band(scene, surface, band);
+                    &*points
                 }
-                pixel.rgba()
-            })
+            };
+            for (pixel, share, point) in points.points() {
+                let shaded = pixel_shading::shade(scene, visibility, point, points, shading);
+                let pixel = &mut pixels[*pixel as usize];
+                *pixel =
+                    (Vec4::from_array(*pixel) + (shaded.color * *share).with_w(*share)).to_array();
+            }
+        })
     }
 
     /// Per light the visibility of the seen vertices, by vertex, where pixels interpolate it.
@@ -341,7 +396,7 @@ impl<'a> Renderer<'a> {
         lights: &[Light],
         shadows: &mut VertexShadows,
     ) -> (Vec<f32>, Vec<f32>) {
-        let scene = self.scene(&seen.view, lights);
+        let scene = self.scene(&seen.view, lights, self.weights.all());
         let of_vertices = self.interpolated_shadows(seen, lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
         let pairs = seen
@@ -351,7 +406,7 @@ impl<'a> Renderer<'a> {
                 if !hit.is_surface() {
                     return [0.0; 2];
                 }
-                let shaded = pixel_shading::shade(&scene, visibility, &hit, work);
+                let shaded = pixel_shading::shade_hit(&scene, visibility, &hit, work);
                 [shaded.visibility, shaded.beyond]
             });
         pairs
@@ -393,13 +448,15 @@ impl Vertices {
         Self {
             by_texel: self
                 .by_texel
-                .iter()
+                .par_iter()
+                .with_min_len(CHOSEN)
                 .filter(|site| is_needed(site.vertex))
                 .copied()
                 .collect(),
             by_place: self
                 .by_place
-                .iter()
+                .par_iter()
+                .with_min_len(CHOSEN)
                 .copied()
                 .filter(|&vertex| is_needed(vertex))
                 .collect(),

@@ -173,15 +173,14 @@ fn lay_out(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Res
 }
 
 fn manner(options: &RenderOptions) -> Manner {
+    let any = |is: fn(&Layer) -> bool| options.layers.iter().any(is);
     Manner {
         shading: options.shading,
         shadows: options.shadows,
         samples: options.samples,
         soft_rays: options.shadow_rays,
-        extra_layers: options
-            .layers
-            .iter()
-            .any(|layer| matches!(layer, Layer::Shadow | Layer::Weight)),
+        geometry_layers: any(|layer| !matches!(layer, Layer::Rgba | Layer::Shadow | Layer::Weight)),
+        extra_layers: any(|layer| matches!(layer, Layer::Shadow | Layer::Weight)),
     }
 }
 

@@ -15,6 +15,7 @@ use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
 use crate::render::radiance::{Blend, Radiance};
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
+use crate::render::vertex_lights::KnownWeights;
 use crate::surface_map::SurfaceTextonMap;
 
 /// A vertex to shade, with all that shading reads of the map.
@@ -24,7 +25,8 @@ pub struct Site {
     pub vertex: u32,
     /// The texel of the finest level that holds its coordinate.
     pub texel: TexelIndex,
-    point: Vec3,
+    /// Where it is.
+    pub point: Vec3,
     normal: Vec3,
     orientation: Vec3,
 }
@@ -44,6 +46,8 @@ pub struct Scene<'a> {
     pub occluders: Option<&'a Occluders>,
     /// Rays for lights that have a size.
     pub soft_rays: u32,
+    /// What is known of the lights at vertices.
+    pub weights: KnownWeights<'a>,
 }
 
 /// Sites handled by one task.
@@ -109,7 +113,10 @@ impl Scene<'_> {
     }
 }
 
-#[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
+#[multiversion(targets(
+    "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+bmi1+bmi2",
+    "x86_64+avx2+bmi1+bmi2"
+))]
 fn shade_chunk<T: Stored>(
     scene: &Scene,
     table: &TexelTable<T>,
@@ -158,7 +165,12 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
             .map_or(1.0, |of| of[site.vertex as usize]);
         if local.z > 0.0 && reaches > 0.0 {
             let irradiance = incidence.irradiance.map(|value| value * reaches);
-            scene.radiance.add_light::<T>(blend, local, irradiance);
+            let weights = scene.weights.of(index, site.vertex as usize);
+            let radiance = scene.radiance;
+            match weights {
+                Some(weights) => radiance.add_weighted::<T>(blend, local, weights, irradiance),
+                None => radiance.add_light::<T>(blend, local, irradiance),
+            }
         }
     }
     if scene.lights.len() > 1 {

@@ -65,9 +65,8 @@ impl Plan {
     /// The exact routes where they fit `limit`, else the others; an error when nothing fits.
     pub fn new(sizes: &Sizes<'_>, limit: Option<ByteSize>) -> Result<Self> {
         let limit = limit.map_or(u64::MAX, |size| size.0);
-        let finest = (0..=sizes.grids.len())
-            .find(|&first_gram| sizes.levels_bytes(first_gram, ImageVectors::Folded) <= limit);
-        let Some(first_gram) = finest else {
+        let fits = |first_gram: &usize| sizes.least_bytes(*first_gram) <= limit;
+        let Some(first_gram) = (0..=sizes.grids.len()).find(fits) else {
             return Err(too_small(sizes, limit));
         };
         let routes = (0..sizes.grids.len())
@@ -79,28 +78,29 @@ impl Plan {
                 }
             })
             .collect();
-        let exact = sizes.levels_bytes(first_gram, ImageVectors::Exact) <= limit;
-        let image_vectors = if exact {
-            ImageVectors::Exact
+        let must_keep = sizes.must_keep(first_gram);
+        let folded = ImageVectors::Folded;
+        let keep_images =
+            must_keep || first_gram > 0 && sizes.levels_bytes(first_gram, folded, true) <= limit;
+        let exact = sizes.levels_bytes(first_gram, ImageVectors::Exact, keep_images);
+        let (image_vectors, bytes) = if exact <= limit {
+            (ImageVectors::Exact, exact)
         } else {
-            ImageVectors::Folded
+            let bytes = sizes.levels_bytes(first_gram, folded, keep_images);
+            (folded, bytes)
         };
-        let bytes = sizes.levels_bytes(first_gram, image_vectors);
-        // Only a sketch reads the representatives more often than twice.
-        let kept = sizes.kept_bytes();
-        let keep_images = first_gram > 0 && bytes.saturating_add(kept) <= limit;
         Ok(Self {
             routes,
             image_vectors,
             keep_images,
-            bytes: if keep_images { bytes + kept } else { bytes },
+            bytes,
         })
     }
 }
 
 fn too_small(sizes: &Sizes<'_>, limit: u64) -> Error {
     let least = (0..=sizes.grids.len())
-        .map(|first_gram| sizes.levels_bytes(first_gram, ImageVectors::Folded))
+        .map(|first_gram| sizes.least_bytes(first_gram))
         .min()
         .unwrap_or(0);
     Error::option(
@@ -128,8 +128,21 @@ impl Sizes<'_> {
         4 * (self.representatives * self.channels) as u64 * texels
     }
 
+    /// Whether the representatives must stay in memory so that no image is read more than three
+    /// times: to choose them is one, and a sketch takes three passes over them.
+    fn must_keep(&self, first_gram: usize) -> bool {
+        first_gram > 0 && self.representatives < self.images
+    }
+
+    /// The least memory that does when levels from `first_gram` on take the Gram route.
+    fn least_bytes(&self, first_gram: usize) -> u64 {
+        let keep = self.must_keep(first_gram);
+        self.levels_bytes(first_gram, ImageVectors::Folded, keep)
+    }
+
     /// The largest of the phases when levels from `first_gram` on take the Gram route.
-    fn levels_bytes(&self, first_gram: usize, images: ImageVectors) -> u64 {
+    fn levels_bytes(&self, first_gram: usize, images: ImageVectors, keep: bool) -> u64 {
+        let kept = if keep { self.kept_bytes() } else { 0 };
         let filters: u64 = self
             .grids
             .iter()
@@ -140,7 +153,11 @@ impl Sizes<'_> {
         } else {
             0
         };
-        let phases = [choosing, self.clustering(first_gram), self.centring()];
+        let phases = [
+            choosing,
+            self.clustering(first_gram).saturating_add(kept),
+            self.centring().saturating_add(kept),
+        ];
         let largest = phases.into_iter().max().unwrap_or(0);
         largest.saturating_add(filters).saturating_add(MARGIN)
     }
@@ -164,7 +181,8 @@ impl Sizes<'_> {
             })
             .sum();
         let batch = if sketched.is_empty() { 0 } else { 256 << 20 };
-        covariances + working + sketches + batch
+        // The sketched levels are done before the others' matrices are made.
+        covariances + working.max(sketches + batch)
     }
 
     fn centring(&self) -> u64 {
@@ -220,6 +238,10 @@ mod tests {
         let large = plan(256, 22_801, Some(3 << 30)).unwrap();
         assert_eq!(large.routes[0], Route::Sketch);
         assert!(large.bytes <= 3 << 30);
+        assert!(
+            large.keep_images,
+            "else the representatives are read four times"
+        );
         let error = plan(256, 22_801, Some(200 << 20)).unwrap_err().to_string();
         assert!(
             error.contains("--memory") && error.contains("at least"),

@@ -1,9 +1,10 @@
 //! One tile: which triangle each sample sees, by integer edge functions (Pineda 1988).
 //!
 //! A sample on an edge belongs to exactly one of the two triangles that share it, so that surfaces
-//! have no cracks and no doubly covered samples. Of equally near triangles the first wins.
+//! have no cracks and no doubly covered samples. Of equally near triangles the first drawn wins.
 
-use std::ops::{Add, BitOr, Mul, Sub};
+use std::array::from_fn;
+use std::ops::{Add, BitOr, Mul, RangeInclusive, Sub};
 
 use super::bins::TILE;
 use super::pattern::{SUBPIXEL, Samples};
@@ -20,19 +21,25 @@ const SMALL: i32 = 64 * SUBPIXEL;
 trait EdgeNumber:
     Copy
     + From<i32>
-    + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
     + BitOr<Output = Self>
 {
     fn to_f32(self) -> f32;
+    /// All bits set where it is 0 or more, none where it is less.
+    fn not_negative(self) -> u32;
 }
 
 impl EdgeNumber for i32 {
     #[inline(always)]
     fn to_f32(self) -> f32 {
         self as f32
+    }
+
+    #[inline(always)]
+    fn not_negative(self) -> u32 {
+        !(self >> 31) as u32
     }
 }
 
@@ -41,21 +48,36 @@ impl EdgeNumber for i64 {
     fn to_f32(self) -> f32 {
         self as f32
     }
+
+    #[inline(always)]
+    fn not_negative(self) -> u32 {
+        !(self >> 63) as u32
+    }
 }
 
-/// The samples of one tile while triangles are drawn into it.
-pub(super) struct TileSamples<const STORED: usize> {
+/// The samples of one tile while triangles are drawn into it; those beyond the pattern's see what
+/// the pixel's centre sees.
+pub(super) struct TileSamples<const LANES: usize> {
     /// Upper left corner, in 1/256 pixel.
     origin: [i32; 2],
     /// Columns and rows that lie on the image.
     extent: [i32; 2],
-    positions: [[i32; 2]; STORED],
-    nearness: Vec<[f32; STORED]>,
+    positions: [[i32; 2]; LANES],
+    nearness: Vec<[f32; LANES]>,
     /// The triangle each sample sees, pixel by pixel.
-    pub triangles: Vec<[u32; STORED]>,
+    pub triangles: Vec<[u32; LANES]>,
 }
 
-impl<const STORED: usize> TileSamples<STORED> {
+/// A triangle's place in a tile.
+struct Placed {
+    /// Its corners, from the tile's.
+    at: [[i32; 2]; 3],
+    /// Columns and rows of pixels it may touch, first and last.
+    pixels: [RangeInclusive<i32>; 2],
+    is_small: bool,
+}
+
+impl<const LANES: usize> TileSamples<LANES> {
     /// An empty tile; `corner` is its first pixel, `size` the image's.
     pub fn new(corner: [u32; 2], size: [u32; 2], samples: Samples) -> Self {
         let pixels = (TILE * TILE) as usize;
@@ -63,42 +85,73 @@ impl<const STORED: usize> TileSamples<STORED> {
             origin: corner.map(|pixel| pixel as i32 * SUBPIXEL),
             extent: [0, 1].map(|axis| (size[axis] - corner[axis]).min(TILE) as i32),
             positions: samples.positions(),
-            nearness: vec![[f32::NEG_INFINITY; STORED]; pixels],
-            triangles: vec![[NOTHING; STORED]; pixels],
+            nearness: vec![[f32::NEG_INFINITY; LANES]; pixels],
+            triangles: vec![[NOTHING; LANES]; pixels],
         }
     }
 
     /// Draws a triangle under a number.
     #[inline(always)]
     pub fn draw(&mut self, corners: [&ScreenVertex; 3], number: u32) {
+        let placed = self.place(corners);
+        self.draw_placed(&placed, corners, number);
+    }
+
+    /// How near the farthest sample of every pixel is.
+    pub fn farthest(&self) -> Vec<f32> {
+        let of_pixel =
+            |samples: &[f32; LANES]| samples.iter().copied().fold(f32::INFINITY, f32::min);
+        self.nearness.iter().map(of_pixel).collect()
+    }
+
+    /// Draws a triangle unless all of its pixels are nearer than all of it: as [`draw`](Self::draw)
+    /// does. `farthest` may be of an earlier state.
+    #[inline(always)]
+    pub fn draw_behind(&mut self, corners: [&ScreenVertex; 3], number: u32, farthest: &[f32]) {
+        let placed = self.place(corners);
+        let [a, b, c] = corners.map(|corner| corner.nearness);
+        let nearest = a.max(b).max(c);
+        // Interpolation may round beyond the corners.
+        let nearest = nearest + nearest.abs() * 1e-5;
+        let [columns, rows] = placed.pixels.clone();
+        let shows = rows.into_iter().any(|row| {
+            let line = &farthest[(row * TILE as i32) as usize..][..TILE as usize];
+            columns
+                .clone()
+                .any(|column| line[column as usize] < nearest)
+        });
+        if shows {
+            self.draw_placed(&placed, corners, number);
+        }
+    }
+
+    #[inline(always)]
+    fn place(&self, corners: [&ScreenVertex; 3]) -> Placed {
         let [ox, oy] = self.origin;
-        let [a, b, c] = corners;
-        let at = [
-            [a.x - ox, a.y - oy],
-            [b.x - ox, b.y - oy],
-            [c.x - ox, c.y - oy],
-        ];
-        let low = [
-            at[0][0].min(at[1][0]).min(at[2][0]),
-            at[0][1].min(at[1][1]).min(at[2][1]),
-        ];
-        let high = [
-            at[0][0].max(at[1][0]).max(at[2][0]),
-            at[0][1].max(at[1][1]).max(at[2][1]),
-        ];
-        let first = [
-            low[0].div_euclid(SUBPIXEL).max(0),
-            low[1].div_euclid(SUBPIXEL).max(0),
-        ];
-        let last = [
-            high[0].div_euclid(SUBPIXEL).min(self.extent[0] - 1),
-            high[1].div_euclid(SUBPIXEL).min(self.extent[1] - 1),
-        ];
-        let nearness = [a.nearness, b.nearness, c.nearness];
-        if high[0] - low[0] < SMALL && high[1] - low[1] < SMALL {
-            self.cover::<i32>(at, nearness, number, first, last);
+        let at = corners.map(|corner| [corner.x - ox, corner.y - oy]);
+        let low = [0, 1].map(|axis| at[0][axis].min(at[1][axis]).min(at[2][axis]));
+        let high = [0, 1].map(|axis| at[0][axis].max(at[1][axis]).max(at[2][axis]));
+        let pixels = [0, 1].map(|axis| {
+            let first = low[axis].div_euclid(SUBPIXEL).max(0);
+            first..=high[axis].div_euclid(SUBPIXEL).min(self.extent[axis] - 1)
+        });
+        Placed {
+            at,
+            pixels,
+            is_small: high[0] - low[0] < SMALL && high[1] - low[1] < SMALL,
+        }
+    }
+
+    #[inline(always)]
+    fn draw_placed(&mut self, placed: &Placed, corners: [&ScreenVertex; 3], number: u32) {
+        let nearness = corners.map(|corner| corner.nearness);
+        let [columns, rows] = &placed.pixels;
+        let first = [*columns.start(), *rows.start()];
+        let last = [*columns.end(), *rows.end()];
+        if placed.is_small {
+            self.cover::<i32>(placed.at, nearness, number, first, last);
         } else {
-            self.cover::<i64>(at, nearness, number, first, last);
+            self.cover::<i64>(placed.at, nearness, number, first, last);
         }
     }
 
@@ -128,17 +181,7 @@ impl<const STORED: usize> TileSamples<STORED> {
             let nearness = &mut self.nearness[pixels.clone()][..count];
             let triangles = &mut self.triangles[pixels][..count];
             for (nearness, triangles) in nearness.iter_mut().zip(triangles) {
-                for sample in 0..STORED {
-                    let s0 = at_pixel[0] + offsets[0][sample];
-                    let s1 = at_pixel[1] + offsets[1][sample];
-                    let s2 = at_pixel[2] + offsets[2][sample];
-                    let here = triangle.nearness
-                        + s1.to_f32() * triangle.slopes[0]
-                        + s2.to_f32() * triangle.slopes[1];
-                    let seen = (s0 | s1 | s2) >= T::from(0) && here > nearness[sample];
-                    nearness[sample] = if seen { here } else { nearness[sample] };
-                    triangles[sample] = if seen { number } else { triangles[sample] };
-                }
+                triangle.cover_pixel(at_pixel, &offsets, number, nearness, triangles);
                 at_pixel[0] = at_pixel[0] - e0.dy * T::from(SUBPIXEL);
                 at_pixel[1] = at_pixel[1] - e1.dy * T::from(SUBPIXEL);
                 at_pixel[2] = at_pixel[2] - e2.dy * T::from(SUBPIXEL);
@@ -172,8 +215,8 @@ impl<T: EdgeNumber> Edge<T> {
 
     /// What the function differs by at each position within a pixel.
     #[inline(always)]
-    fn offsets<const STORED: usize>(&self, positions: &[[i32; 2]; STORED]) -> [T; STORED] {
-        let mut offsets = [T::from(0); STORED];
+    fn offsets<const LANES: usize>(&self, positions: &[[i32; 2]; LANES]) -> [T; LANES] {
+        let mut offsets = [T::from(0); LANES];
         for (offset, &[x, y]) in offsets.iter_mut().zip(positions) {
             *offset = self.dx * T::from(y) - self.dy * T::from(x);
         }
@@ -223,6 +266,33 @@ impl<T: EdgeNumber> Edges<T> {
                 (nearness[2] - nearness[0]) * scale,
             ],
         })
+    }
+
+    /// Shows the triangle to those of a pixel's samples that it covers and that saw nothing nearer.
+    /// No branches: all lanes go together.
+    #[inline(always)]
+    fn cover_pixel<const LANES: usize>(
+        &self,
+        at: [T; 3],
+        offsets: &[[T; LANES]; 3],
+        number: u32,
+        nearness: &mut [f32; LANES],
+        triangles: &mut [u32; LANES],
+    ) {
+        let [s0, s1, s2]: [[T; LANES]; 3] =
+            from_fn(|edge| from_fn(|lane| at[edge] + offsets[edge][lane]));
+        let here: [f32; LANES] = from_fn(|lane| {
+            self.nearness + s1[lane].to_f32() * self.slopes[0] + s2[lane].to_f32() * self.slopes[1]
+        });
+        let seen: [u32; LANES] = from_fn(|lane| {
+            let is_nearer = u32::from(here[lane] > nearness[lane]).wrapping_neg();
+            (s0[lane] | s1[lane] | s2[lane]).not_negative() & is_nearer
+        });
+        *nearness = from_fn(|lane| {
+            let [new, old] = [here[lane], nearness[lane]].map(f32::to_bits);
+            f32::from_bits(new & seen[lane] | old & !seen[lane])
+        });
+        *triangles = from_fn(|lane| number & seen[lane] | triangles[lane] & !seen[lane]);
     }
 }
 

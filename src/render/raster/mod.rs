@@ -2,7 +2,8 @@
 //!
 //! In: a view, a mesh, a sample pattern. Out: a [`SurfaceBuffer`]. Tiles are drawn in parallel,
 //! each by one task and its triangles in order, so the result does not depend on the thread count.
-//! Both sides of every triangle are drawn.
+//! Both sides of every triangle are drawn; those that face the camera first, so that of the others
+//! most are found hidden before they are drawn.
 
 mod bins;
 mod coverage;
@@ -19,7 +20,7 @@ pub use pattern::Samples;
 
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::render::camera::View;
-use bins::{Bins, tile_counts};
+use bins::{Bins, Side, tile_counts};
 use coverage::{TileSamples, barycentric};
 use screen::Screen;
 
@@ -95,10 +96,10 @@ impl SurfaceBuffer {
         let tiles = (0..(across * down) as usize)
             .into_par_iter()
             .map(|tile| match samples {
-                Samples::One => draw_tile::<1>(&drawing, tile),
-                Samples::Four => draw_tile::<5>(&drawing, tile),
-                Samples::Eight => draw_tile::<9>(&drawing, tile),
-                Samples::Sixteen => draw_tile::<17>(&drawing, tile),
+                Samples::One => draw_tile::<1, 1>(&drawing, tile),
+                Samples::Four => draw_tile::<5, 8>(&drawing, tile),
+                Samples::Eight => draw_tile::<9, 16>(&drawing, tile),
+                Samples::Sixteen => draw_tile::<17, 24>(&drawing, tile),
             })
             .collect();
         Self {
@@ -150,31 +151,73 @@ impl SurfaceBuffer {
     }
 
     /// An image of what `value` makes of each pixel's hits, row by row; `nothing` where a whole
-    /// tile sees nothing. Rows run in parallel, with working memory from `init`.
+    /// tile sees nothing.
     pub fn map_pixels<R: Copy + Send + Sync, W>(
         &self,
         nothing: R,
         init: impl Fn() -> W + Sync + Send,
         value: impl Fn(&mut W, &[Hit]) -> R + Sync + Send,
     ) -> Vec<R> {
-        let stored = self.samples.stored();
-        let (width, side) = (self.size[0] as usize, TILE as usize);
-        let across = width.div_ceil(side);
-        let mut image = vec![nothing; width * self.size[1] as usize];
+        self.map_bands(nothing, init, |work, band, pixels| {
+            self.visit_band(band, |pixel, hits| pixels[pixel] = value(work, hits));
+        })
+    }
+
+    /// An image, band by band: `fill` is given a band's number and its pixels, `nothing` so far.
+    /// Bands run in parallel, with working memory from `init`.
+    pub fn map_bands<R: Copy + Send + Sync, W>(
+        &self,
+        nothing: R,
+        init: impl Fn() -> W + Sync + Send,
+        fill: impl Fn(&mut W, usize, &mut [R]) + Sync + Send,
+    ) -> Vec<R> {
+        let [width, height] = self.size.map(|side| side as usize);
+        let mut image = vec![nothing; width * height];
         image
-            .par_chunks_mut(width)
+            .par_chunks_mut(BAND * width)
             .enumerate()
-            .for_each_init(init, |work, (row, line)| {
-                let tiles = &self.tiles[row / side * across..];
-                for (part, tile) in line.chunks_mut(side).zip(tiles) {
-                    let first = (row % side * side * stored).min(tile.len());
-                    let pixels = tile[first..].chunks_exact(stored);
-                    for (pixel, hits) in part.iter_mut().zip(pixels) {
-                        *pixel = value(work, hits);
-                    }
-                }
-            });
+            .for_each_init(init, |work, (band, pixels)| fill(work, band, pixels));
         image
+    }
+
+    /// Bands of rows in the image.
+    pub fn bands(&self) -> usize {
+        (self.size[1] as usize).div_ceil(BAND)
+    }
+
+    /// Hands out the pixels of a band that lie in tiles that see something: the place of each in
+    /// the band, and its hits. Neighbours follow each other, across and down, so that what they
+    /// share is still near.
+    pub fn visit_band(&self, band: usize, mut visit: impl FnMut(usize, &[Hit])) {
+        let ([width, height], side) = (self.size.map(|side| side as usize), TILE as usize);
+        let across = width.div_ceil(side);
+        let rows = band * BAND..height.min((band + 1) * BAND);
+        let tiles = &self.tiles[rows.start / side * across..][..across];
+        for (column, tile) in tiles.iter().enumerate() {
+            let columns = column * side..width.min((column + 1) * side);
+            for (below, row) in rows.clone().enumerate() {
+                let hits = self.pixels_of_row(tile, row % side);
+                for (at, hits) in columns.clone().zip(hits) {
+                    visit(below * width + at, hits);
+                }
+            }
+        }
+    }
+
+    /// Pixels that see a surface.
+    pub fn covered_pixels(&self) -> usize {
+        let stored = self.samples.stored();
+        let is_covered = |hits: &&[Hit]| hits.iter().any(Hit::is_surface);
+        let of_tile = |tile: &Vec<Hit>| tile.chunks_exact(stored).filter(is_covered).count();
+        self.tiles.par_iter().map(of_tile).sum()
+    }
+
+    /// The pixels' hits in one row of a tile; none where it sees nothing.
+    #[inline]
+    fn pixels_of_row<'a>(&self, tile: &'a [Hit], row: usize) -> impl Iterator<Item = &'a [Hit]> {
+        let stored = self.samples.stored();
+        let first = (row * TILE as usize * stored).min(tile.len());
+        tile[first..].chunks_exact(stored)
     }
 
     /// All hits on surfaces, in tiles that run in parallel.
@@ -190,6 +233,9 @@ impl SurfaceBuffer {
     }
 }
 
+/// Rows of pixels that are one task; tiles have a multiple of it.
+const BAND: usize = 8;
+
 struct Drawing<'a> {
     view: &'a View,
     screen: &'a Screen,
@@ -198,21 +244,30 @@ struct Drawing<'a> {
     samples: Samples,
 }
 
-/// What the samples of one tile see.
-#[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
-fn draw_tile<const STORED: usize>(drawing: &Drawing, tile: usize) -> Vec<Hit> {
-    let (view, samples) = (drawing.view, drawing.samples);
+/// What the `STORED` samples of one tile's pixels see. They are drawn as `LANES`, a multiple of the
+/// processor's, of which the last are idle.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+bmi1+bmi2",
+    "x86_64+avx2+bmi1+bmi2"
+))]
+fn draw_tile<const STORED: usize, const LANES: usize>(drawing: &Drawing, tile: usize) -> Vec<Hit> {
+    let (view, samples, bins) = (drawing.view, drawing.samples, drawing.bins);
     let across = tile_counts(view.size)[0] as usize;
     let corner = [tile % across, tile / across].map(|index| index as u32 * TILE);
-    let mut numbers = drawing.bins.of_tile(tile).peekable();
-    if numbers.peek().is_none() {
+    let [mut fronts, mut backs] =
+        [Side::Front, Side::Back].map(|side| bins.of_tile(tile, side).peekable());
+    if fronts.peek().is_none() && backs.peek().is_none() {
         return Vec::new();
     }
-    let mut seen = TileSamples::<STORED>::new(corner, view.size, samples);
-    for number in numbers {
+    let mut seen = TileSamples::<LANES>::new(corner, view.size, samples);
+    for number in fronts {
         seen.draw(drawing.corners(number), number);
     }
-    drawing.hits(corner, &seen.triangles)
+    let farthest = seen.farthest();
+    for number in backs {
+        seen.draw_behind(drawing.corners(number), number, &farthest);
+    }
+    drawing.hits::<STORED, LANES>(corner, &seen.triangles)
 }
 
 impl Drawing<'_> {
@@ -229,7 +284,11 @@ impl Drawing<'_> {
 
     /// The points of the triangles that a tile's samples see; empty when they see none.
     #[inline(always)]
-    fn hits<const STORED: usize>(&self, corner: [u32; 2], seen: &[[u32; STORED]]) -> Vec<Hit> {
+    fn hits<const STORED: usize, const LANES: usize>(
+        &self,
+        corner: [u32; 2],
+        seen: &[[u32; LANES]],
+    ) -> Vec<Hit> {
         if seen.iter().flatten().all(|&number| number == NOTHING) {
             return Vec::new();
         }
