@@ -2,6 +2,7 @@
 //! back; the same bytes whatever the threads, interruptions and shards; bad input.
 
 mod interruptions;
+mod keeping;
 mod lambert;
 mod pairs;
 mod steadiness;
