@@ -37,6 +37,7 @@ impl TexelGrid {
     }
 
     /// The texel at a row and column of the grid.
+    #[inline]
     pub fn texel(self, row: u32, col: u32) -> TexelIndex {
         debug_assert!(row < self.height && col < self.width);
         TexelIndex(row * self.width + col)
@@ -48,6 +49,7 @@ impl TexelGrid {
     }
 
     /// The texel at a signed row and column: wrapped when tileable, else `None` off the grid.
+    #[inline]
     pub fn texel_at(self, row: i64, col: i64) -> Option<TexelIndex> {
         let (height, width) = (i64::from(self.height), i64::from(self.width));
         let (row, col) = if (0..height).contains(&row) && (0..width).contains(&col) {
@@ -80,15 +82,17 @@ impl TexelGrid {
 
     /// The texel that holds a coordinate, (⌊H − t⌋, ⌊s⌋): wrapped when tileable, else `None` off
     /// the grid.
+    #[inline]
     pub fn texel_holding(self, at: TexCoord) -> Option<TexelIndex> {
-        let row = (self.height as f32 - at.t).floor() as i64;
-        self.texel_at(row, at.s.floor() as i64)
+        let row = floor(self.height as f32 - at.t);
+        self.texel_at(row, floor(at.s))
     }
 
     /// The nearest texel on the grid: wrapped when tileable, else clamped to the border.
+    #[inline]
     pub fn texel_nearest(self, at: TexCoord) -> TexelIndex {
-        let row = (self.height as f32 - at.t).floor() as i64;
-        let col = at.s.floor() as i64;
+        let row = floor(self.height as f32 - at.t);
+        let col = floor(at.s);
         self.texel_at(row, col).unwrap_or_else(|| {
             self.texel(
                 row.clamp(0, i64::from(self.height) - 1) as u32,
@@ -113,6 +117,14 @@ impl TexelGrid {
         self.coarser().texel(row >> 1, col >> 1)
     }
 
+    /// The texels of this level whose parent on the [`coarser`](Self::coarser) level this is, row by row.
+    pub fn children(self, parent: TexelIndex) -> impl Iterator<Item = TexelIndex> {
+        let (row, col) = self.coarser().row_col(parent);
+        (2 * row..(2 * row + 2).min(self.height)).flat_map(move |row| {
+            (2 * col..(2 * col + 2).min(self.width)).map(move |col| self.texel(row, col))
+        })
+    }
+
     /// The shortest way between two coordinates, `to − from`: wrapped when tileable.
     pub fn difference(self, from: TexCoord, to: TexCoord) -> (f32, f32) {
         let (ds, dt) = (to.s - from.s, to.t - from.t);
@@ -125,6 +137,13 @@ impl TexelGrid {
         };
         (wrap(ds, self.width), wrap(dt, self.height))
     }
+}
+
+/// ⌊value⌋, without the call that `f32::floor` is on processors of old.
+#[inline(always)]
+fn floor(value: f32) -> i64 {
+    let whole = value as i64;
+    whole - i64::from(whole as f32 > value)
 }
 
 #[cfg(test)]

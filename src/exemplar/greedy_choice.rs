@@ -1,132 +1,158 @@
 //! Choosing neighbours greedily by (distance, flat index), each a least separation from all taken.
 //!
-//! In: distances of some texels to all texels. Out: their neighbours, nearest first, themselves in
-//! column 0.
+//! In: distances of a texel to all texels. Out: its neighbours, nearest first, itself in column 0.
 
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayViewMut1, ArrayViewMut2, Axis};
-use rayon::prelude::*;
+use multiversion::multiversion;
 
+use crate::exemplar::table_rows::{Near, Row};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 
 /// Texels whose least distance is kept together.
 const BLOCK: usize = 64;
+/// Numbers compared at once.
+const LANES: usize = 16;
 
-/// Chooses the neighbours of `texels`, whose distances are the rows of `distances` (destroyed).
-/// Only `whole` texels are listed as others' neighbours. Fails with the number found when a texel
-/// has fewer neighbours than there are columns.
-pub fn choose_neighbors(
-    distances: &mut Array2<f32>,
+/// The texels a level's neighbours are chosen from.
+#[derive(Clone, Debug)]
+pub struct Choice {
     grid: TexelGrid,
-    texels: Range<usize>,
-    whole: &[bool],
-    separation: u32,
-    mut neighbors: ArrayViewMut2<'_, u32>,
-    mut chosen_distances: ArrayViewMut2<'_, f32>,
-) -> Result<(), usize> {
-    distances
-        .axis_iter_mut(Axis(0))
-        .into_par_iter()
-        .zip(neighbors.axis_iter_mut(Axis(0)))
-        .zip(chosen_distances.axis_iter_mut(Axis(0)))
-        .zip(texels)
-        .map(|(((mut row, neighbors), chosen), texel)| {
-            let Some(row) = row.as_slice_mut() else {
-                return Ok(());
-            };
-            let own = row[texel];
-            let barred = row.iter_mut().zip(whole).filter(|(_, whole)| !**whole);
-            barred.for_each(|(distance, _)| *distance = f32::INFINITY);
-            let mut field = Field::new(row, grid, separation);
-            field.take(texel, own, neighbors, chosen)
-        })
-        // The first failure by texel, whatever the threads do.
-        .collect::<Vec<_>>()
-        .into_iter()
-        .collect()
+    /// The least separation, less one.
+    reach: i64,
+    /// Neighbours a texel, itself included.
+    pub k: usize,
+    /// 0, or infinity for texels that may not be listed.
+    barred: Vec<f32>,
+}
+
+impl Choice {
+    /// Chooses `k` neighbours a texel, itself included, among `whole` texels.
+    pub fn new(grid: TexelGrid, whole: &[bool], separation: u32, k: usize) -> Self {
+        let bar = |&whole: &bool| if whole { 0.0 } else { f32::INFINITY };
+        Self {
+            grid,
+            reach: i64::from(separation.max(1)) - 1,
+            k,
+            barred: whole.iter().map(bar).collect(),
+        }
+    }
+
+    /// Chooses the neighbours of a texel, whose distances to all are `distances` (destroyed). Fails
+    /// with the number found when there are too few.
+    pub fn choose(&self, texel: TexelIndex, distances: &mut [f32]) -> Row {
+        let mut chosen = Vec::with_capacity(self.k);
+        chosen.push((distances[texel.index()], texel.0));
+        let mut field = Field::new(self, distances);
+        field.bar_around(texel);
+        while chosen.len() < self.k {
+            let nearest = field.nearest().ok_or(chosen.len())?;
+            chosen.push(nearest);
+            field.bar_around(TexelIndex(nearest.1));
+        }
+        Ok(chosen)
+    }
 }
 
 /// The distances from one texel, with those out of the question at infinity.
 struct Field<'a> {
+    choice: &'a Choice,
     distances: &'a mut [f32],
     /// The least distance of each block.
     minima: Vec<f32>,
-    grid: TexelGrid,
-    separation: i32,
+    /// Blocks whose least distance is to be found anew.
+    stale: Vec<usize>,
 }
 
 impl<'a> Field<'a> {
-    fn new(distances: &'a mut [f32], grid: TexelGrid, separation: u32) -> Self {
-        let minima = distances.chunks(BLOCK).map(least).collect();
+    fn new(choice: &'a Choice, distances: &'a mut [f32]) -> Self {
+        let mut minima = vec![f32::INFINITY; distances.len().div_ceil(BLOCK)];
+        bar_and_find_least(distances, &choice.barred, &mut minima);
         Self {
+            choice,
             distances,
             minima,
-            grid,
-            separation: separation.max(1) as i32,
+            stale: Vec::new(),
         }
-    }
-
-    /// Fills one texel's rows; fails with the number of neighbours found.
-    fn take(
-        &mut self,
-        texel: usize,
-        own: f32,
-        mut neighbors: ArrayViewMut1<'_, u32>,
-        mut chosen: ArrayViewMut1<'_, f32>,
-    ) -> Result<(), usize> {
-        (neighbors[0], chosen[0]) = (texel as u32, own);
-        self.bar_around(texel);
-        for at in 1..neighbors.len() {
-            let (distance, nearest) = self.nearest().ok_or(at)?;
-            (neighbors[at], chosen[at]) = (nearest as u32, distance);
-            self.bar_around(nearest);
-        }
-        Ok(())
     }
 
     /// The nearest texel still in question; of equals the smaller index.
-    fn nearest(&self) -> Option<(f32, usize)> {
+    fn nearest(&self) -> Option<Near> {
         let distance = least(&self.minima);
         if distance == f32::INFINITY {
             return None;
         }
         let block = self.minima.iter().position(|&d| d == distance)?;
-        let from = block * BLOCK;
-        let to = (from + BLOCK).min(self.distances.len());
-        let place = self.distances[from..to]
+        let texels = self.block(block);
+        let place = self.distances[texels.clone()]
             .iter()
             .position(|&d| d == distance)?;
-        Some((distance, from + place))
+        Some((distance, (texels.start + place) as u32))
+    }
+
+    /// The texels of a block.
+    fn block(&self, block: usize) -> Range<usize> {
+        block * BLOCK..((block + 1) * BLOCK).min(self.distances.len())
     }
 
     /// Puts everything closer than the separation out of the question.
-    fn bar_around(&mut self, texel: usize) {
-        let centre = TexelIndex(texel as u32);
-        let reach = self.separation - 1;
-        for drow in -reach..=reach {
-            for dcol in -reach..=reach {
-                if let Some(near) = self.grid.offset(centre, drow, dcol) {
-                    self.bar(near.index());
+    fn bar_around(&mut self, texel: TexelIndex) {
+        let (grid, reach) = (self.choice.grid, self.choice.reach);
+        let (row, col) = grid.row_col(texel);
+        let (row, col) = (i64::from(row), i64::from(col));
+        for row in row - reach..=row + reach {
+            for col in col - reach..=col + reach {
+                if let Some(near) = grid.texel_at(row, col) {
+                    let (block, distance) =
+                        (near.index() / BLOCK, &mut self.distances[near.index()]);
+                    if *distance == self.minima[block] {
+                        self.stale.push(block);
+                    }
+                    *distance = f32::INFINITY;
                 }
             }
         }
-    }
-
-    fn bar(&mut self, texel: usize) {
-        let block = texel / BLOCK;
-        let was_least = self.distances[texel] == self.minima[block];
-        self.distances[texel] = f32::INFINITY;
-        if was_least {
-            let to = ((block + 1) * BLOCK).min(self.distances.len());
-            self.minima[block] = least(&self.distances[block * BLOCK..to]);
+        while let Some(block) = self.stale.pop() {
+            self.minima[block] = least(&self.distances[self.block(block)]);
         }
     }
 }
 
+/// Bars texels, and finds the least distance of each block.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn bar_and_find_least(distances: &mut [f32], barred: &[f32], minima: &mut [f32]) {
+    let blocks = distances.chunks_mut(BLOCK).zip(barred.chunks(BLOCK));
+    for ((distances, barred), minimum) in blocks.zip(minima) {
+        for (distance, bar) in distances.iter_mut().zip(barred) {
+            *distance += bar;
+        }
+        *minimum = least_of(distances);
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
 fn least(values: &[f32]) -> f32 {
-    values
-        .iter()
-        .fold(f32::INFINITY, |least, &v| if v < least { v } else { least })
+    least_of(values)
+}
+
+/// The least of some numbers, none of them NaN; infinity of none.
+#[inline(always)]
+fn least_of(values: &[f32]) -> f32 {
+    let smaller = |a: f32, b: f32| if b < a { b } else { a };
+    let (whole, rest) = values.as_chunks::<LANES>();
+    let mut lanes = [f32::INFINITY; LANES];
+    for values in whole {
+        for lane in 0..LANES {
+            lanes[lane] = smaller(lanes[lane], values[lane]);
+        }
+    }
+    let mut half = LANES / 2;
+    while half > 0 {
+        for lane in 0..half {
+            lanes[lane] = smaller(lanes[lane], lanes[lane + half]);
+        }
+        half /= 2;
+    }
+    rest.iter().copied().fold(lanes[0], smaller)
 }

@@ -1,14 +1,13 @@
 //! Neighbourhood distances of a level: its own window and its parent level's.
 //!
-//! In: two levels of a space. Out: squared neighbourhood distances, of strips or of single pairs.
+//! In: two levels of a space. Out: squared neighbourhood distances, of blocks of texels to all, or of
+//! single pairs; the same numbers, to the bit.
 
-use std::ops::Range;
-
-use ndarray::{Array2, Axis};
-use rayon::prelude::*;
+use multiversion::multiversion;
 
 use crate::exemplar::space::SpaceLevel;
-use crate::exemplar::window_distance::WindowDistances;
+use crate::exemplar::texel_block::TexelBlock;
+use crate::exemplar::window_distance::{WindowBuffers, WindowDistances};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 
@@ -17,6 +16,16 @@ pub struct LevelDistances {
     grid: TexelGrid,
     fine: WindowDistances,
     coarse: Option<WindowDistances>,
+}
+
+/// Working memory of one thread, and the distances found last.
+#[derive(Clone, Debug, Default)]
+pub struct BlockDistances {
+    windows: WindowBuffers,
+    distances: Vec<f32>,
+    of_parents: Vec<f32>,
+    /// Distances of one parent to a row of parents, each as often as it has children in a row.
+    repeated: Vec<f32>,
 }
 
 impl LevelDistances {
@@ -39,15 +48,21 @@ impl LevelDistances {
         self.grid
     }
 
-    /// Distances of the texels in `rows` to all texels, [texels of rows, texels].
-    pub fn strip(&self, rows: Range<usize>) -> Array2<f32> {
-        let mut strip = self.fine.strip(rows.clone());
+    /// The texels of a block, each with its distances to all texels.
+    pub fn of_block<'b>(
+        &self,
+        block: &TexelBlock,
+        found: &'b mut BlockDistances,
+    ) -> impl Iterator<Item = (TexelIndex, &'b mut [f32])> + use<'b> {
+        let distances = &mut found.distances;
+        self.fine.of_block(block, &mut found.windows, distances);
         if let Some(coarse) = &self.coarse {
-            let parents = rows.start / 2..rows.end.div_ceil(2);
-            let coarse = coarse.strip(parents.clone());
-            self.add_parents(&mut strip, &coarse, rows.start, parents.start);
+            let (parents, distances) = (block.parents(), &mut found.of_parents);
+            coarse.of_block(&parents, &mut found.windows, distances);
+            self.add_parents(block, &parents, found);
         }
-        strip
+        let rows = found.distances.chunks_exact_mut(self.grid.len());
+        block.texels(self.grid).zip(rows)
     }
 
     /// Distance of two texels.
@@ -60,33 +75,36 @@ impl LevelDistances {
     }
 
     /// Adds to every pair of texels the distance of their parents.
-    fn add_parents(
-        &self,
-        strip: &mut Array2<f32>,
-        coarse: &Array2<f32>,
-        first: usize,
-        first_parent: usize,
-    ) {
-        let width = self.grid.width as usize;
-        let parent_width = width.div_ceil(2);
-        strip
-            .axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(at, mut row)| {
-                let (texel_row, col) = (first + at / width, at % width);
-                let parent = (texel_row / 2 - first_parent) * parent_width + col / 2;
-                let (Some(parents), Some(row)) =
-                    (coarse.row(parent).to_slice(), row.as_slice_mut())
-                else {
-                    return;
-                };
-                for (texel_row, row) in row.chunks_mut(width).enumerate() {
-                    let parents = &parents[texel_row / 2 * parent_width..][..parent_width];
-                    for (pair, &distance) in row.chunks_mut(2).zip(parents) {
-                        pair.iter_mut().for_each(|d| *d += distance);
+    fn add_parents(&self, block: &TexelBlock, parents: &TexelBlock, found: &mut BlockDistances) {
+        let (grid, coarser) = (self.grid, self.grid.coarser());
+        let (width, parent_width) = (grid.width as usize, coarser.width as usize);
+        found.repeated.resize(2 * parent_width, 0.0);
+        let of_parents = found.of_parents.chunks_exact(coarser.len());
+        for (parent, distances) in parents.texels(coarser).zip(of_parents) {
+            for (row, distances) in distances.chunks_exact(parent_width).enumerate() {
+                repeat_each(distances, &mut found.repeated);
+                for place in grid
+                    .children(parent)
+                    .filter_map(|child| block.place(grid, child))
+                {
+                    let own = &mut found.distances[place * grid.len()..][..grid.len()];
+                    for row in own.chunks_exact_mut(width).skip(2 * row).take(2) {
+                        add(row, &found.repeated);
                     }
                 }
-            });
+            }
+        }
     }
+}
+
+/// Every number twice.
+fn repeat_each(numbers: &[f32], twice: &mut [f32]) {
+    for (pair, &number) in twice.as_chunks_mut::<2>().0.iter_mut().zip(numbers) {
+        *pair = [number; 2];
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn add(sums: &mut [f32], numbers: &[f32]) {
+    sums.iter_mut().zip(numbers).for_each(|(sum, n)| *sum += n);
 }

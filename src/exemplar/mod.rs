@@ -7,6 +7,8 @@ pub mod level_distances;
 pub mod neighbor_table;
 pub mod plain_images;
 pub mod space;
+pub mod table_rows;
+pub mod texel_block;
 pub mod two_level;
 pub mod window_distance;
 

@@ -8,16 +8,19 @@
 
 use std::path::Path;
 
-use ndarray::{Array2, Ix2, s};
+use ndarray::{Array2, Ix2};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::{Error, Result};
-use crate::exemplar::greedy_choice::choose_neighbors;
+use crate::exemplar::greedy_choice::Choice;
 use crate::exemplar::knn_options::{KnnOptions, Search};
-use crate::exemplar::level_distances::LevelDistances;
+use crate::exemplar::level_distances::{BlockDistances, LevelDistances};
 use crate::exemplar::space::Space;
-use crate::exemplar::two_level::{Rows, TwoLevelSearch};
+use crate::exemplar::table_rows::{Rows, assemble};
+use crate::exemplar::texel_block::TexelBlock;
+use crate::exemplar::two_level::TwoLevelSearch;
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;
@@ -29,8 +32,6 @@ use crate::texton::vocabulary::as_map;
 pub const FORMAT: &str = "mesotex-knn";
 /// The version written, and the only one read.
 pub const VERSION: u32 = 1;
-/// Rows of texels whose distances are held at once.
-const STRIP: usize = 8;
 
 /// The neighbourhood of a level: where its samples lie and what they weigh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -218,30 +219,24 @@ impl LevelTask<'_> {
     }
 
     fn exact(&self, progress: Progress<'_>) -> Result<Found> {
-        let (grid, k) = (self.space.levels[self.at].grid, self.options.k as usize);
         let source = self.distances(self.at);
-        let mut neighbors = Array2::zeros((grid.len(), k));
-        let mut distances = Array2::zeros((grid.len(), k));
-        let width = grid.width as usize;
-        for first in (0..grid.height as usize).step_by(STRIP) {
-            let rows = first..(first + STRIP).min(grid.height as usize);
-            let texels = first * width..rows.end * width;
-            let mut strip = source.strip(rows);
-            let chosen = choose_neighbors(
-                &mut strip,
-                grid,
-                texels.clone(),
-                &self.whole,
-                self.min_separation,
-                neighbors.slice_mut(s![texels.clone(), ..]),
-                distances.slice_mut(s![texels, ..]),
-            );
-            if let Err(found) = chosen {
-                return Ok(Err(found));
-            }
+        let choice = self.choice();
+        let of_block = |distances: &mut BlockDistances, block: &TexelBlock| {
             progress.check()?;
-        }
-        Ok(Ok((neighbors, distances)))
+            let texels = source.of_block(block, distances);
+            let row = |(texel, distances)| (texel, choice.choose(texel, distances));
+            Ok(texels.map(row).collect::<Vec<_>>())
+        };
+        let found = TexelBlock::of_grid(source.grid())
+            .par_iter()
+            .map_init(BlockDistances::default, of_block)
+            .collect::<Result<Vec<_>>>()?;
+        Ok(assemble(source.grid().len(), choice.k, found.concat()))
+    }
+
+    fn choice(&self) -> Choice {
+        let (grid, k) = (self.space.levels[self.at].grid, self.options.k as usize);
+        Choice::new(grid, &self.whole, self.min_separation, k)
     }
 
     fn two_level(&self, progress: Progress<'_>) -> Result<(Found, f64)> {
@@ -249,6 +244,7 @@ impl LevelTask<'_> {
         let search = TwoLevelSearch {
             fine: &fine,
             coarse: &coarse,
+            choice: &self.choice(),
             whole: &self.whole,
             separation: self.min_separation,
             k: self.options.k as usize,

@@ -6,20 +6,20 @@
 //! Deviation: parents whose children all lie within the separation of the texel are no candidates,
 //! and where m leaves fewer than k neighbours, m doubles.
 
-use ndarray::{Array2, ArrayView1, Axis, s};
+use ndarray::Array2;
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::exemplar::greedy_choice::choose_neighbors;
-use crate::exemplar::level_distances::LevelDistances;
+use crate::exemplar::greedy_choice::Choice;
+use crate::exemplar::level_distances::{BlockDistances, LevelDistances};
+use crate::exemplar::table_rows::{Near, Row, Rows, assemble};
+use crate::exemplar::texel_block::TexelBlock;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::progress::Progress;
 
 /// Rows of texels on which exact search is run too.
 const PROBED_ROWS: usize = 4;
-/// Rows of parents whose distances are held at once.
-const STRIP: usize = 4;
 
 /// The search of one level.
 pub struct TwoLevelSearch<'a> {
@@ -27,6 +27,8 @@ pub struct TwoLevelSearch<'a> {
     pub fine: &'a LevelDistances,
     /// Window distances of its parent level.
     pub coarse: &'a LevelDistances,
+    /// Exact search's choice.
+    pub choice: &'a Choice,
     /// Which texels may be listed.
     pub whole: &'a [bool],
     /// Least distance between listed texels.
@@ -37,53 +39,28 @@ pub struct TwoLevelSearch<'a> {
     pub candidates: usize,
 }
 
-/// A texel's neighbours, or how few there are.
-type Row = std::result::Result<Vec<(f32, u32)>, usize>;
-
-/// A level's neighbours and their distances.
-pub type Rows = (Array2<u32>, Array2<f32>);
-
-/// A child texel with its row (distance, flat index), or how many were found where too few.
-type ChildRow = (TexelIndex, std::result::Result<Vec<(f32, u32)>, usize>);
-
 impl TwoLevelSearch<'_> {
     /// The neighbours of all texels; fails with the number found where a texel has fewer than k.
     pub fn run(&self, progress: Progress<'_>) -> Result<std::result::Result<Rows, usize>> {
-        let (grid, parents) = (self.fine.grid(), self.coarse.grid());
-        let mut neighbors = Array2::zeros((grid.len(), self.k));
-        let mut distances = Array2::zeros((grid.len(), self.k));
-        for first in (0..parents.height as usize).step_by(STRIP) {
-            let rows = first..(first + STRIP).min(parents.height as usize);
-            let strip = self.coarse.strip(rows.clone());
-            let found: Vec<_> = strip
-                .outer_iter()
-                .into_par_iter()
-                .enumerate()
-                .flat_map_iter(|(at, distances)| {
-                    let parent = TexelIndex((rows.start * parents.width as usize + at) as u32);
-                    self.of_parent(parent, distances)
-                })
-                .collect();
-            for (texel, row) in found {
-                let Ok(row) = row else {
-                    return Ok(Err(row.err().unwrap_or(0)));
-                };
-                for (column, (distance, neighbor)) in row.into_iter().enumerate() {
-                    neighbors[[texel.index(), column]] = neighbor;
-                    distances[[texel.index(), column]] = distance;
-                }
-            }
-            progress.advance(rows.len() as u64)?;
-        }
-        Ok(Ok((neighbors, distances)))
+        let of_block = |distances: &mut BlockDistances, block: &TexelBlock| {
+            progress.check()?;
+            let parents = self.coarse.of_block(block, distances);
+            let rows = parents.flat_map(|(parent, distances)| self.of_parent(parent, distances));
+            Ok(rows.collect::<Vec<_>>())
+        };
+        let found = TexelBlock::of_grid(self.coarse.grid())
+            .par_iter()
+            .map_init(BlockDistances::default, of_block)
+            .collect::<Result<Vec<_>>>()?;
+        Ok(assemble(self.fine.grid().len(), self.k, found.concat()))
     }
 
     /// Rows of the children of one parent.
-    fn of_parent(&self, parent: TexelIndex, distances: ArrayView1<'_, f32>) -> Vec<ChildRow> {
+    fn of_parent(&self, parent: TexelIndex, distances: &[f32]) -> Vec<(TexelIndex, Row)> {
         let mut order = self.parents_in_question(parent, distances);
         let mut sorted = 0;
-        children(self.fine.grid(), parent)
-            .into_iter()
+        let children = self.fine.grid().children(parent);
+        children
             .map(|texel| {
                 let mut count = self.candidates;
                 loop {
@@ -100,11 +77,7 @@ impl TwoLevelSearch<'_> {
     }
 
     /// Parents with a child that may be listed, with their distances.
-    fn parents_in_question(
-        &self,
-        parent: TexelIndex,
-        distances: ArrayView1<'_, f32>,
-    ) -> Vec<(f32, u32)> {
+    fn parents_in_question(&self, parent: TexelIndex, distances: &[f32]) -> Vec<Near> {
         // Children of parents c apart are at most 2c + 1 apart.
         let nearest = (i64::from(self.separation) - 1).max(1).div_euclid(2).max(1);
         let grid = self.coarse.grid();
@@ -118,11 +91,11 @@ impl TwoLevelSearch<'_> {
     }
 
     /// Greedy choice among the children of some parents.
-    fn choose(&self, texel: TexelIndex, parents: &[(f32, u32)]) -> Row {
+    fn choose(&self, texel: TexelIndex, parents: &[Near]) -> Row {
         let grid = self.fine.grid();
-        let mut open: Vec<(f32, u32)> = parents
+        let mut open: Vec<Near> = parents
             .iter()
-            .flat_map(|&(_, parent)| children(grid, TexelIndex(parent)))
+            .flat_map(|&(_, parent)| grid.children(TexelIndex(parent)))
             .filter(|child| self.whole[child.index()])
             .map(|child| (self.fine.between(texel, child), child.0))
             .collect();
@@ -151,31 +124,21 @@ impl TwoLevelSearch<'_> {
     /// few rows of texels.
     pub fn recall(&self, found: &Array2<u32>) -> f64 {
         let grid = self.fine.grid();
-        let (height, width) = (grid.height as usize, grid.width as usize);
+        let height = grid.height as usize;
+        let mut distances = BlockDistances::default();
         let (mut hits, mut listed) = (0, 0);
         for probe in 0..PROBED_ROWS.min(height) {
             let row = (2 * probe + 1) * height / (2 * PROBED_ROWS.min(height));
-            let texels = row * width..(row + 1) * width;
-            let mut strip = self.fine.strip(row..row + 1);
-            let mut exact = Array2::zeros((width, self.k));
-            let mut distances = Array2::zeros((width, self.k));
-            let chosen = choose_neighbors(
-                &mut strip,
-                grid,
-                texels.clone(),
-                self.whole,
-                self.separation,
-                exact.view_mut(),
-                distances.view_mut(),
-            );
-            if chosen.is_err() {
-                continue;
-            }
-            let found = found.slice(s![texels, ..]);
-            for (exact, found) in exact.axis_iter(Axis(0)).zip(found.axis_iter(Axis(0))) {
-                let hit = |neighbor: &&u32| found.iter().any(|other| other == *neighbor);
-                hits += exact.iter().skip(1).filter(hit).count();
-                listed += self.k - 1;
+            for block in TexelBlock::of_rows(grid, row..row + 1) {
+                for (texel, distances) in self.fine.of_block(&block, &mut distances) {
+                    let Ok(exact) = self.choice.choose(texel, distances) else {
+                        continue;
+                    };
+                    let found = found.row(texel.index());
+                    let hit = |near: &&Near| found.iter().any(|&other| other == near.1);
+                    hits += exact.iter().skip(1).filter(hit).count();
+                    listed += self.k - 1;
+                }
             }
         }
         if listed == 0 {
@@ -187,12 +150,12 @@ impl TwoLevelSearch<'_> {
 }
 
 /// Sorts the `count` nearest to the front, keeping what is sorted already.
-fn sort_first(order: &mut [(f32, u32)], sorted: &mut usize, count: usize) {
+fn sort_first(order: &mut [Near], sorted: &mut usize, count: usize) {
     let count = count.min(order.len());
     if count <= *sorted {
         return;
     }
-    let nearer = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+    let nearer = |a: &Near, b: &Near| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
     let rest = &mut order[*sorted..];
     let wanted = count - *sorted;
     if wanted < rest.len() {
@@ -200,17 +163,6 @@ fn sort_first(order: &mut [(f32, u32)], sorted: &mut usize, count: usize) {
     }
     rest[..wanted].sort_unstable_by(nearer);
     *sorted = count;
-}
-
-/// The texels whose parent this is.
-fn children(grid: TexelGrid, parent: TexelIndex) -> Vec<TexelIndex> {
-    let (row, col) = grid.coarser().row_col(parent);
-    let rows = 2 * row..(2 * row + 2).min(grid.height);
-    let of_row = |row| {
-        let cols = 2 * col..(2 * col + 2).min(grid.width);
-        cols.map(move |col| grid.texel(row, col))
-    };
-    rows.flat_map(of_row).collect()
 }
 
 /// Distance of two texels in the max norm, wrapped when tileable.

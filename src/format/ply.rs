@@ -4,13 +4,13 @@
 //! properties of vertices and elements other than `vertex` and `face` are skipped.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::Path;
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader as PlyReader};
 use ply_rs_bw::ply::{
-    Addable, ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
-    PropertyDef, PropertyType, ScalarType,
+    Addable, DefaultElement, ElementDef, Encoding, Header, Property, PropertyAccess,
+    PropertyAccessResult, PropertyDef, PropertyType, ScalarType,
 };
 use ply_rs_bw::writer::Writer;
 
@@ -278,6 +278,15 @@ impl Column<'_> {
             Self::Int(_) => ScalarType::Int,
         }
     }
+
+    fn push_number(&self, row: usize, bytes: &mut Vec<u8>) {
+        match self {
+            Self::Float(values) => bytes.extend(values[row].to_le_bytes()),
+            Self::UShort(values) => bytes.extend(values[row].to_le_bytes()),
+            Self::UChar(values) => bytes.push(values[row]),
+            Self::Int(values) => bytes.extend(values[row].to_le_bytes()),
+        }
+    }
 }
 
 /// Writes a binary little-endian PLY of vertices and triangles.
@@ -288,26 +297,21 @@ pub fn write(
     triangles: &[[u32; 3]],
 ) -> Result<()> {
     let header = header_of(comments, columns, triangles.len());
-    let writer = Writer::<Row<'_>>::new();
     atomic::write_file(path, |sink| {
-        writer.write_header(sink, &header)?;
-        let (vertex, face) = (&header.elements["vertex"], &header.elements["face"]);
-        for row in 0..vertex.count {
-            let row = Row {
-                columns,
-                row,
-                corners: [0; 3],
-            };
-            writer.write_little_endian_element(sink, &row, vertex)?;
+        Writer::<DefaultElement>::new().write_header(sink, &header)?;
+        let mut bytes = Vec::new();
+        for row in 0..header.elements["vertex"].count {
+            bytes.clear();
+            for (_, column) in columns {
+                column.push_number(row, &mut bytes);
+            }
+            sink.write_all(&bytes)?;
         }
         for triangle in triangles {
-            let corners = triangle.map(|v| v as i32);
-            let row = Row {
-                columns: &[],
-                row: 0,
-                corners,
-            };
-            writer.write_little_endian_element(sink, &row, face)?;
+            bytes.clear();
+            bytes.push(triangle.len() as u8);
+            bytes.extend(triangle.iter().flat_map(|corner| corner.to_le_bytes()));
+            sink.write_all(&bytes)?;
         }
         Ok(())
     })
@@ -334,45 +338,6 @@ fn header_of(comments: &[String], columns: &[(&str, Column<'_>)], triangles: usi
     header.elements.add(vertex);
     header.elements.add(face);
     header
-}
-
-/// A view of one row of the columns, or of one triangle.
-struct Row<'a> {
-    columns: &'a [(&'a str, Column<'a>)],
-    row: usize,
-    corners: [i32; 3],
-}
-
-macro_rules! column_getters {
-    ($($getter:ident: $variant:ident -> $number:ty),*) => {$(
-        fn $getter(&self, name: &str) -> Option<$number> {
-            self.columns.iter().find_map(|(column, values)| match values {
-                Column::$variant(values) if *column == name => values.get(self.row).copied(),
-                _ => None,
-            })
-        }
-    )*};
-}
-
-impl PropertyAccess for Row<'_> {
-    fn new() -> Self {
-        Self {
-            columns: &[],
-            row: 0,
-            corners: [0; 3],
-        }
-    }
-
-    column_getters!(
-        get_float: Float -> f32,
-        get_ushort: UShort -> u16,
-        get_uchar: UChar -> u8,
-        get_int: Int -> i32
-    );
-
-    fn get_list_int(&self, _name: &str) -> Option<&[i32]> {
-        Some(&self.corners)
-    }
 }
 
 #[cfg(test)]

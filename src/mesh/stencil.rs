@@ -59,6 +59,9 @@ impl PackedSample {
     /// The three weights; they sum to 1.
     #[inline]
     pub fn barycentric(self) -> [f32; 3] {
+        if self.weights[0] == u16::MAX {
+            return [1.0, 0.0, 0.0];
+        }
         let [first, second] = self.weights.map(u32::from);
         [first, second, 65535 - first - second].map(|w| w as f32 / 65535.0)
     }

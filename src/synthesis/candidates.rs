@@ -157,8 +157,12 @@ impl CandidateList {
         let Some(TexelIndex(texel)) = exemplar.grid.texel_holding(at) else {
             return;
         };
-        let down = exemplar.grid.height as f32 - at.t;
-        let (right, down) = (at.s - at.s.floor(), down - down.floor());
+        // What `along - along.floor()` is, without the call that is on processors of old.
+        let inside = |along: f32| {
+            let rest = along - along as i64 as f32;
+            if rest < 0.0 { rest + 1.0 } else { rest }
+        };
+        let (right, down) = (inside(at.s), inside(exemplar.grid.height as f32 - at.t));
         if self.is_new(texel, self.sources.len()) {
             self.sources.push(Source {
                 texel,

@@ -101,8 +101,9 @@ fn run_id(inputs: Inputs<'_>, options: &SynthesisOptions) -> ContentId {
     let stated = (options, options.seed, &inputs.space.id, &inputs.table.id);
     hasher.update(format!("{stated:?}").as_bytes());
     let SiteHierarchy { levels } = inputs.sites;
+    // Neighbours come of the same patches, or grid, as the samples.
     for level in levels {
-        hasher.update_rayon(bytemuck::cast_slice(&level.neighbors.entries));
+        hasher.update_rayon(bytemuck::cast_slice(&level.fine.cells));
         hasher.update_rayon(bytemuck::cast_slice(&level.parents));
         hasher.update_rayon(bytemuck::cast_slice(&level.fine.samples));
     }

@@ -22,9 +22,9 @@ fn greedy_colors(level: &SiteLevel, words: usize) -> Option<Vec<u32>> {
     const UNCOLORED: u32 = u32::MAX;
     let mut colors = vec![UNCOLORED; level.site_count];
     let mut taken = vec![0u64; level.site_count * words];
-    let mut near = Vec::new();
+    let (mut near, mut seen) = (Vec::new(), vec![UNCOLORED; level.site_count]);
     for site in 0..level.site_count {
-        collect_read(level, site, &mut near);
+        collect_read(level, site, &mut near, &mut seen);
         let own = &mut taken[site * words..][..words];
         for &other in &near {
             let color = colors[other as usize];
@@ -46,14 +46,22 @@ fn first_free(taken: &[u64]) -> Option<u32> {
     Some(64 * word as u32 + taken[word].trailing_ones())
 }
 
-/// The other sites that choosing at `site` reads, on its level.
-fn collect_read(level: &SiteLevel, site: usize, read: &mut Vec<u32>) {
+/// The other sites that choosing at `site` reads, on its level, each once; `seen` tells for which site
+/// each was read last.
+fn collect_read(level: &SiteLevel, site: usize, read: &mut Vec<u32>, seen: &mut [u32]) {
     read.clear();
-    let neighbors = level.neighbors.of_site(site).iter();
-    read.extend(neighbors.map(|neighbor| neighbor.site));
+    seen[site] = site as u32;
+    let mut see = |other: u32| {
+        if std::mem::replace(&mut seen[other as usize], site as u32) != site as u32 {
+            read.push(other);
+        }
+    };
+    for neighbor in level.neighbors.of_site(site) {
+        see(neighbor.site);
+    }
     for &sample in level.fine.of_site(site) {
         if let Some((sites, _)) = level.fine.resolve(sample) {
-            read.extend(sites.iter().filter(|&&other| other as usize != site));
+            sites.into_iter().for_each(&mut see);
         }
     }
 }
@@ -85,10 +93,11 @@ mod tests {
                 color[site as usize] = index;
             }
         }
-        let mut read = Vec::new();
+        let (mut read, mut seen) = (Vec::new(), vec![u32::MAX; 300]);
         for site in 0..300 {
-            collect_read(&level, site, &mut read);
+            collect_read(&level, site, &mut read, &mut seen);
             assert!(!read.is_empty());
+            assert!(read.iter().all(|&other| other as usize != site));
             assert!(
                 read.iter()
                     .all(|&other| color[other as usize] != color[site])

@@ -11,7 +11,7 @@ use crate::synthesis::choice::{Pick, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::full_search::ProjectedWindows;
-use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::{Metric, best_of_whole};
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 
 /// Samples after which a growing distance is compared with the best so far.
@@ -302,7 +302,7 @@ impl Metric for EmbeddedMetric<'_> {
                 pattern.bounds = bounds;
                 pick
             }
-            _ => best_of_whole(self, pattern, first, coherence),
+            _ => best_texel(self, pattern, first, coherence),
         }
     }
 }
@@ -363,25 +363,19 @@ fn best_candidate(
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn best_of_whole(
+fn best_texel(
     metric: &EmbeddedMetric<'_>,
     pattern: &EmbeddedPattern,
     first: Option<Pick>,
     factor: f64,
 ) -> Option<Pick> {
-    let mut best = first;
-    for &texel in &metric.exemplar.whole_texels {
-        let limit = best.map_or(f64::INFINITY, |best| best.score / factor);
-        let score = factor * f64::from(metric.distance_inline(pattern, texel, limit as f32));
-        let pick = Pick { texel, score };
-        if best.is_none_or(|best| pick.beats(&best)) {
-            best = Some(pick);
-        }
-    }
-    best
+    let texels = &metric.exemplar.whole_texels;
+    best_of_whole(texels, first, factor, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
 }
 
-/// As [`best_of_whole`], skipping texels whose lower bound is above the best so far; the most
+/// As [`best_texel`], skipping texels whose lower bound is above the best so far; the most
 /// promising comes first.
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",

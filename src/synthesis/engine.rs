@@ -4,14 +4,17 @@
 //! random texel at every site and is swept in growing order; every finer level takes its
 //! coordinates from its parents and is refined in colour classes.
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
-use crate::exemplar::space::{Features, Space};
+use crate::exemplar::space::{Features, Kind, Space};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::{Level, TextonLabel};
 use crate::mesh::hierarchy::SiteHierarchy;
 use crate::progress::Progress;
 use crate::synthesis::check::{self, Plan};
+use crate::synthesis::coloring::color_classes;
 use crate::synthesis::embedded::EmbeddedMetric;
 use crate::synthesis::embedding::Embedding;
 use crate::synthesis::exemplar_level::ExemplarLevel;
@@ -19,6 +22,7 @@ use crate::synthesis::gram::GramMetric;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::options::{MetricKind, Search, SynthesisOptions};
 use crate::synthesis::passes::{LevelPass, LevelState};
+use crate::synthesis::picture::PictureMetric;
 
 /// What synthesis reads.
 #[derive(Clone, Copy, Debug)]
@@ -55,16 +59,41 @@ pub fn synthesize(
     let plan = check::plan(inputs, options)?;
     let mut before = resume.filter(|map| map.level.index() < plan.levels);
     let first = before.as_ref().map_or(plan.levels, |map| map.level.index());
-    for level in (0..first).rev() {
-        let coords = Stage::new(inputs, options, &plan, level).run(before.take(), progress)?;
+    // The coarsest level is swept site after site; meanwhile the finer ones are coloured.
+    let finer = first.min(plan.levels.saturating_sub(1));
+    let coarsest = || {
+        let begins = finer < first;
+        let stage = begins.then(|| Stage::new(inputs, options, &plan, finer));
+        stage.map(|stage| stage.run(None, &[], progress))
+    };
+    let (coarsest, classes) = rayon::join(coarsest, || classes_of(inputs, options, finer));
+    let mut finish = |level: usize, coords| {
         let map = LevelMap {
             level: Level(level as u32),
             coords,
         };
-        finished(&map)?;
-        before = Some(map);
+        finished(&map).map(|()| map)
+    };
+    if let Some(coords) = coarsest {
+        before = Some(finish(finer, coords?)?);
+    }
+    for (level, classes) in classes.iter().enumerate().rev() {
+        let stage = Stage::new(inputs, options, &plan, level);
+        let coords = stage.run(before.take(), classes, progress)?;
+        before = Some(finish(level, coords)?);
     }
     before.ok_or_else(|| Error::option("levels", "0", "1 or more"))
+}
+
+/// The colour classes of the finest `levels`; none where nothing is refined.
+fn classes_of(inputs: Inputs<'_>, options: &SynthesisOptions, levels: usize) -> Vec<Vec<Vec<u32>>> {
+    let refined = options.passes > 1;
+    let of_level = |level| match refined {
+        true => color_classes(level),
+        false => Vec::new(),
+    };
+    let levels = &inputs.sites.levels[..levels];
+    levels.par_iter().map(of_level).collect()
 }
 
 /// The texton of every coordinate of level 0; [`TextonLabel::NONE`] for plain images.
@@ -106,8 +135,13 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Synthesizes the level from the coarser one, or from nothing.
-    fn run(&self, coarser: Option<LevelMap>, progress: Progress<'_>) -> Result<Vec<TexCoord>> {
+    /// Synthesizes the level from the coarser one, refined class after class, or from nothing.
+    fn run(
+        &self,
+        coarser: Option<LevelMap>,
+        classes: &[Vec<u32>],
+        progress: Progress<'_>,
+    ) -> Result<Vec<TexCoord>> {
         let two_level = self.level + 1 < self.plan.levels;
         let coarser = coarser.map(|map| self.state_of_coarser(map));
         progress.begin(format!("synthesis, level {}", self.level), self.visits());
@@ -117,7 +151,7 @@ impl<'a> Stage<'a> {
                 let fine = gram(self.level)?;
                 let coarse = two_level.then(|| gram(self.level + 1)).transpose()?;
                 let metric = GramMetric::new(&self.exemplar, fine, coarse);
-                self.run_with(&metric, coarser.as_ref(), progress)
+                self.run_with(&metric, coarser.as_ref(), classes, progress)
             }
             MetricKind::Embedded => {
                 let embedding = |level: usize| {
@@ -125,11 +159,21 @@ impl<'a> Stage<'a> {
                 };
                 let fine = embedding(self.level);
                 let coarse = two_level.then(|| embedding(self.level + 1));
-                let mut metric = EmbeddedMetric::new(&self.exemplar, &fine, coarse.as_ref());
-                if self.options.search == Search::Full {
-                    metric = metric.with_projected_windows(self.options.seed, self.level as u32);
+                let (full, coarse) = (self.options.search == Search::Full, coarse.as_ref());
+                match self.inputs.space.kind() {
+                    Kind::Features if !full => {
+                        let metric = PictureMetric::new(&self.exemplar, &fine, coarse);
+                        self.run_with(&metric, coarser.as_ref(), classes, progress)
+                    }
+                    _ => {
+                        let mut metric = EmbeddedMetric::new(&self.exemplar, &fine, coarse);
+                        if full {
+                            let (seed, level) = (self.options.seed, self.level as u32);
+                            metric = metric.with_projected_windows(seed, level);
+                        }
+                        self.run_with(&metric, coarser.as_ref(), classes, progress)
+                    }
                 }
-                self.run_with(&metric, coarser.as_ref(), progress)
             }
         }?;
         progress.end();
@@ -145,6 +189,7 @@ impl<'a> Stage<'a> {
         &self,
         metric: &M,
         coarser: Option<&LevelState>,
+        classes: &[Vec<u32>],
         progress: Progress<'_>,
     ) -> Result<LevelState> {
         let pass = LevelPass {
@@ -161,7 +206,7 @@ impl<'a> Stage<'a> {
         let mut state = pass.from_coarser(coarser);
         if self.options.passes > 1 {
             let again = self.options.passes - 1;
-            pass.refine(&mut state, &pass.classes(), again, progress)?;
+            pass.refine(&mut state, classes, again, progress)?;
         }
         Ok(state)
     }

@@ -2,6 +2,7 @@
 //! The test bed of 2-D synthesis, with the engine that meshes use.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::Neighborhood;
@@ -143,10 +144,10 @@ impl GridTarget {
 
     fn site_at(self, row: i64, col: i64) -> Option<u32> {
         let (height, width) = (i64::from(self.height), i64::from(self.width));
-        let (row, col) = if self.toroidal {
-            (row.rem_euclid(height), col.rem_euclid(width))
-        } else if (0..height).contains(&row) && (0..width).contains(&col) {
+        let (row, col) = if (0..height).contains(&row) && (0..width).contains(&col) {
             (row, col)
+        } else if self.toroidal {
+            (row.rem_euclid(height), col.rem_euclid(width))
         } else {
             return None;
         };
@@ -177,23 +178,25 @@ impl GridTarget {
     fn stencils(
         self,
         count: u32,
-        centre: impl Fn(u32) -> (i64, i64),
+        centre: impl Fn(u32) -> (i64, i64) + Sync,
         offsets: &[[i32; 2]],
     ) -> Stencils {
-        let mut samples = Vec::with_capacity(count as usize * offsets.len());
-        for site in 0..count {
-            let (row, col) = centre(site);
-            for &[drow, dcol] in offsets {
-                let there = self.site_at(row + i64::from(drow), col + i64::from(dcol));
-                samples.push(there.map_or(PackedSample::OUTSIDE, |cell| {
-                    PackedSample::new(cell, [1.0, 0.0, 0.0])
-                }));
-            }
-        }
+        let per_site = offsets.len();
+        let sample = |index: usize| {
+            let (row, col) = centre((index / per_site) as u32);
+            let [drow, dcol] = offsets[index % per_site];
+            let there = self.site_at(row + i64::from(drow), col + i64::from(dcol));
+            there.map_or(PackedSample::OUTSIDE, |cell| {
+                PackedSample::new(cell, [1.0, 0.0, 0.0])
+            })
+        };
         Stencils {
             samples_per_site: offsets.len(),
             cells: (0..self.sites()).map(|site| [site; 3]).collect(),
-            samples,
+            samples: (0..count as usize * per_site)
+                .into_par_iter()
+                .map(sample)
+                .collect(),
         }
     }
 
@@ -205,19 +208,69 @@ impl GridTarget {
             .filter(|&offset| offset != (0, 0))
             .collect();
         around.sort_by_key(|&(drow, dcol)| (drow * drow + dcol * dcol, drow, dcol));
-        let mut lists = NeighborLists::default();
-        lists.starts.push(0);
-        for site in 0..self.sites() {
-            let (row, col) = (i64::from(site / self.width), i64::from(site % self.width));
-            for &(drow, dcol) in &around {
-                if let Some(site) = self.site_at(row + drow, col + dcol) {
-                    let (x, y) = (dcol as f32, -drow as f32);
-                    lists.entries.push(Neighbor { site, x, y });
-                }
-            }
-            lists.starts.push(lists.entries.len() as u32);
+        let starts = self.neighbor_starts(reach);
+        let listed = starts.last().map_or(0, |&end| end as usize);
+        let nowhere = Neighbor {
+            site: 0,
+            x: 0.0,
+            y: 0.0,
+        };
+        let mut entries = vec![nowhere; listed];
+        let (mut rest, mut lines) = (&mut entries[..], Vec::new());
+        for line in starts[..]
+            .windows(self.width as usize + 1)
+            .step_by(self.width as usize)
+        {
+            let (of_line, after) =
+                rest.split_at_mut((line[self.width as usize] - line[0]) as usize);
+            lines.push(of_line);
+            rest = after;
         }
-        lists
+        lines
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(row, entries)| {
+                let cols = 0..i64::from(self.width);
+                let near = cols.flat_map(|col| self.near(row as i64, col, &around));
+                entries
+                    .iter_mut()
+                    .zip(near)
+                    .for_each(|(entry, near)| *entry = near);
+            });
+        NeighborLists { starts, entries }
+    }
+
+    /// Where each site's list of the others within `reach` begins, and where the last ends.
+    fn neighbor_starts(self, reach: i64) -> Vec<u32> {
+        let within = |at: u32, side: u32| match self.toroidal {
+            true => 2 * reach + 1,
+            false => {
+                let (at, side) = (i64::from(at), i64::from(side));
+                (at + reach).min(side - 1) - (at - reach).max(0) + 1
+            }
+        };
+        let mut starts = vec![0];
+        let mut end = 0;
+        for site in 0..self.sites() {
+            let (row, col) = (site / self.width, site % self.width);
+            end += within(row, self.height) * within(col, self.width) - 1;
+            starts.push(end as u32);
+        }
+        starts
+    }
+
+    /// The sites at some offsets from one.
+    fn near(
+        self,
+        row: i64,
+        col: i64,
+        around: &[(i64, i64)],
+    ) -> impl Iterator<Item = Neighbor> + '_ {
+        around.iter().filter_map(move |&(drow, dcol)| {
+            let site = self.site_at(row + drow, col + dcol)?;
+            let (x, y) = (dcol as f32, -drow as f32);
+            Some(Neighbor { site, x, y })
+        })
     }
 
     /// Parent (row ≫ 1, col ≫ 1), a quarter of a coarse texel to one side or the other.

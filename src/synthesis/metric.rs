@@ -32,3 +32,23 @@ pub trait Metric: Sync {
         coherence: f64,
     ) -> Option<Pick>;
 }
+
+/// The better of `first` and every texel of a list, whose distances count `factor` times.
+#[inline(always)]
+pub fn best_of_whole(
+    texels: &[u32],
+    first: Option<Pick>,
+    factor: f64,
+    mut distance: impl FnMut(u32, f64) -> f64,
+) -> Option<Pick> {
+    let mut best = first;
+    for &texel in texels {
+        let limit = best.map_or(f64::INFINITY, |best| best.score / factor);
+        let score = factor * distance(texel, limit);
+        let pick = Pick { texel, score };
+        if best.is_none_or(|best| pick.beats(&best)) {
+            best = Some(pick);
+        }
+    }
+    best
+}

@@ -11,7 +11,7 @@
 //! | --- | --- |
 //! | the exemplar's texels, windows, neighbours | [`exemplar_level`], [`windows`] |
 //! | what a site's neighbourhood holds | [`site_samples`] |
-//! | distance of a site's and a texel's neighbourhood | [`metric`]: [`gram`] (through Φ), [`embedded`] (through a factor of it) |
+//! | distance of a site's and a texel's neighbourhood | [`metric`]: [`gram`] (through Φ), [`embedded`] (through a factor of it), [`picture`] (of plain images) |
 //! | which texels to try | [`candidates`], [`full_search`] |
 //! | which of them to take | [`choice`], after [`usage`] on the coarsest level |
 //! | in which order to visit | [`order`] (growing), [`coloring`] (in parallel) |
@@ -37,6 +37,7 @@ pub mod metric;
 pub mod options;
 pub mod order;
 pub mod passes;
+pub mod picture;
 pub mod pictures;
 pub mod quality;
 pub mod site_samples;

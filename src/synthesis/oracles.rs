@@ -3,6 +3,7 @@
 use rand::Rng;
 
 use super::candidates::{Candidate, CandidateList};
+use super::coloring::color_classes;
 use super::embedded::{EmbeddedMetric, EmbeddedPattern};
 use super::embedding::Embedding;
 use super::engine::{Inputs, LevelMap, synthesize, textons};
@@ -321,7 +322,7 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
         options: &options,
     };
     let start = pass.from_coarser(&coarser);
-    let classes = pass.classes();
+    let classes = color_classes(&sites.levels[0]);
     let refined = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -458,7 +459,7 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
         options: &options,
     };
     let mut state = LevelState::of_texels(&exemplar, (0..40).map(|_| 0));
-    pass.refine(&mut state, &pass.classes(), 1, Progress::silent())
+    pass.refine(&mut state, &color_classes(&sites), 1, Progress::silent())
         .unwrap();
     let picked = state
         .coords

@@ -14,7 +14,6 @@ use crate::progress::Progress;
 use crate::random;
 use crate::synthesis::candidates::CandidateList;
 use crate::synthesis::changes::Changes;
-use crate::synthesis::coloring::color_classes;
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::options::{Search, SynthesisOptions};
@@ -228,11 +227,6 @@ impl<M: Metric> LevelPass<'_, M> {
             progress.advance(class.len() as u64)?;
         }
         Ok(())
-    }
-
-    /// The colour classes of the level's sites.
-    pub fn classes(&self) -> Vec<Vec<u32>> {
-        color_classes(self.sites)
     }
 
     fn visiting_order(&self, sweep: u64) -> Vec<u32> {

@@ -1,7 +1,7 @@
 //! What the samples of a site's neighbourhood hold: a blend of at most three sites' features
 //! (Tong 2002 eq. 1), the default, or nothing yet.
 
-use crate::mesh::stencil::Stencils;
+use crate::mesh::stencil::{PackedSample, Stencils};
 
 /// What one sample holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,27 +36,31 @@ impl<'a> SampledSites<'a> {
         }
     }
 
-    /// The samples of a site that count, each with its place in the template. A sample counts
-    /// only when all sites that weigh in it are done.
+    /// The samples of a site that count, each with its place in the template.
     #[inline(always)]
     pub fn of_site(&self, site: usize) -> impl Iterator<Item = (usize, Held)> + '_ {
         let samples = self.stencils.of_site(site).iter().enumerate();
-        samples.filter_map(|(place, &sample)| {
-            if self.left_out == Some(place) {
+        samples.filter_map(|(place, &sample)| Some((place, self.held(place, sample)?)))
+    }
+
+    /// What a site's sample at a place in the template holds; `None` where it does not count. A sample
+    /// counts only when all sites that weigh in it are done.
+    #[inline(always)]
+    pub fn held(&self, place: usize, sample: PackedSample) -> Option<Held> {
+        if self.left_out == Some(place) {
+            return None;
+        }
+        let Some((sites, weights)) = self.stencils.resolve(sample) else {
+            return Some(Held::Default);
+        };
+        if let Some(done) = self.done {
+            let counts = |(&site, &weight)| weight == 0.0 || done[site as usize];
+            if !sites.iter().zip(&weights).all(counts) {
                 return None;
             }
-            let Some((sites, weights)) = self.stencils.resolve(sample) else {
-                return Some((place, Held::Default));
-            };
-            if let Some(done) = self.done {
-                let counts = |(&site, &weight)| weight == 0.0 || done[site as usize];
-                if !sites.iter().zip(&weights).all(counts) {
-                    return None;
-                }
-            }
-            let rows = sites.map(|site| self.rows[site as usize]);
-            Some((place, Held::Blend(rows, weights)))
-        })
+        }
+        let rows = sites.map(|site| self.rows[site as usize]);
+        Some(Held::Blend(rows, weights))
     }
 }
 

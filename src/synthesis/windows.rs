@@ -49,8 +49,19 @@ impl Windows {
     /// [`deltas`](Self::deltas).
     #[inline(always)]
     pub fn window(&self, texel: u32) -> &[u32] {
+        &self.rows[self.corner(texel)..]
+    }
+
+    /// Where on the padded image a texel's window begins.
+    #[inline(always)]
+    pub fn corner(&self, texel: u32) -> usize {
         let (row, col) = (texel as usize / self.width, texel as usize % self.width);
-        &self.rows[row * self.stride + col..]
+        row * self.stride + col
+    }
+
+    /// The feature rows of the padded image, line by line.
+    pub fn rows(&self) -> &[u32] {
+        &self.rows
     }
 
     /// Whether every window sample of a texel is on the grid.

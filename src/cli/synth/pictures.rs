@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::btf::sample::Sample;
 use crate::cli::synth::target::Target;
@@ -74,21 +75,18 @@ impl PictureArguments {
         let colors = colors.transpose()?;
         if let Some(name) = &self.pictures {
             let grid = inputs.space.levels[0].grid;
-            let mut draw = |kind: &str, colors: &[[u8; 3]]| -> Result<()> {
+            let energies = energy::of_every_site(inputs, &map.coords)?;
+            let mut pictures = vec![
+                ("coordinate", coordinate_colors(grid, &map.coords)),
+                ("label", label_colors(&map.textons)),
+                ("energy", energy_colors(&energies)),
+            ];
+            pictures.extend(colors.clone().map(|colors| ("color", colors)));
+            let draw = |(kind, colors): &(&str, Vec<[u8; 3]>)| {
                 let path = with_kind(name, kind);
-                draw_sites(target, colors, &path)?;
-                written.push(path);
-                Ok(())
+                draw_sites(target, colors, &path).map(|()| path)
             };
-            draw("coordinate", &coordinate_colors(grid, &map.coords))?;
-            draw("label", &label_colors(&map.textons))?;
-            draw(
-                "energy",
-                &energy_colors(&energy::of_every_site(inputs, &map.coords)?),
-            )?;
-            if let Some(colors) = &colors {
-                draw("color", colors)?;
-            }
+            written = pictures.par_iter().map(draw).collect::<Result<_>>()?;
         }
         if let (Some(path), Some(colors)) = (&self.vertex_colors, &colors) {
             write_vertex_colors(path, map, colors)?;

@@ -11,12 +11,12 @@ use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
 use crate::random;
 use crate::synthesis::check;
-use crate::synthesis::embedded::{EmbeddedMetric, EmbeddedPattern};
 use crate::synthesis::embedding::Embedding;
 use crate::synthesis::engine::Inputs;
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::gram::{GramMetric, GramPattern};
 use crate::synthesis::metric::Metric;
+use crate::synthesis::picture::{PictureMetric, PicturePattern};
 use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
 
 /// Sites that are measured, where there are as many.
@@ -183,8 +183,8 @@ impl ExactMetric for GramMetric<'_> {
     }
 }
 
-impl ExactMetric for EmbeddedMetric<'_> {
-    fn best_distance(&self, pattern: &mut EmbeddedPattern) -> f64 {
+impl ExactMetric for PictureMetric<'_> {
+    fn best_distance(&self, pattern: &mut PicturePattern) -> f64 {
         let best = self.best_of_all(pattern, &[], 1.0);
         best.map_or(f64::INFINITY, |best| best.score)
     }
@@ -252,11 +252,8 @@ fn with_exact_metric<W: Measurement>(
         }
         Features::Vectors(_) => {
             let embedding = Embedding::new(level, 1.0);
-            over_sites(
-                &EmbeddedMetric::new(exemplar, &embedding, None),
-                &work,
-                sites,
-            )
+            let metric = PictureMetric::new(exemplar, &embedding, None);
+            over_sites(&metric, &work, sites)
         }
     })
 }

@@ -1,0 +1,321 @@
+//! The picture metric: the neighbourhoods of plain images, a line of a window as one run of numbers.
+//!
+//! A plain image has a short vector a texel, three numbers of colour mostly. They are kept side by side
+//! as the texels are, on an image with a border as wide as the windows reach, so that a line of a
+//! window is a run of numbers: of 7 texels in colour two blocks of lanes, where a block a texel would be
+//! seven, mostly empty. A site's pattern has the same blocks, and a weight for each number, 0 where none
+//! belongs to a sample that counts. Sums run over fixed lanes in fixed order: the same distances
+//! everywhere.
+
+use multiversion::multiversion;
+
+use crate::synthesis::candidates::Candidate;
+use crate::synthesis::choice::{Pick, smallest};
+use crate::synthesis::embedding::{Block, Embedding, LANES};
+use crate::synthesis::exemplar_level::ExemplarLevel;
+use crate::synthesis::metric::{Metric, best_of_whole};
+use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
+use crate::synthesis::windows::Windows;
+
+/// Numbers of a vector that are copied at once.
+const STEP: usize = 4;
+/// Pairs of blocks after which a growing distance is compared with the best so far.
+const RUN: usize = 4;
+
+/// The metric of one level of a plain image.
+#[derive(Debug)]
+pub struct PictureMetric<'a> {
+    exemplar: &'a ExemplarLevel<'a>,
+    fine: Picture,
+    coarse: Option<Picture>,
+}
+
+/// A level's image, and how a window lies in it.
+#[derive(Debug)]
+struct Picture {
+    /// Steps a vector.
+    steps: usize,
+    /// The vector of every feature row, filled up to whole steps; the default's last.
+    vectors: Vec<[f32; STEP]>,
+    /// The bordered image, `depth` numbers a texel.
+    numbers: Vec<f32>,
+    depth: usize,
+    /// Where a window's blocks begin, behind its first number; two and two, which are summed apart.
+    blocks: Vec<[u32; 2]>,
+    /// Where each sample's numbers begin among those of the blocks.
+    places: Vec<u32>,
+    /// The weight of every number of the blocks; 0 of those behind the end of a line.
+    weights: Vec<f32>,
+}
+
+/// What a site's neighbourhood holds, on its own level and on the coarser one.
+#[derive(Clone, Debug, Default)]
+pub struct PicturePattern {
+    fine: PatternPart,
+    coarse: PatternPart,
+}
+
+/// The samples of one window.
+#[derive(Clone, Debug, Default)]
+struct PatternPart {
+    /// The numbers of the blocks.
+    values: Vec<f32>,
+    /// What each weighs.
+    weights: Vec<f32>,
+}
+
+impl<'a> PictureMetric<'a> {
+    /// The metric of a level from its vectors. `coarse` are the parent level's where two levels are
+    /// compared.
+    pub fn new(
+        exemplar: &'a ExemplarLevel<'a>,
+        fine: &Embedding,
+        coarse: Option<&Embedding>,
+    ) -> Self {
+        let neighborhood = exemplar.neighborhood;
+        let coarse = coarse.zip(exemplar.coarse.as_ref());
+        Self {
+            exemplar,
+            fine: Picture::new(fine, &exemplar.fine, &neighborhood.weights),
+            coarse: coarse.map(|(embedding, coarse)| {
+                Picture::new(embedding, &coarse.windows, &neighborhood.coarse_weights)
+            }),
+        }
+    }
+
+    /// The distance, or infinity once it exceeds `limit`; the coarse window, which is small and says
+    /// most, before the fine one.
+    #[inline(always)]
+    fn distance_inline(&self, pattern: &PicturePattern, texel: u32, limit: f32) -> f32 {
+        let mut sum = 0.0;
+        if let (Some(picture), Some(coarse)) = (&self.coarse, &self.exemplar.coarse) {
+            let corner = coarse.windows.corner(coarse.parents[texel as usize]);
+            sum = picture.distance(&pattern.coarse, corner, sum, limit);
+        }
+        let corner = self.exemplar.fine.corner(texel);
+        self.fine.distance(&pattern.fine, corner, sum, limit)
+    }
+}
+
+impl Picture {
+    fn new(embedding: &Embedding, windows: &Windows, weights: &[f32]) -> Self {
+        let depth = embedding.dimensions;
+        let vector = |row: usize| -> Vec<f32> {
+            let blocks = (0..embedding.blocks).map(|block| embedding.plane(block)[row]);
+            blocks.flatten().take(depth).collect()
+        };
+        let vectors: Vec<Vec<f32>> = (0..embedding.rows).map(vector).collect();
+        let image = windows.rows().iter().map(|&row| &vectors[row as usize]);
+        let mut numbers: Vec<f32> = image.flatten().copied().collect();
+        // The last window's last block may reach beyond the image.
+        numbers.resize(numbers.len() + LANES, 0.0);
+        let steps = depth.div_ceil(STEP);
+        let filled_up = vectors.into_iter().flat_map(|mut vector| {
+            vector.resize(steps * STEP, 0.0);
+            vector.as_chunks().0.to_vec()
+        });
+        let mut picture = Self {
+            steps,
+            vectors: filled_up.collect(),
+            numbers,
+            depth,
+            blocks: Vec::new(),
+            places: Vec::new(),
+            weights: Vec::new(),
+        };
+        let mut before = None;
+        for (&delta, &weight) in windows.deltas().iter().zip(weights) {
+            picture.lay_sample(delta, weight, before == Some(delta));
+            before = Some(delta + 1);
+        }
+        // The second block of the last pair may be none: it weighs nothing.
+        picture
+            .weights
+            .resize(2 * LANES * picture.blocks.len(), 0.0);
+        picture
+    }
+
+    /// Finds place for a sample's numbers: behind the last one's if it continues its line, else in new
+    /// blocks.
+    fn lay_sample(&mut self, delta: u32, weight: f32, continues: bool) {
+        let begin = (delta as usize * self.depth) as u32;
+        let place = match self.places.last() {
+            Some(&last) if continues => last as usize + self.depth,
+            _ => self.weights.len(),
+        };
+        self.places.push(place as u32);
+        while self.weights.len() < place + self.depth {
+            let block = begin + (self.weights.len() - place) as u32;
+            match self.blocks.last_mut() {
+                Some(pair) if !self.weights.len().is_multiple_of(2 * LANES) => pair[1] = block,
+                _ => self.blocks.push([block; 2]),
+            }
+            self.weights.resize(self.weights.len() + LANES, 0.0);
+        }
+        self.weights[place..][..self.depth].fill(weight);
+    }
+
+    /// Reads what a site's window holds.
+    #[inline(always)]
+    fn read(&self, sites: &SampledSites<'_>, site: usize, part: &mut PatternPart) {
+        part.weights.clone_from(&self.weights);
+        // The last sample's last step may reach beyond the last block.
+        part.values.resize(self.weights.len() + STEP, 0.0);
+        let default = self.vectors.len() / self.steps - 1;
+        for (sample, packed) in sites.stencils.of_site(site).iter().enumerate() {
+            let place = self.places[sample] as usize;
+            let values = &mut part.values[place..][..self.steps * STEP];
+            match sites.held(sample, *packed) {
+                None => part.weights[place..][..self.depth].fill(0.0),
+                Some(Held::Default) => self.copy(default, values),
+                Some(Held::Blend([row, ..], [1.0, ..])) => self.copy(row as usize, values),
+                Some(Held::Blend(rows, blend)) => self.blend(rows, blend, values),
+            }
+        }
+    }
+
+    /// The vector of a feature row. What fills it up is overwritten by the next sample, or weighs nothing.
+    #[inline(always)]
+    fn copy(&self, row: usize, values: &mut [f32]) {
+        let vector = &self.vectors[row * self.steps..][..self.steps];
+        for (values, vector) in values.as_chunks_mut().0.iter_mut().zip(vector) {
+            *values = *vector;
+        }
+    }
+
+    #[inline(always)]
+    fn blend(&self, rows: [u32; 3], blend: [f32; 3], values: &mut [f32]) {
+        let vector = |row: u32| &self.vectors[row as usize * self.steps..][..self.steps];
+        let [a, b, c] = rows.map(vector);
+        for (step, values) in values.as_chunks_mut::<STEP>().0.iter_mut().enumerate() {
+            for at in 0..STEP {
+                let [a, b, c] = [a, b, c].map(|vector| vector[step][at]);
+                values[at] = blend[0] * a + blend[1] * b + blend[2] * c;
+            }
+        }
+    }
+
+    /// `sum` and the distance to the window that begins at a place of the bordered image; infinity once
+    /// they exceed `limit`.
+    #[inline(always)]
+    fn distance(&self, part: &PatternPart, corner: usize, sum: f32, limit: f32) -> f32 {
+        let numbers = &self.numbers[corner * self.depth..];
+        let values = part.values.as_chunks::<{ 2 * LANES }>().0;
+        let weights = part.weights.as_chunks::<{ 2 * LANES }>().0;
+        let mut sums = [[0.0; LANES]; 2];
+        let (mut total, mut done) = (sum, 0);
+        while done < self.blocks.len() {
+            let run = done..(done + RUN).min(self.blocks.len());
+            done = run.end;
+            let pattern = values[run.clone()].iter().zip(&weights[run.clone()]);
+            for (begins, (value, weight)) in self.blocks[run].iter().zip(pattern) {
+                for half in 0..2 {
+                    let window = &numbers[begins[half] as usize..][..LANES];
+                    for lane in 0..LANES {
+                        let apart = value[half * LANES + lane] - window[lane];
+                        sums[half][lane] += weight[half * LANES + lane] * (apart * apart);
+                    }
+                }
+            }
+            total = sum + sum_of_both(&sums);
+            if total > limit {
+                return f32::INFINITY;
+            }
+        }
+        total
+    }
+}
+
+/// The sum of all lanes, as a tree.
+#[inline(always)]
+fn sum_of_both(sums: &[Block; 2]) -> f32 {
+    let (mut both, mut eight, mut four) = ([0.0; LANES], [0.0; 8], [0.0; 4]);
+    for lane in 0..LANES {
+        both[lane] = sums[0][lane] + sums[1][lane];
+    }
+    for lane in 0..8 {
+        eight[lane] = both[lane] + both[lane + 8];
+    }
+    for lane in 0..4 {
+        four[lane] = eight[lane] + eight[lane + 4];
+    }
+    (four[0] + four[2]) + (four[1] + four[3])
+}
+
+impl Metric for PictureMetric<'_> {
+    type Pattern = PicturePattern;
+
+    fn read(&self, site: &SiteNeighborhood<'_>, pattern: &mut PicturePattern) {
+        read_pattern(self, site, pattern);
+    }
+
+    fn distance(&self, pattern: &PicturePattern, texel: u32, limit: f64) -> f64 {
+        f64::from(self.distance_inline(pattern, texel, limit as f32))
+    }
+
+    fn best(&self, pattern: &PicturePattern, candidates: &[Candidate]) -> Option<Pick> {
+        best_candidate(self, pattern, candidates)
+    }
+
+    fn best_of_all(
+        &self,
+        pattern: &mut PicturePattern,
+        coherent: &[Candidate],
+        coherence: f64,
+    ) -> Option<Pick> {
+        let first = best_candidate(self, pattern, coherent);
+        best_texel(self, pattern, first, coherence)
+    }
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn read_pattern(
+    metric: &PictureMetric<'_>,
+    site: &SiteNeighborhood<'_>,
+    pattern: &mut PicturePattern,
+) {
+    metric.fine.read(&site.fine, site.site, &mut pattern.fine);
+    if let (Some(picture), Some(sites)) = (&metric.coarse, &site.coarse) {
+        picture.read(sites, site.site, &mut pattern.coarse);
+    }
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn best_candidate(
+    metric: &PictureMetric<'_>,
+    pattern: &PicturePattern,
+    candidates: &[Candidate],
+) -> Option<Pick> {
+    smallest(candidates, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
+}
+
+/// The better of `first` and every whole texel.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn best_texel(
+    metric: &PictureMetric<'_>,
+    pattern: &PicturePattern,
+    first: Option<Pick>,
+    factor: f64,
+) -> Option<Pick> {
+    let texels = &metric.exemplar.whole_texels;
+    best_of_whole(texels, first, factor, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,200 @@
+//! The picture metric against a literal sum in double precision.
+
+use ndarray::Array3;
+use rand::Rng;
+
+use super::*;
+use crate::exemplar::knn_options::KnnOptions;
+use crate::exemplar::neighbor_table::{NeighborTable, build};
+use crate::exemplar::space::{Features, Space, SpaceLevel};
+use crate::format::id::ContentId;
+use crate::grid::TexelGrid;
+use crate::index::TexelIndex;
+use crate::mesh::hierarchy::SiteLevel;
+use crate::progress::Progress;
+use crate::random;
+use crate::synthesis::fixtures;
+
+struct Case {
+    space: Space,
+    table: NeighborTable,
+    fine: SiteLevel,
+    states: [Vec<u32>; 2],
+}
+
+impl Case {
+    /// A random picture of `depth` numbers a texel, and sites that hold its texels.
+    fn new(depth: usize, tileable: bool) -> Self {
+        let mut stream = random::stream(4, "picture", depth as u32, 0);
+        let mut grid = TexelGrid {
+            width: 14,
+            height: 12,
+            tileable,
+        };
+        let mut levels = Vec::new();
+        for _ in 0..2 {
+            let sides = (grid.height as usize, grid.width as usize, depth);
+            let features =
+                Features::Vectors(Array3::from_shape_fn(sides, |_| stream.gen_range(0.0..1.0)));
+            levels.push(SpaceLevel { grid, features });
+            grid = grid.coarser();
+        }
+        let space = Space {
+            levels,
+            id: ContentId::of_bytes(b"space"),
+            sample: ContentId::of_bytes(b"sample"),
+        };
+        let options = KnnOptions {
+            k: 4,
+            neighborhood: 5,
+            ..KnnOptions::default()
+        };
+        let mut fine = fixtures::random_sites(7, 60, 6);
+        let mut coarse = fixtures::random_sites(8, 60, 6).fine;
+        let of_site = coarse.samples.chunks(25);
+        coarse.samples = of_site.flat_map(|samples| samples[..9].to_vec()).collect();
+        coarse.samples_per_site = 9;
+        fine.coarse = Some(coarse);
+        let mut state = |texels| (0..60).map(|_| stream.gen_range(0..texels)).collect();
+        Self {
+            table: build(&space, &options, Progress::silent()).unwrap(),
+            states: [state(14 * 12), state(7 * 6)],
+            space,
+            fine,
+        }
+    }
+
+    fn neighborhood<'a>(
+        &'a self,
+        site: usize,
+        done: Option<&'a [bool]>,
+        left_out: Option<usize>,
+    ) -> SiteNeighborhood<'a> {
+        let coarse = self.fine.coarse.as_ref().unwrap();
+        SiteNeighborhood {
+            site,
+            fine: SampledSites {
+                done,
+                left_out,
+                ..SampledSites::all(&self.fine.fine, &self.states[0])
+            },
+            coarse: Some(SampledSites::all(coarse, &self.states[1])),
+        }
+    }
+
+    /// Σ ‖s(p) − t(p)‖² over both windows, sample by sample.
+    fn distance(&self, site: &SiteNeighborhood<'_>, texel: u32) -> f64 {
+        let neighborhood = &self.table.levels[0].neighborhood;
+        let [fine, coarse] = [0, 1].map(|level| &self.space.levels[level]);
+        let parent = fine.grid.parent(TexelIndex(texel));
+        let part = |sites: &SampledSites<'_>, level: &SpaceLevel, texel, offsets: &[[i32; 2]]| {
+            let apart = |(place, held): (usize, Held)| -> f64 {
+                let [drow, dcol] = offsets[place];
+                let there = vector(level, level.grid.offset(texel, drow, dcol));
+                let here = match held {
+                    Held::Default => vector(level, None),
+                    Held::Blend(rows, blend) => {
+                        let vectors = rows.map(|row| vector(level, Some(TexelIndex(row))));
+                        let number = |at: usize| -> f64 {
+                            let shares = vectors.iter().zip(blend);
+                            shares.map(|(v, share)| f64::from(share) * v[at]).sum()
+                        };
+                        (0..there.len()).map(number).collect()
+                    }
+                };
+                here.iter().zip(&there).map(|(a, b)| (a - b).powi(2)).sum()
+            };
+            sites.of_site(site.site).map(apart).sum::<f64>()
+        };
+        part(&site.fine, fine, TexelIndex(texel), &neighborhood.offsets)
+            + part(
+                &site.coarse.unwrap(),
+                coarse,
+                parent,
+                &neighborhood.coarse_offsets,
+            )
+    }
+}
+
+/// What a texel holds; off the grid the mean.
+fn vector(level: &SpaceLevel, texel: Option<TexelIndex>) -> Vec<f64> {
+    let Features::Vectors(vectors) = &level.features else {
+        panic!("vectors expected");
+    };
+    match texel {
+        Some(texel) => {
+            let (row, col) = level.grid.row_col(texel);
+            let vector = vectors.slice(ndarray::s![row as usize, col as usize, ..]);
+            vector.iter().map(|&v| f64::from(v)).collect()
+        }
+        None => {
+            let texels = (0..level.grid.len() as u32).map(|t| vector(level, Some(TexelIndex(t))));
+            let sums = texels.reduce(|a, b| a.iter().zip(b).map(|(a, b)| a + b).collect());
+            let count = level.grid.len() as f64;
+            sums.unwrap().iter().map(|sum| sum / count).collect()
+        }
+    }
+}
+
+#[test]
+fn distances_are_the_sums_of_squares_of_the_samples_that_count() {
+    let done: Vec<bool> = (0..60).map(|site| site % 7 != 3).collect();
+    // 13 and 20 numbers: lines of more blocks than one, vectors of more steps than one.
+    for (depth, tileable) in [
+        (1, true),
+        (3, false),
+        (3, true),
+        (4, false),
+        (13, true),
+        (20, false),
+    ] {
+        let case = Case::new(depth, tileable);
+        let exemplar = ExemplarLevel::new(&case.space, &case.table, 0, 4, true);
+        let [fine, coarse] = [0, 1].map(|level| Embedding::new(&case.space.levels[level], 1.0));
+        let metric = PictureMetric::new(&exemplar, &fine, Some(&coarse));
+        let mut pattern = PicturePattern::default();
+        for (site, texel) in (0..60).zip((0..168).step_by(2)) {
+            for (done, left_out) in [(None, None), (Some(&done[..]), None), (None, Some(12))] {
+                let read = case.neighborhood(site, done, left_out);
+                metric.read(&read, &mut pattern);
+                let found = metric.distance(&pattern, texel, f64::INFINITY);
+                let expected = case.distance(&read, texel);
+                assert!(
+                    (found - expected).abs() < 1e-5 * expected,
+                    "{found} {expected}"
+                );
+                let above = metric.distance(&pattern, texel, 0.3 * expected);
+                assert_eq!(above, f64::INFINITY);
+                assert_eq!(metric.distance(&pattern, texel, 1.01 * expected), found);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_best_of_all_is_the_smallest() {
+    let case = Case::new(3, false);
+    let exemplar = ExemplarLevel::new(&case.space, &case.table, 0, 4, true);
+    let [fine, coarse] = [0, 1].map(|level| Embedding::new(&case.space.levels[level], 1.0));
+    let metric = PictureMetric::new(&exemplar, &fine, Some(&coarse));
+    let mut pattern = PicturePattern::default();
+    for site in 0..60 {
+        metric.read(&case.neighborhood(site, None, None), &mut pattern);
+        let coherent = [Candidate {
+            texel: exemplar.whole_texels[site % exemplar.whole_texels.len()],
+            factor: 1.0,
+        }];
+        let score = |texel: u32| {
+            let factor = if texel == coherent[0].texel { 1.0 } else { 1.3 };
+            factor * metric.distance(&pattern, texel, f64::INFINITY)
+        };
+        let whole = exemplar.whole_texels.iter();
+        let best = whole
+            .map(|&texel| score(texel))
+            .fold(f64::INFINITY, f64::min);
+        let pick = metric
+            .best_of_all(&mut pattern.clone(), &coherent, 1.3)
+            .unwrap();
+        assert_eq!((pick.score, score(pick.texel)), (best, best));
+    }
+}
