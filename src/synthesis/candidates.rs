@@ -86,8 +86,10 @@ impl CandidateList {
         }
     }
 
-    /// Adds the nearest texels of every coherent one, whose distances count `coherence` times.
-    pub fn add_nearest(&mut self, exemplar: &ExemplarLevel<'_>, coherence: f64) {
+    /// Adds the nearest texels of every coherent one, whose distances count `coherence` times, and
+    /// returns where they begin.
+    pub fn add_nearest(&mut self, exemplar: &ExemplarLevel<'_>, coherence: f64) -> usize {
+        let begin = self.list.len();
         for source in 0..self.sources.len() {
             for &texel in &exemplar.nearest(self.sources[source].texel)[1..] {
                 if self.is_new(texel, source) && exemplar.whole[texel as usize] {
@@ -99,6 +101,7 @@ impl CandidateList {
                 }
             }
         }
+        begin
     }
 
     /// The coordinate a listed texel brings along: where in the texel the proposals of its source lie

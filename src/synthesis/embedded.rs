@@ -7,7 +7,7 @@
 use multiversion::multiversion;
 
 use crate::synthesis::candidates::Candidate;
-use crate::synthesis::choice::{Pick, smallest};
+use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::full_search::ProjectedWindows;
@@ -283,26 +283,32 @@ impl Metric for EmbeddedMetric<'_> {
         f64::from(self.distance_inline(pattern, texel, limit as f32))
     }
 
-    fn best(&self, pattern: &EmbeddedPattern, candidates: &[Candidate]) -> Option<Pick> {
-        best_candidate(self, pattern, candidates)
+    fn best(
+        &self,
+        pattern: &EmbeddedPattern,
+        candidates: &[Candidate],
+        first: Option<Pick>,
+        noise: f64,
+    ) -> Option<Pick> {
+        best_candidate(self, pattern, candidates, first, noise)
     }
 
     fn best_of_all(
         &self,
         pattern: &mut EmbeddedPattern,
         coherent: &[Candidate],
-        coherence: f64,
+        preference: Preference,
     ) -> Option<Pick> {
-        let first = best_candidate(self, pattern, coherent);
+        let first = best_candidate(self, pattern, coherent, None, preference.noise);
         match &self.projected {
             Some(projected) if pattern.complete => {
                 let mut bounds = std::mem::take(&mut pattern.bounds);
                 projected.bounds(pattern, &mut bounds);
-                let pick = best_within_bounds(self, pattern, &bounds, first, coherence);
+                let pick = best_within_bounds(self, pattern, &bounds, first, preference);
                 pattern.bounds = bounds;
                 pick
             }
-            _ => best_texel(self, pattern, first, coherence),
+            _ => best_texel(self, pattern, first, preference),
         }
     }
 }
@@ -351,8 +357,10 @@ fn best_candidate(
     metric: &EmbeddedMetric<'_>,
     pattern: &EmbeddedPattern,
     candidates: &[Candidate],
+    first: Option<Pick>,
+    noise: f64,
 ) -> Option<Pick> {
-    smallest(candidates, |texel, limit| {
+    smallest(candidates, first, noise, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     })
 }
@@ -367,10 +375,10 @@ fn best_texel(
     metric: &EmbeddedMetric<'_>,
     pattern: &EmbeddedPattern,
     first: Option<Pick>,
-    factor: f64,
+    preference: Preference,
 ) -> Option<Pick> {
     let texels = &metric.exemplar.whole_texels;
-    best_of_whole(texels, first, factor, |texel, limit| {
+    best_of_whole(texels, first, preference, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     })
 }
@@ -387,19 +395,19 @@ fn best_within_bounds(
     pattern: &EmbeddedPattern,
     bounds: &[f32],
     first: Option<Pick>,
-    factor: f64,
+    preference: Preference,
 ) -> Option<Pick> {
+    let Preference { coherence, noise } = preference;
     let texels = &metric.exemplar.whole_texels;
     let mut best = first;
     let mut consider = |texel: u32| {
-        let limit = best.map_or(f64::INFINITY, |best| best.score / factor) as f32;
+        let limit = Pick::limit(best, coherence, noise) as f32;
         let distance = metric.distance_inline(pattern, texel, limit);
-        let score = factor * f64::from(distance);
-        let pick = Pick { texel, score };
+        let pick = Pick::new(texel, f64::from(distance), coherence, noise);
         if best.is_none_or(|best| pick.beats(&best)) {
             best = Some(pick);
         }
-        best.map_or(f64::INFINITY, |best| best.score / factor) as f32
+        Pick::limit(best, coherence, noise) as f32
     };
     let promising = (0..texels.len()).min_by(|&a, &b| bounds[a].total_cmp(&bounds[b]))?;
     let mut limit = consider(texels[promising]);

@@ -167,7 +167,7 @@ impl<'a> Stage<'a> {
                     }
                     _ => {
                         let mut metric = EmbeddedMetric::new(&self.exemplar, &fine, coarse);
-                        if full {
+                        if full || self.mends() {
                             let (seed, level) = (self.options.seed, self.level as u32);
                             metric = metric.with_projected_windows(seed, level);
                         }
@@ -192,21 +192,28 @@ impl<'a> Stage<'a> {
         classes: &[Vec<u32>],
         progress: Progress<'_>,
     ) -> Result<LevelState> {
-        let pass = LevelPass {
+        let mut pass = LevelPass {
             level: self.level as u32,
             exemplar: &self.exemplar,
             sites: &self.inputs.sites.levels[self.level],
             coarser,
             metric,
             options: self.options,
+            noise: 0.0,
         };
+        if self.options.noise > 0.0 {
+            let stands_for = 4_f64.powi(self.level as i32);
+            pass.noise = self.options.noise * stands_for * pass.distance_by_chance();
+        }
         let Some(coarser) = coarser else {
             return self.start(&pass, progress);
         };
         let mut state = pass.from_coarser(coarser);
         if self.options.passes > 1 {
-            let again = self.options.passes - 1;
-            pass.refine(&mut state, classes, again, progress)?;
+            pass.refine(&mut state, classes, self.options.passes - 1, progress)?;
+            if self.mends() {
+                pass.mend(&mut state, classes, self.options.mends, progress)?;
+            }
         }
         Ok(state)
     }
@@ -227,7 +234,14 @@ impl<'a> Stage<'a> {
         Ok(state)
     }
 
-    /// How many choices the level takes.
+    /// Whether the level ends with a full search where it fits worst.
+    fn mends(&self) -> bool {
+        let refined = self.level + 1 < self.plan.levels && self.options.passes > 1;
+        let by_coherence = self.options.search == Search::KCoherence;
+        self.level == 0 && refined && by_coherence && self.options.mends > 0
+    }
+
+    /// How many choices the level takes, mending apart.
     fn visits(&self) -> u64 {
         let sites = self.inputs.sites.levels[self.level].site_count as u64;
         let coarsest = self.level + 1 == self.plan.levels;

@@ -4,7 +4,7 @@
 use ndarray::Array2;
 
 use crate::synthesis::candidates::Candidate;
-use crate::synthesis::choice::{Pick, smallest};
+use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
@@ -184,15 +184,15 @@ impl Metric for GramMetric<'_> {
         &self,
         pattern: &mut GramPattern,
         coherent: &[Candidate],
-        coherence: f64,
+        preference: Preference,
     ) -> Option<Pick> {
-        let mut best = smallest(coherent, |texel, limit| {
+        let Preference { coherence, noise } = preference;
+        let mut best = smallest(coherent, None, noise, |texel, limit| {
             self.distance(pattern, texel, limit)
         });
         let distances = self.distances_to_all(pattern);
         for (&texel, distance) in self.exemplar.whole_texels.iter().zip(distances) {
-            let score = coherence * distance;
-            let pick = Pick { texel, score };
+            let pick = Pick::new(texel, distance, coherence, noise);
             if best.is_none_or(|best| pick.beats(&best)) {
                 best = Some(pick);
             }

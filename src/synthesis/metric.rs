@@ -2,7 +2,7 @@
 //! of both windows that count (Tong 2002 §5.1), not divided by their number.
 
 use crate::synthesis::candidates::Candidate;
-use crate::synthesis::choice::{Pick, smallest};
+use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::site_samples::SiteNeighborhood;
 
 /// A way to compare neighbourhoods on one level.
@@ -16,36 +16,41 @@ pub trait Metric: Sync {
     /// The distance to a texel's neighbourhood, or infinity once it is known to exceed `limit`.
     fn distance(&self, pattern: &Self::Pattern, texel: u32, limit: f64) -> f64;
 
-    /// The best of some candidates.
-    fn best(&self, pattern: &Self::Pattern, candidates: &[Candidate]) -> Option<Pick> {
-        smallest(candidates, |texel, limit| {
+    /// The best of `first` and some candidates, with `noise` added to all distances.
+    fn best(
+        &self,
+        pattern: &Self::Pattern,
+        candidates: &[Candidate],
+        first: Option<Pick>,
+        noise: f64,
+    ) -> Option<Pick> {
+        smallest(candidates, first, noise, |texel, limit| {
             self.distance(pattern, texel, limit)
         })
     }
 
-    /// The best of all whole texels; `coherent` are those whose distances do not count
-    /// `coherence` times.
+    /// The best of all whole texels; `coherent` are those that are preferred.
     fn best_of_all(
         &self,
         pattern: &mut Self::Pattern,
         coherent: &[Candidate],
-        coherence: f64,
+        preference: Preference,
     ) -> Option<Pick>;
 }
 
-/// The better of `first` and every texel of a list, whose distances count `factor` times.
+/// The better of `first` and every texel of a list, none of them preferred.
 #[inline(always)]
 pub fn best_of_whole(
     texels: &[u32],
     first: Option<Pick>,
-    factor: f64,
+    preference: Preference,
     mut distance: impl FnMut(u32, f64) -> f64,
 ) -> Option<Pick> {
+    let Preference { coherence, noise } = preference;
     let mut best = first;
     for &texel in texels {
-        let limit = best.map_or(f64::INFINITY, |best| best.score / factor);
-        let score = factor * distance(texel, limit);
-        let pick = Pick { texel, score };
+        let limit = Pick::limit(best, coherence, noise);
+        let pick = Pick::new(texel, distance(texel, limit), coherence, noise);
         if best.is_none_or(|best| pick.beats(&best)) {
             best = Some(pick);
         }

@@ -16,6 +16,7 @@
 //! | which of them to take | [`choice`], after [`usage`] on the coarsest level |
 //! | in which order to visit | [`order`] (growing), [`coloring`] (in parallel) |
 //! | how a level starts and is refined | [`passes`], sparing what has [not changed](changes) |
+//! | how the finest level ends | [`mending`] |
 //!
 //! Not handled here: preparing meshes (`mesh`), building neighbour tables (`exemplar`), drawing
 //! and files other than the [checkpoint](checkpoint) of an interrupted run.
@@ -33,6 +34,7 @@ pub mod exemplar_level;
 pub mod full_search;
 pub mod gram;
 pub mod grid_target;
+pub mod mending;
 pub mod metric;
 pub mod options;
 pub mod order;

@@ -66,10 +66,18 @@ pub struct SynthesisOptions {
     /// Prefer the coherent texels: the distances of others are multiplied by this (1 is the paper)
     #[arg(long, default_value_t = Self::default().coherence)]
     pub coherence: f64,
+    /// Add this share of the distance by chance to all distances, four times as much on each coarser level,
+    /// so that differences that say nothing do not outweigh coherence; 0 is the paper
+    #[arg(long, default_value_t = Self::default().noise)]
+    pub noise: f64,
     /// Passes a level: 1 only copies from the coarser level, 2 also compares two-level
     /// neighbourhoods (Tong 2002), each more repeats the second
     #[arg(long, default_value_t = Self::default().passes)]
     pub passes: u32,
+    /// Rounds at the end in which the sites that fit far worse than the mean are searched in full, before all
+    /// that fit worse choose once more; 0 is the paper. Of k-coherence only
+    #[arg(long, default_value_t = Self::default().mends)]
+    pub mends: u32,
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
@@ -96,9 +104,11 @@ impl Default for SynthesisOptions {
             metric: MetricKind::default(),
             energy: 0.97,
             coherence: 1.5,
+            noise: 0.001,
             passes: 3,
+            mends: 2,
             start_passes: 2,
-            evenness: 0.2,
+            evenness: 1.0,
             order: Order::default(),
             seed: 0,
         }
@@ -131,6 +141,13 @@ impl SynthesisOptions {
                 "coherence",
                 self.coherence.to_string(),
                 "a factor of 1 or more",
+            ));
+        }
+        if !(self.noise >= 0.0 && self.noise.is_finite()) {
+            return Err(Error::option(
+                "noise",
+                self.noise.to_string(),
+                "a share of 0 or more",
             ));
         }
         if !(self.evenness >= 0.0 && self.evenness.is_finite()) {
@@ -178,6 +195,7 @@ mod tests {
         assert!(message(|o| o.energy = 0.0).contains("--energy: 0"));
         assert!(message(|o| o.energy = f64::NAN).contains("--energy: NaN"));
         assert!(message(|o| o.coherence = 0.5).contains("--coherence: 0.5"));
+        assert!(message(|o| o.noise = -0.1).contains("--noise: -0.1"));
         assert!(message(|o| o.passes = 0).contains("--passes: 0"));
         assert!(message(|o| o.evenness = -0.1).contains("--evenness: -0.1"));
         assert!(message(|o| o.start_passes = 0).contains("--start-passes: 0"));

@@ -3,6 +3,7 @@
 use rand::Rng;
 
 use super::candidates::{Candidate, CandidateList};
+use super::choice::Preference;
 use super::coloring::color_classes;
 use super::embedded::{EmbeddedMetric, EmbeddedPattern};
 use super::embedding::Embedding;
@@ -152,11 +153,17 @@ fn full_search_with_bounds_is_the_scan_of_all() {
     let mut pattern = EmbeddedPattern::default();
     for site in 0..60 {
         plain.read(&case.neighborhood(site, None), &mut pattern);
-        let expected = plain.best(&pattern, &all);
-        assert_eq!(bounded.best_of_all(&mut pattern, &[], 1.0), expected);
-        assert_eq!(plain.best_of_all(&mut pattern, &[], 1.0), expected);
-        let preferred = plain.best_of_all(&mut pattern, &coherent, 1.3);
-        assert_eq!(bounded.best_of_all(&mut pattern, &coherent, 1.3), preferred);
+        let expected = plain.best(&pattern, &all, None, 0.0);
+        let none = Preference::NONE;
+        assert_eq!(bounded.best_of_all(&mut pattern, &[], none), expected);
+        assert_eq!(plain.best_of_all(&mut pattern, &[], none), expected);
+        let some = Preference {
+            coherence: 1.3,
+            noise: 0.2,
+        };
+        let preferred = plain.best_of_all(&mut pattern, &coherent, some);
+        let listed = bounded.best_of_all(&mut pattern, &coherent, some);
+        assert_eq!(listed, preferred);
     }
     // A pattern that is itself a window of the exemplar is found, at distance nothing.
     for texel in [0, 50, 143] {
@@ -320,6 +327,7 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
         coarser: Some(&coarser),
         metric: &metric,
         options: &options,
+        noise: 0.0,
     };
     let start = pass.from_coarser(&coarser);
     let classes = color_classes(&sites.levels[0]);
@@ -457,6 +465,7 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
         coarser: None,
         metric: &metric,
         options: &options,
+        noise: 0.0,
     };
     let mut state = LevelState::of_texels(&exemplar, (0..40).map(|_| 0));
     pass.refine(&mut state, &color_classes(&sites), 1, Progress::silent())
@@ -470,6 +479,54 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
             .into_iter()
             .all(|texel| exemplar.whole[texel.index()])
     );
+}
+
+#[test]
+fn mending_repairs_a_copy_and_lowers_what_k_coherence_leaves() {
+    let (space, table) = fixtures::random_exemplar(9, 16, 1, true);
+    let sites = sites_for(&table, 32, 1);
+    let exemplar = ExemplarLevel::new(&space, &table, 0, 4, false);
+    let fine = Embedding::new(&space.levels[0], 1.0);
+    let metric = EmbeddedMetric::new(&exemplar, &fine, None).with_projected_windows(5, 0);
+    let options = SynthesisOptions::default();
+    let pass = LevelPass {
+        level: 0,
+        exemplar: &exemplar,
+        sites: &sites.levels[0],
+        coarser: None,
+        metric: &metric,
+        options: &options,
+        noise: 0.0,
+    };
+    let mended = |mut state: LevelState, rounds: u32| {
+        pass.mend(
+            &mut state,
+            &color_classes(&sites.levels[0]),
+            rounds,
+            Progress::silent(),
+        )
+        .unwrap();
+        state
+    };
+    let copied = |site: u32| (site / 32 % 16) * 16 + site % 16;
+    let copy = LevelState::of_texels(&exemplar, (0..1024).map(copied));
+    let broken = (0..1024).map(|site| if site == 500 { 3 } else { copied(site) });
+    assert_eq!(mended(LevelState::of_texels(&exemplar, broken), 0), copy);
+    // Half of the copy out of step: what k-coherence alone leaves at the seams is not the best there is.
+    let split = |site: u32| {
+        copied(if site % 32 < 16 {
+            site
+        } else {
+            site + 5 * 32 + 3
+        })
+    };
+    let left = |rounds: u32| -> f64 {
+        let split = LevelState::of_texels(&exemplar, (0..1024).map(split));
+        let found = pass.distances(&mended(split, rounds));
+        found.iter().map(|&distance| f64::from(distance)).sum()
+    };
+    let (without, with) = (left(0), left(4));
+    assert!(with < without, "{with} against {without}");
 }
 
 #[test]

@@ -14,6 +14,7 @@ use crate::progress::Progress;
 use crate::random;
 use crate::synthesis::candidates::CandidateList;
 use crate::synthesis::changes::Changes;
+use crate::synthesis::choice::{Pick, Preference};
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::options::{Search, SynthesisOptions};
@@ -23,6 +24,10 @@ use crate::synthesis::usage::Usage;
 
 /// Sites a thread takes at a time.
 const BATCH: usize = 64;
+/// Sites a thread takes at a time to search in full.
+const FULL_BATCH: usize = 2;
+/// Sites that are enough to know the distance by chance.
+const PROBED_SITES: usize = 256;
 
 /// What the sites of a level hold.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,6 +52,8 @@ pub struct LevelPass<'a, M> {
     pub metric: &'a M,
     /// What was asked.
     pub options: &'a SynthesisOptions,
+    /// What is added to all distances of a choice.
+    pub noise: f64,
 }
 
 /// What a choice sees of the other sites.
@@ -137,6 +144,23 @@ pub fn first_guess(fine: TexelGrid, coarser: &[TexCoord], parent: &Parent) -> Te
 }
 
 impl<M: Metric> LevelPass<'_, M> {
+    /// The mean distance of random texels in a map of random texels, at a few sites.
+    pub fn distance_by_chance(&self) -> f64 {
+        let state = self.random_start();
+        let mut stream = random::stream(self.options.seed, "distance by chance", self.level, 0);
+        let (whole, sites) = (&self.exemplar.whole_texels, self.sites.site_count);
+        let mut pattern = M::Pattern::default();
+        let step = sites.div_ceil(PROBED_SITES).max(1);
+        let distances = (0..sites).step_by(step).map(|site| {
+            self.metric
+                .read(&self.neighborhood(site, &state, None), &mut pattern);
+            let texel = whole[stream.gen_range(0..whole.len())];
+            self.metric.distance(&pattern, texel, f64::INFINITY)
+        });
+        let distances: Vec<f64> = distances.collect();
+        distances.iter().sum::<f64>() / distances.len().max(1) as f64
+    }
+
     /// A random whole texel at every site.
     pub fn random_start(&self) -> LevelState {
         let mut stream = random::stream(self.options.seed, "random start", self.level, 0);
@@ -197,12 +221,16 @@ impl<M: Metric> LevelPass<'_, M> {
     ) -> Result<()> {
         let pool = Mutex::new(Vec::<Scratch<M::Pattern>>::new());
         let mut changes = Changes::new(self.sites.site_count, classes.len());
+        let batch = match self.options.search {
+            Search::KCoherence => BATCH,
+            Search::Full => FULL_BATCH,
+        };
         let mut chosen = Vec::new();
         for class in (0..passes).flat_map(|_| classes) {
             changes.next_class();
             chosen.clear();
             chosen.resize(class.len(), TexCoord::default());
-            let batches = chosen.par_chunks_mut(BATCH).zip(class.par_chunks(BATCH));
+            let batches = chosen.par_chunks_mut(batch).zip(class.par_chunks(batch));
             batches.for_each(|(chosen, sites)| {
                 let taken = pool.lock().unwrap_or_else(PoisonError::into_inner).pop();
                 let mut scratch = taken.unwrap_or_default();
@@ -258,25 +286,52 @@ impl<M: Metric> LevelPass<'_, M> {
         candidates.collect_coherent(self.exemplar, own, neighbors, &state.coords, counts);
         let neighborhood = self.neighborhood(site, state, done);
         self.metric.read(&neighborhood, pattern);
-        let coherence = self.options.coherence;
+        let preference = Preference {
+            coherence: self.options.coherence,
+            noise: self.noise,
+        };
         let mut pick = None;
         if self.options.search == Search::KCoherence {
-            candidates.add_nearest(self.exemplar, coherence);
-            if let Seen::Used(usage) = seen {
-                candidates.weigh(|texel| usage.factor(texel));
-            }
-            pick = self.metric.best(pattern, candidates.candidates());
+            pick = self.best_nearby(pattern, candidates, seen);
         }
         let all = |pattern| {
             self.metric
-                .best_of_all(pattern, candidates.candidates(), coherence)
+                .best_of_all(pattern, candidates.candidates(), preference)
         };
         let pick = pick.or_else(|| all(pattern));
         let texel = pick.map_or(self.exemplar.whole_texels[0], |pick| pick.texel);
         candidates.place(self.exemplar.grid, texel)
     }
 
-    fn neighborhood<'s>(
+    /// The best of the coherent candidates and the nearest of each.
+    fn best_nearby(
+        &self,
+        pattern: &M::Pattern,
+        candidates: &mut CandidateList,
+        seen: Seen<'_>,
+    ) -> Option<Pick> {
+        let (coherence, noise) = (self.options.coherence, self.noise);
+        if let Seen::Used(usage) = seen {
+            candidates.add_nearest(self.exemplar, coherence);
+            candidates.weigh(|texel| usage.factor(texel));
+            return self
+                .metric
+                .best(pattern, candidates.candidates(), None, noise);
+        }
+        let coherent = self
+            .metric
+            .best(pattern, candidates.candidates(), None, noise);
+        // Not even a distance of nothing would beat this one.
+        if coherent.is_some_and(|pick| pick.score < coherence * noise) {
+            return coherent;
+        }
+        let begin = candidates.add_nearest(self.exemplar, coherence);
+        let others = &candidates.candidates()[begin..];
+        self.metric.best(pattern, others, coherent, noise)
+    }
+
+    /// What is round a site, done or not.
+    pub fn neighborhood<'s>(
         &'s self,
         site: usize,
         state: &'s LevelState,

@@ -10,7 +10,7 @@
 use multiversion::multiversion;
 
 use crate::synthesis::candidates::Candidate;
-use crate::synthesis::choice::{Pick, smallest};
+use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::metric::{Metric, best_of_whole};
@@ -253,18 +253,24 @@ impl Metric for PictureMetric<'_> {
         f64::from(self.distance_inline(pattern, texel, limit as f32))
     }
 
-    fn best(&self, pattern: &PicturePattern, candidates: &[Candidate]) -> Option<Pick> {
-        best_candidate(self, pattern, candidates)
+    fn best(
+        &self,
+        pattern: &PicturePattern,
+        candidates: &[Candidate],
+        first: Option<Pick>,
+        noise: f64,
+    ) -> Option<Pick> {
+        best_candidate(self, pattern, candidates, first, noise)
     }
 
     fn best_of_all(
         &self,
         pattern: &mut PicturePattern,
         coherent: &[Candidate],
-        coherence: f64,
+        preference: Preference,
     ) -> Option<Pick> {
-        let first = best_candidate(self, pattern, coherent);
-        best_texel(self, pattern, first, coherence)
+        let first = best_candidate(self, pattern, coherent, None, preference.noise);
+        best_texel(self, pattern, first, preference)
     }
 }
 
@@ -293,8 +299,10 @@ fn best_candidate(
     metric: &PictureMetric<'_>,
     pattern: &PicturePattern,
     candidates: &[Candidate],
+    first: Option<Pick>,
+    noise: f64,
 ) -> Option<Pick> {
-    smallest(candidates, |texel, limit| {
+    smallest(candidates, first, noise, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     })
 }
@@ -309,10 +317,10 @@ fn best_texel(
     metric: &PictureMetric<'_>,
     pattern: &PicturePattern,
     first: Option<Pick>,
-    factor: f64,
+    preference: Preference,
 ) -> Option<Pick> {
     let texels = &metric.exemplar.whole_texels;
-    best_of_whole(texels, first, factor, |texel, limit| {
+    best_of_whole(texels, first, preference, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     })
 }

@@ -178,6 +178,10 @@ fn the_best_of_all_is_the_smallest() {
     let [fine, coarse] = [0, 1].map(|level| Embedding::new(&case.space.levels[level], 1.0));
     let metric = PictureMetric::new(&exemplar, &fine, Some(&coarse));
     let mut pattern = PicturePattern::default();
+    let some = Preference {
+        coherence: 1.3,
+        noise: 0.2,
+    };
     for site in 0..60 {
         metric.read(&case.neighborhood(site, None, None), &mut pattern);
         let coherent = [Candidate {
@@ -185,15 +189,19 @@ fn the_best_of_all_is_the_smallest() {
             factor: 1.0,
         }];
         let score = |texel: u32| {
-            let factor = if texel == coherent[0].texel { 1.0 } else { 1.3 };
-            factor * metric.distance(&pattern, texel, f64::INFINITY)
+            let factor = if texel == coherent[0].texel {
+                1.0
+            } else {
+                some.coherence
+            };
+            factor * (metric.distance(&pattern, texel, f64::INFINITY) + some.noise)
         };
         let whole = exemplar.whole_texels.iter();
         let best = whole
             .map(|&texel| score(texel))
             .fold(f64::INFINITY, f64::min);
         let pick = metric
-            .best_of_all(&mut pattern.clone(), &coherent, 1.3)
+            .best_of_all(&mut pattern.clone(), &coherent, some)
             .unwrap();
         assert_eq!((pick.score, score(pick.texel)), (best, best));
     }

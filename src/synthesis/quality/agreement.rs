@@ -137,7 +137,7 @@ impl Comparison<'_> {
         candidates: &[Candidate],
         in_phi: &GramPattern,
     ) -> f64 {
-        let pick = metric.best(pattern, candidates);
+        let pick = metric.best(pattern, candidates, None, 0.0);
         let listed = |texel: u32| candidates.iter().find(|listed| listed.texel == texel);
         pick.and_then(|pick| listed(pick.texel))
             .map_or(0.0, |listed| {

@@ -11,6 +11,7 @@ use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
 use crate::random;
 use crate::synthesis::check;
+use crate::synthesis::choice::Preference;
 use crate::synthesis::embedding::Embedding;
 use crate::synthesis::engine::Inputs;
 use crate::synthesis::exemplar_level::ExemplarLevel;
@@ -185,8 +186,8 @@ impl ExactMetric for GramMetric<'_> {
 
 impl ExactMetric for PictureMetric<'_> {
     fn best_distance(&self, pattern: &mut PicturePattern) -> f64 {
-        let best = self.best_of_all(pattern, &[], 1.0);
-        best.map_or(f64::INFINITY, |best| best.score)
+        let best = self.best_of_all(pattern, &[], Preference::NONE);
+        best.map_or(f64::INFINITY, |best| best.distance)
     }
 }
 
