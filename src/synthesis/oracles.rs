@@ -484,7 +484,7 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
 #[test]
 fn mending_repairs_a_copy_and_lowers_what_k_coherence_leaves() {
     let (space, table) = fixtures::random_exemplar(9, 16, 1, true);
-    let sites = sites_for(&table, 32, 1);
+    let sites = sites_for(&table, 64, 1);
     let exemplar = ExemplarLevel::new(&space, &table, 0, 4, false);
     let fine = Embedding::new(&space.levels[0], 1.0);
     let metric = EmbeddedMetric::new(&exemplar, &fine, None).with_projected_windows(5, 0);
@@ -508,20 +508,15 @@ fn mending_repairs_a_copy_and_lowers_what_k_coherence_leaves() {
         .unwrap();
         state
     };
-    let copied = |site: u32| (site / 32 % 16) * 16 + site % 16;
-    let copy = LevelState::of_texels(&exemplar, (0..1024).map(copied));
-    let broken = (0..1024).map(|site| if site == 500 { 3 } else { copied(site) });
+    let copied = |site: u32| (site / 64 % 16) * 16 + site % 16;
+    let copy = LevelState::of_texels(&exemplar, (0..4096).map(copied));
+    let broken = (0..4096).map(|site| if site == 500 { 3 } else { copied(site) });
     assert_eq!(mended(LevelState::of_texels(&exemplar, broken), 0), copy);
-    // Half of the copy out of step: what k-coherence alone leaves at the seams is not the best there is.
-    let split = |site: u32| {
-        copied(if site % 32 < 16 {
-            site
-        } else {
-            site + 5 * 32 + 3
-        })
-    };
+    // A part of the copy out of step: what k-coherence alone leaves at its seam is not the best there is.
+    let apart = |site: u32| (20..30).contains(&(site / 64)) && (20..30).contains(&(site % 64));
+    let split = |site: u32| copied(site + if apart(site) { 5 * 64 + 3 } else { 0 });
     let left = |rounds: u32| -> f64 {
-        let split = LevelState::of_texels(&exemplar, (0..1024).map(split));
+        let split = LevelState::of_texels(&exemplar, (0..4096).map(split));
         let found = pass.distances(&mended(split, rounds));
         found.iter().map(|&distance| f64::from(distance)).sum()
     };
