@@ -1,7 +1,7 @@
 //! Neighbourhood distances of a level: its own window and its parent level's.
 //!
 //! In: two levels of a space. Out: squared neighbourhood distances, of blocks of texels to all, or of
-//! single pairs; the same numbers, to the bit.
+//! single pairs, summed in the same order.
 
 use multiversion::multiversion;
 

@@ -37,7 +37,7 @@ pub enum Order {
     Field,
 }
 
-/// What synthesis can be asked; `Default` is the paper's choice.
+/// What synthesis can be asked. Each option says what the paper has where `Default` differs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 #[command(next_help_heading = "Synthesis")]
