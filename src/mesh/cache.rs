@@ -13,10 +13,10 @@ use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::mesh::frame::Frame;
-use crate::mesh::hierarchy::{NeighborLists, SiteHierarchy, SiteLevel};
+use crate::mesh::hierarchy::{NeighborLists, PatchNeighbors, SiteHierarchy, SiteLevel};
 use crate::mesh::reading::UserMesh;
 use crate::mesh::sampling::SampleCounts;
-use crate::mesh::stencil::Stencils;
+use crate::mesh::stencil::{PackedSample, PatchStencils, Stencils};
 use crate::mesh::surface::Surface;
 use crate::mesh::surface_options::SurfaceOptions;
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -82,19 +82,51 @@ struct LevelMeta {
     counts: [u64; 3],
 }
 
+/// What the patches of a level gave.
+struct LevelPatches<'a> {
+    fine: &'a PatchStencils,
+    coarse: Option<&'a PatchStencils>,
+    neighbors: &'a PatchNeighbors,
+}
+
+impl<'a> LevelPatches<'a> {
+    fn of(level: &'a SiteLevel) -> Result<Self> {
+        let stencils = |stencils: &'a Stencils| match stencils {
+            Stencils::OfPatches(stencils) => Ok(stencils),
+            Stencils::OfGrid(_) => Err(not_patches()),
+        };
+        Ok(Self {
+            fine: stencils(&level.fine)?,
+            coarse: level.coarse.as_ref().map(stencils).transpose()?,
+            neighbors: match &level.neighbors {
+                NeighborLists::OfPatches(lists) => lists,
+                NeighborLists::OfGrid(_) => return Err(not_patches()),
+            },
+        })
+    }
+}
+
+fn not_patches() -> Error {
+    Error::data("stencils", "those of a flat grid").expected("those of a mesh")
+}
+
 /// Writes a surface, making the folder if need be.
 pub fn write(path: &Path, surface: &Surface) -> Result<()> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
     }
-    let levels: Vec<LevelMeta> = surface
+    let patches: Vec<LevelPatches<'_>> = surface
         .hierarchy
         .levels
+        .iter()
+        .map(LevelPatches::of)
+        .collect::<Result<_>>()?;
+    let levels: Vec<LevelMeta> = patches
         .iter()
         .zip(&surface.samples)
         .map(|(level, counts)| LevelMeta {
             samples_per_site: level.fine.samples_per_site,
-            coarse_samples_per_site: level.coarse.as_ref().map(|coarse| coarse.samples_per_site),
+            coarse_samples_per_site: level.coarse.map(|coarse| coarse.samples_per_site),
             counts: [counts.valued, counts.outside, counts.folded],
         })
         .collect();
@@ -117,15 +149,17 @@ pub fn write(path: &Path, surface: &Surface) -> Result<()> {
             put("normals", bytemuck::cast_slice(&surface.normals[number]))?;
             let orientations: Vec<Vec3> = surface.frames[number].iter().map(|f| f.s).collect();
             put("orientations", bytemuck::cast_slice(&orientations))?;
-            put("samples", bytemuck::cast_slice(&level.fine.samples))?;
-            if let Some(coarse) = &level.coarse {
+            let LevelPatches {
+                fine,
+                coarse,
+                neighbors,
+            } = &patches[number];
+            put("samples", bytemuck::cast_slice(&fine.samples))?;
+            if let Some(coarse) = coarse {
                 put("coarse_samples", bytemuck::cast_slice(&coarse.samples))?;
             }
-            put(
-                "neighbor_starts",
-                bytemuck::cast_slice(&level.neighbors.starts),
-            )?;
-            put("neighbors", bytemuck::cast_slice(&level.neighbors.entries))?;
+            put("neighbor_starts", bytemuck::cast_slice(&neighbors.starts))?;
+            put("neighbors", bytemuck::cast_slice(&neighbors.entries))?;
             put("parents", bytemuck::cast_slice(&level.parents))?;
             put(
                 "parent_points",
@@ -151,35 +185,26 @@ pub fn read(path: &Path) -> Result<Surface> {
         texel: meta.texel,
         samples: Vec::new(),
     };
+    let triangles = (0..meta.levels.len()).map(|number| list(&mut reader, number, "triangles"));
+    let triangles: Vec<Vec<[u32; 3]>> = triangles.collect::<Result<_>>()?;
     for (number, level) in meta.levels.iter().enumerate() {
-        read_level(&mut reader, number, level, &mut surface)?;
-    }
-    let triangles: Vec<_> = surface
-        .meshes
-        .iter()
-        .map(|mesh| mesh.triangles.clone())
-        .collect();
-    for (number, level) in surface.hierarchy.levels.iter_mut().enumerate() {
-        if let Some(coarse) = &mut level.coarse {
-            let above = triangles.get(number + 1);
-            coarse.cells = above
-                .cloned()
-                .ok_or_else(|| Error::data("levels", "the coarsest has a coarser one"))?;
-        }
+        read_level(&mut reader, level, &triangles[number..], &mut surface)?;
     }
     check(&surface).map_err(|error| error.in_file(path))?;
     Ok(surface)
 }
 
+/// Reads the next level; `triangles` are its own and those of the coarser ones.
 fn read_level(
     reader: &mut npz::Reader,
-    number: usize,
     meta: &LevelMeta,
+    triangles: &[Vec<[u32; 3]>],
     surface: &mut Surface,
 ) -> Result<()> {
+    let number = surface.meshes.len();
     let mesh = TriangleMesh {
         positions: list(reader, number, "positions")?,
-        triangles: list(reader, number, "triangles")?,
+        triangles: triangles[0].clone(),
     };
     let normals: Vec<Vec3> = list(reader, number, "normals")?;
     let orientations: Vec<Vec3> = list(reader, number, "orientations")?;
@@ -191,26 +216,25 @@ fn read_level(
     surface
         .frames
         .push(normals.iter().zip(&orientations).map(frame).collect());
-    let coarse = match meta.coarse_samples_per_site {
-        Some(samples_per_site) => Some(Stencils {
+    let mut stencils = |samples_per_site, above: usize, name: &str| {
+        let cells = triangles.get(above).cloned();
+        Ok(Stencils::OfPatches(PatchStencils {
             samples_per_site,
-            cells: Vec::new(),
-            samples: list(reader, number, "coarse_samples")?,
-        }),
-        None => None,
+            cells: cells.ok_or_else(|| Error::data("levels", "the coarsest has a coarser one"))?,
+            samples: list(reader, number, name)?,
+        }))
     };
+    let fine = stencils(meta.samples_per_site, 0, "samples")?;
+    let coarse = meta.coarse_samples_per_site;
+    let coarse = coarse.map(|samples| stencils(samples, 1, "coarse_samples"));
     surface.hierarchy.levels.push(SiteLevel {
         site_count: mesh.positions.len(),
-        fine: Stencils {
-            samples_per_site: meta.samples_per_site,
-            cells: mesh.triangles.clone(),
-            samples: list(reader, number, "samples")?,
-        },
-        coarse,
-        neighbors: NeighborLists {
+        fine,
+        coarse: coarse.transpose()?,
+        neighbors: NeighborLists::OfPatches(PatchNeighbors {
             starts: list(reader, number, "neighbor_starts")?,
             entries: list(reader, number, "neighbors")?,
-        },
+        }),
         parents: list(reader, number, "parents")?,
         areas: list(reader, number, "areas")?,
     });
@@ -246,14 +270,17 @@ fn check(surface: &Surface) -> Result<()> {
         let above = surface.meshes.get(number + 1);
         let sites_above = above.map_or(0, |mesh| mesh.positions.len());
         let cells_above = above.map_or(0, |mesh| mesh.triangles.len() as u32);
-        let within = |stencils: &Stencils, cells: u32| {
+        let LevelPatches {
+            fine,
+            coarse,
+            neighbors,
+        } = LevelPatches::of(level)?;
+        let within = |stencils: &PatchStencils, cells: u32| {
+            let in_cell = |s: &PackedSample| s.cell == PackedSample::NO_CELL || s.cell < cells;
             stencils.samples.len() == sites * stencils.samples_per_site
-                && stencils
-                    .samples
-                    .iter()
-                    .all(|s| s.cell == u32::MAX || s.cell < cells)
+                && stencils.samples.iter().all(in_cell)
         };
-        let starts = &level.neighbors.starts;
+        let starts = &neighbors.starts;
         let sound = surface.meshes[number]
             .triangles
             .iter()
@@ -264,20 +291,13 @@ fn check(surface: &Surface) -> Result<()> {
                 surface.frames[number].len(),
                 level.areas.len(),
             ] == [sites; 3]
-            && within(&level.fine, cells)
-            && level
-                .coarse
-                .as_ref()
-                .is_none_or(|coarse| within(coarse, cells_above))
-            && level.coarse.is_some() == above.is_some()
+            && within(fine, cells)
+            && coarse.is_none_or(|coarse| within(coarse, cells_above))
+            && coarse.is_some() == above.is_some()
             && starts.len() == sites + 1
             && starts.windows(2).all(|pair| pair[0] <= pair[1])
-            && starts.last().map(|&end| end as usize) == Some(level.neighbors.entries.len())
-            && level
-                .neighbors
-                .entries
-                .iter()
-                .all(|n| (n.site as usize) < sites)
+            && starts.last().map(|&end| end as usize) == Some(neighbors.entries.len())
+            && neighbors.entries.iter().all(|n| (n.site as usize) < sites)
             && level.parents.len() == if above.is_some() { sites } else { 0 }
             && level
                 .parents

@@ -1,6 +1,9 @@
 //! The hierarchy of sites that synthesis writes: per level the stencils, the neighbours of each
 //! site, and its parent point. A mesh prepares one (vertices); a flat grid is another.
 
+use either::Either;
+
+use crate::mesh::grid_window::GridNeighbors;
 use crate::mesh::stencil::Stencils;
 
 /// A site near another, and where it lies in that one's (s, t) plane.
@@ -15,9 +18,18 @@ pub struct Neighbor {
     pub y: f32,
 }
 
-/// The neighbours of every site of a level, in compressed rows.
+/// The neighbours of every site of a level.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NeighborLists {
+    /// Those of a mesh's patches.
+    OfPatches(PatchNeighbors),
+    /// Those of a flat grid.
+    OfGrid(GridNeighbors),
+}
+
+/// The neighbours of every vertex of a mesh, in compressed rows.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct NeighborLists {
+pub struct PatchNeighbors {
     /// Where each site's list begins; one more entry than sites.
     pub starts: Vec<u32>,
     /// The lists, one after the other; the site itself is not in its own.
@@ -25,10 +37,29 @@ pub struct NeighborLists {
 }
 
 impl NeighborLists {
-    /// The neighbours of one site.
-    #[inline]
-    pub fn of_site(&self, site: usize) -> &[Neighbor] {
-        &self.entries[self.starts[site] as usize..self.starts[site + 1] as usize]
+    /// The neighbours of one site, nearest first.
+    #[inline(always)]
+    pub fn of_site(&self, site: usize) -> impl Iterator<Item = Neighbor> + '_ {
+        match self {
+            Self::OfPatches(lists) => Either::Left(lists.of_site(site)),
+            Self::OfGrid(neighbors) => Either::Right(neighbors.of_site(site)),
+        }
+    }
+
+    /// Sites that have a list.
+    pub fn site_count(&self) -> usize {
+        match self {
+            Self::OfPatches(lists) => lists.starts.len().saturating_sub(1),
+            Self::OfGrid(neighbors) => neighbors.site_count(),
+        }
+    }
+}
+
+impl PatchNeighbors {
+    #[inline(always)]
+    fn of_site(&self, site: usize) -> impl Iterator<Item = Neighbor> + '_ {
+        let list = self.starts[site] as usize..self.starts[site + 1] as usize;
+        self.entries[list].iter().copied()
     }
 }
 
@@ -46,7 +77,7 @@ pub struct Parent {
 }
 
 /// One level of sites.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SiteLevel {
     /// Sites of this level.
     pub site_count: usize,

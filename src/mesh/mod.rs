@@ -9,6 +9,7 @@ pub mod connection;
 pub mod distortion;
 pub mod field;
 pub mod frame;
+pub mod grid_window;
 pub mod hierarchy;
 pub mod parents;
 pub mod patches;

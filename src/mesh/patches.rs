@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use crate::mesh::chart::{ChartGrower, Placed};
 use crate::mesh::connection::Connection;
-use crate::mesh::hierarchy::{Neighbor, NeighborLists, Parent};
+use crate::mesh::hierarchy::{Neighbor, Parent, PatchNeighbors};
 use crate::mesh::parents::{nearest_corner, seeds};
 use crate::mesh::rows::Rows;
 use crate::mesh::sampling::{BinnedTemplate, SampleCounts, Sampler};
-use crate::mesh::stencil::{PackedSample, Stencils, Template};
+use crate::mesh::stencil::{PackedSample, PatchStencils, Template};
 use crate::mesh::surface_tree::SurfacePoint;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
@@ -34,9 +34,9 @@ pub struct Patches<'a> {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LevelPatches {
     /// The template's samples.
-    pub stencils: Stencils,
+    pub stencils: PatchStencils,
     /// Vertices within the window.
-    pub neighbors: NeighborLists,
+    pub neighbors: PatchNeighbors,
     /// What became of the samples, over all vertices.
     pub counts: SampleCounts,
 }
@@ -144,7 +144,7 @@ impl Patches<'_> {
         points: &[SurfacePoint],
         children: &Connection,
         texels: &[f32],
-    ) -> (Stencils, Vec<Parent>) {
+    ) -> (PatchStencils, Vec<Parent>) {
         let binned = BinnedTemplate::new(template);
         let radius = binned.radius();
         let rows = Rows::collect(
@@ -180,7 +180,7 @@ impl Patches<'_> {
                 },
             })
             .collect();
-        let stencils = Stencils {
+        let stencils = PatchStencils {
             samples_per_site: binned.len(),
             cells: self.mesh.triangles.clone(),
             samples: rows.entries,

@@ -1,10 +1,13 @@
 //! Stencils: where a neighbourhood's samples fall among the sites, as a few weighted sites each.
 //!
 //! A stencil depends on mesh, field and scale alone, so it is computed once and used for any
-//! exemplar. A sample lies in a *cell* — a triangle of the mesh; on a flat grid, the one site it
-//! coincides with — and stores the cell and two weights: 8 bytes.
+//! exemplar. On a mesh a sample lies in a *cell*, a triangle, and stores the cell and two weights: 8
+//! bytes. On a flat grid it coincides with a site.
 
+use either::Either;
 use glam::Vec2;
+
+use crate::mesh::grid_window::GridWindow;
 
 /// Positions of a neighbourhood's samples round its centre, in texels of their level, x along s,
 /// y along t (so template offset (drow, dcol) lies at (dcol, −drow)).
@@ -67,9 +70,29 @@ impl PackedSample {
     }
 }
 
+/// Where a sample falls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SampleLocation {
+    /// Outside every patch triangle, or off the grid.
+    Outside,
+    /// On a site.
+    AtSite(u32),
+    /// Between three sites, with their weights.
+    InCell([u32; 3], [f32; 3]),
+}
+
 /// The samples of every site of a level, for one template.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Stencils {
+    /// Those of a mesh's patches.
+    OfPatches(PatchStencils),
+    /// Those of a flat grid.
+    OfGrid(GridWindow),
+}
+
+/// The samples of every vertex of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stencils {
+pub struct PatchStencils {
     /// Samples a site.
     pub samples_per_site: usize,
     /// The sites of each cell, on the level that is sampled.
@@ -79,17 +102,61 @@ pub struct Stencils {
 }
 
 impl Stencils {
-    /// The samples of one site.
-    #[inline]
-    pub fn of_site(&self, site: usize) -> &[PackedSample] {
-        &self.samples[site * self.samples_per_site..][..self.samples_per_site]
+    /// Samples a site.
+    pub fn samples_per_site(&self) -> usize {
+        match self {
+            Self::OfPatches(stencils) => stencils.samples_per_site,
+            Self::OfGrid(window) => window.samples_per_site(),
+        }
     }
 
-    /// Sites and weights of a sample, `None` outside every patch triangle.
-    #[inline]
-    pub fn resolve(&self, sample: PackedSample) -> Option<([u32; 3], [f32; 3])> {
-        (sample.cell != PackedSample::NO_CELL)
-            .then(|| (self.cells[sample.cell as usize], sample.barycentric()))
+    /// Where the samples of one site fall, in the template's order.
+    #[inline(always)]
+    pub fn of_site(&self, site: usize) -> impl Iterator<Item = SampleLocation> + '_ {
+        match self {
+            Self::OfPatches(stencils) => Either::Left(stencils.of_site(site)),
+            Self::OfGrid(window) => Either::Right(window.of_site(site)),
+        }
+    }
+
+    /// Sites that have samples.
+    pub fn site_count(&self) -> usize {
+        match self {
+            Self::OfPatches(stencils) => stencils.samples.len() / stencils.samples_per_site.max(1),
+            Self::OfGrid(window) => window.site_count(),
+        }
+    }
+}
+
+impl PatchStencils {
+    #[inline(always)]
+    fn of_site(&self, site: usize) -> impl Iterator<Item = SampleLocation> + '_ {
+        let samples = &self.samples[site * self.samples_per_site..][..self.samples_per_site];
+        samples.iter().map(|&sample| self.locate(sample))
+    }
+
+    #[inline(always)]
+    fn locate(&self, sample: PackedSample) -> SampleLocation {
+        if sample.cell == PackedSample::NO_CELL {
+            return SampleLocation::Outside;
+        }
+        let sites = self.cells[sample.cell as usize];
+        match sample.weights[0] {
+            u16::MAX => SampleLocation::AtSite(sites[0]),
+            _ => SampleLocation::InCell(sites, sample.barycentric()),
+        }
+    }
+}
+
+impl SampleLocation {
+    /// The sites that the sample reads.
+    #[inline(always)]
+    pub fn sites(&self) -> &[u32] {
+        match self {
+            Self::Outside => &[],
+            Self::AtSite(site) => std::slice::from_ref(site),
+            Self::InCell(sites, _) => sites,
+        }
     }
 }
 

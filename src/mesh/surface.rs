@@ -14,7 +14,7 @@ use crate::mesh::connection::Connection;
 use crate::mesh::field::Field;
 use crate::mesh::field::guides::{Canvas, guided_field};
 use crate::mesh::frame::Frame;
-use crate::mesh::hierarchy::{SiteHierarchy, SiteLevel};
+use crate::mesh::hierarchy::{NeighborLists, SiteHierarchy, SiteLevel};
 use crate::mesh::parents;
 use crate::mesh::patches::Patches;
 use crate::mesh::reading::UserMesh;
@@ -22,7 +22,7 @@ use crate::mesh::retile::Retiler;
 use crate::mesh::retile::relax::Target;
 use crate::mesh::rings::Rings;
 use crate::mesh::sampling::SampleCounts;
-use crate::mesh::stencil::Template;
+use crate::mesh::stencil::{Stencils, Template};
 use crate::mesh::surface_options::{SurfaceOptions, warn_of_texel};
 use crate::mesh::surface_tree::{SurfacePoint, SurfaceTree};
 use crate::mesh::topology::Topology;
@@ -249,9 +249,9 @@ fn assemble(
         parent_points.push(points);
         hierarchy.levels.push(SiteLevel {
             site_count: level.mesh.positions.len(),
-            fine: own.stencils,
-            coarse,
-            neighbors: own.neighbors,
+            fine: Stencils::OfPatches(own.stencils),
+            coarse: coarse.map(Stencils::OfPatches),
+            neighbors: NeighborLists::OfPatches(own.neighbors),
             parents: parents.unwrap_or_default(),
             areas: level.mesh.vertex_areas(),
         });
@@ -289,6 +289,7 @@ impl Level {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::mesh::stencil::SampleLocation;
     use glam::Vec2;
 
     fn user(mesh: TriangleMesh) -> UserMesh {
@@ -323,28 +324,35 @@ mod tests {
         )
     }
 
+    fn position(sample: SampleLocation, mesh: &TriangleMesh) -> Vec3 {
+        let (sites, weights) = match sample {
+            SampleLocation::Outside => panic!("outside"),
+            SampleLocation::AtSite(site) => ([site; 3], [1.0, 0.0, 0.0]),
+            SampleLocation::InCell(sites, weights) => (sites, weights),
+        };
+        let corners = sites.map(|site| mesh.positions[site as usize]);
+        (0..3).map(|k| corners[k] * weights[k]).sum()
+    }
+
     #[test]
     fn the_stencil_of_a_flat_grid_is_the_grid() {
         let (mesh, surface) = flat(12, 1);
         let template = Template::square(7);
         let level = &surface.hierarchy.levels[0];
         let centre = 6 * 13 + 6;
-        for (sample, offset) in level.fine.of_site(centre).iter().zip(&template.positions) {
-            let (sites, weights) = level.fine.resolve(*sample).unwrap();
-            let at: Vec3 = (0..3)
-                .map(|k| mesh.positions[sites[k] as usize] * weights[k])
-                .sum();
+        for (sample, offset) in level.fine.of_site(centre).zip(&template.positions) {
+            let at = position(sample, &mesh);
             let expected = mesh.positions[centre] + offset.extend(0.0) * 0.5;
             assert!((at - expected).length() < 1e-3, "{at} {expected}");
         }
-        assert_eq!(level.neighbors.of_site(centre).len(), 48);
-        assert_eq!(level.neighbors.of_site(0).len(), 15);
-        let nearest = level.neighbors.of_site(centre)[0];
+        assert_eq!(level.neighbors.of_site(centre).count(), 48);
+        assert_eq!(level.neighbors.of_site(0).count(), 15);
+        let nearest = level.neighbors.of_site(centre).next().unwrap();
         assert_eq!(nearest.site as usize, centre - 13);
         assert!((Vec2::new(nearest.x, nearest.y) - Vec2::new(0.0, -1.0)).length() < 1e-4);
         let corner = level.fine.of_site(0);
-        let valued = corner.iter().filter(|s| s.cell != u32::MAX).count();
-        assert_eq!(valued, 16);
+        let valued = corner.filter(|s| *s != SampleLocation::Outside);
+        assert_eq!(valued.count(), 16);
     }
 
     #[test]
@@ -355,11 +363,8 @@ mod tests {
         let coarse = level.coarse.as_ref().unwrap();
         let above = &surface.meshes[1];
         let centre = 12 * 25 + 12;
-        for (sample, offset) in coarse.of_site(centre).iter().zip(&template.positions) {
-            let (sites, weights) = coarse.resolve(*sample).unwrap();
-            let at: Vec3 = (0..3)
-                .map(|k| above.positions[sites[k] as usize] * weights[k])
-                .sum();
+        for (sample, offset) in coarse.of_site(centre).zip(&template.positions) {
+            let at = position(sample, above);
             let expected = mesh.positions[centre] + offset.extend(0.0);
             assert!((at - expected).length() < 2e-3, "{at} {expected}");
         }
@@ -380,17 +385,10 @@ mod tests {
         mesh.triangles.iter_mut().flatten().for_each(|v| *v += 1);
         let surface = prepared(&user(mesh), 2);
         let level = &surface.hierarchy.levels[0];
-        assert!(level.neighbors.of_site(0).is_empty());
-        assert!(level.fine.of_site(0).iter().all(|s| s.cell == u32::MAX));
-        assert!(
-            level
-                .coarse
-                .as_ref()
-                .unwrap()
-                .of_site(0)
-                .iter()
-                .all(|s| s.cell == u32::MAX)
-        );
+        assert_eq!(level.neighbors.of_site(0).count(), 0);
+        for stencils in [&level.fine, level.coarse.as_ref().unwrap()] {
+            assert!(stencils.of_site(0).all(|s| s == SampleLocation::Outside));
+        }
         assert_eq!(level.areas[0], 0.0);
         assert_eq!(
             (surface.normals[0][0], surface.frames[0][0].s),
@@ -452,10 +450,7 @@ mod tests {
         assert!((surface.frames[0][centre].s - Vec3::Y).length() < 1e-5);
         let fine = &surface.hierarchy.levels[0].fine;
         // One texel along s: up the mesh, and a whole unit at scale 2.
-        let (sites, weights) = fine.resolve(fine.of_site(centre)[5]).unwrap();
-        let at: Vec3 = (0..3)
-            .map(|k| mesh.positions[sites[k] as usize] * weights[k])
-            .sum();
+        let at = position(fine.of_site(centre).nth(5).unwrap(), &mesh);
         assert!(
             (at - mesh.positions[centre] - Vec3::Y).length() < 1e-3,
             "{at}"

@@ -70,7 +70,7 @@ impl CandidateList {
         &mut self,
         exemplar: &ExemplarLevel<'_>,
         own: Option<TexCoord>,
-        neighbors: &[Neighbor],
+        neighbors: impl Iterator<Item = Neighbor>,
         coords: &[TexCoord],
         counts: impl Fn(usize) -> bool,
     ) {
@@ -78,12 +78,12 @@ impl CandidateList {
         if let Some(at) = own {
             self.propose(exemplar, at);
         }
-        for neighbor in neighbors {
+        neighbors.for_each(|neighbor| {
             let site = neighbor.site as usize;
             if counts(site) {
                 self.propose(exemplar, shifted(coords[site], neighbor.x, neighbor.y));
             }
-        }
+        });
     }
 
     /// Adds the nearest texels of every coherent one, whose distances count `coherence` times, and
@@ -225,7 +225,7 @@ mod tests {
         let coords = [TexCoord { s: 5.5, t: 6.5 }];
         let neighbors = [near(0.8, 0.1), near(1.2, 0.4), near(-0.5, 0.0)];
         let mut list = CandidateList::default();
-        list.collect_coherent(&exemplar, None, &neighbors, &coords, |_| true);
+        list.collect_coherent(&exemplar, None, neighbors.into_iter(), &coords, |_| true);
         list.add_nearest(&exemplar, 1.2);
         let twice = grid.texel_holding(TexCoord { s: 4.5, t: 6.25 }).unwrap();
         let place = list.place(grid, twice.0);
@@ -258,7 +258,8 @@ mod tests {
             .collect();
         let mut list = CandidateList::default();
         for _ in 0..2 {
-            list.collect_coherent(&exemplar, Some(coords[0]), &neighbors, &coords, |s| s != 4);
+            let near = neighbors.iter().copied();
+            list.collect_coherent(&exemplar, Some(coords[0]), near, &coords, |s| s != 4);
             let coherent: BTreeSet<u32> = list.candidates().iter().map(|c| c.texel).collect();
             assert_eq!(coherent.len(), list.candidates().len());
             list.add_nearest(&exemplar, 1.2);

@@ -44,13 +44,11 @@ impl Changes {
             return false;
         };
         let unchanged = |other: u32| self.last[other as usize] < visit;
-        let neighbors = level.neighbors.of_site(site);
+        let mut neighbors = level.neighbors.of_site(site);
+        let mut samples = level.fine.of_site(site);
         unchanged(site as u32)
-            && neighbors.iter().all(|neighbor| unchanged(neighbor.site))
-            && level.fine.of_site(site).iter().all(|&sample| {
-                let resolved = level.fine.resolve(sample);
-                resolved.is_none_or(|(sites, _)| sites.into_iter().all(unchanged))
-            })
+            && neighbors.all(|neighbor| unchanged(neighbor.site))
+            && samples.all(|sample| sample.sites().iter().all(|&site| unchanged(site)))
     }
 }
 
@@ -71,7 +69,12 @@ mod tests {
         }
         let (first, read) = (
             classes[0][0] as usize,
-            level.neighbors.of_site(classes[0][0] as usize)[0].site,
+            level
+                .neighbors
+                .of_site(classes[0][0] as usize)
+                .next()
+                .unwrap()
+                .site,
         );
         changes.next_class();
         assert!(changes.is_settled(&level, first));

@@ -8,6 +8,7 @@ use crate::exemplar::neighbor_table::{NeighborTable, Neighborhood};
 use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::format::id;
 use crate::mesh::hierarchy::{SiteHierarchy, SiteLevel};
+use crate::mesh::stencil::Stencils;
 use crate::synthesis::engine::Inputs;
 use crate::synthesis::options::{MetricKind, SynthesisOptions};
 
@@ -277,18 +278,15 @@ fn site_level(
         ));
     }
     let samples = neighborhood.offsets.len();
-    let counts = (sites.fine.samples_per_site, sites.fine.samples.len());
-    if counts != (samples, samples * sites.site_count) {
+    let counts = (sites.fine.samples_per_site(), sites.fine.site_count());
+    if counts != (samples, sites.site_count) {
         return Err(Error::data(place, format!("{} samples a site", counts.0))
             .expected(format!("{samples}, as the table's neighbourhood has")));
     }
     let Some(coarser) = coarser else {
         return Ok(());
     };
-    let per_site = sites
-        .coarse
-        .as_ref()
-        .map_or(0, |coarse| coarse.samples_per_site);
+    let per_site = sites.coarse.as_ref().map_or(0, Stencils::samples_per_site);
     let parents = sites.parents.iter();
     let sound = parents.filter(|parent| (parent.site as usize) < coarser.site_count);
     if per_site != neighborhood.coarse_offsets.len() || sound.count() != sites.site_count {

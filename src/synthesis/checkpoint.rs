@@ -14,6 +14,7 @@ use crate::format::npz;
 use crate::grid::TexCoord;
 use crate::index::Level;
 use crate::mesh::hierarchy::SiteHierarchy;
+use crate::mesh::stencil::Stencils;
 use crate::synthesis::engine::{Inputs, LevelMap};
 use crate::synthesis::options::SynthesisOptions;
 
@@ -103,9 +104,16 @@ fn run_id(inputs: Inputs<'_>, options: &SynthesisOptions) -> ContentId {
     let SiteHierarchy { levels } = inputs.sites;
     // Neighbours come of the same patches, or grid, as the samples.
     for level in levels {
-        hasher.update_rayon(bytemuck::cast_slice(&level.fine.cells));
         hasher.update_rayon(bytemuck::cast_slice(&level.parents));
-        hasher.update_rayon(bytemuck::cast_slice(&level.fine.samples));
+        match &level.fine {
+            Stencils::OfPatches(stencils) => {
+                hasher.update_rayon(bytemuck::cast_slice(&stencils.cells));
+                hasher.update_rayon(bytemuck::cast_slice(&stencils.samples));
+            }
+            Stencils::OfGrid(window) => {
+                hasher.update(format!("{window:?}").as_bytes());
+            }
+        }
     }
     ContentId::of_hash(&hasher.finalize())
 }

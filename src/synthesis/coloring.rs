@@ -56,14 +56,10 @@ fn collect_read(level: &SiteLevel, site: usize, read: &mut Vec<u32>, seen: &mut 
             read.push(other);
         }
     };
-    for neighbor in level.neighbors.of_site(site) {
-        see(neighbor.site);
-    }
-    for &sample in level.fine.of_site(site) {
-        if let Some((sites, _)) = level.fine.resolve(sample) {
-            sites.into_iter().for_each(&mut see);
-        }
-    }
+    let neighbors = level.neighbors.of_site(site);
+    neighbors.for_each(|neighbor| see(neighbor.site));
+    let samples = level.fine.of_site(site);
+    samples.for_each(|sample| sample.sites().iter().copied().for_each(&mut see));
 }
 
 fn classes(colors: &[u32]) -> Vec<Vec<u32>> {

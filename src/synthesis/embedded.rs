@@ -10,7 +10,7 @@ use crate::synthesis::candidates::Candidate;
 use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
-use crate::synthesis::full_search::ProjectedWindows;
+use crate::synthesis::full_search::{ProjectedWindows, best_within};
 use crate::synthesis::metric::{Metric, best_of_whole};
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 
@@ -30,9 +30,9 @@ pub struct EmbeddedMetric<'a> {
 #[derive(Clone, Debug, Default)]
 pub struct EmbeddedPattern {
     /// Samples on the site's own level.
-    pub fine: PatternPart,
+    fine: PatternPart,
     /// Samples on the coarser level.
-    pub coarse: PatternPart,
+    coarse: PatternPart,
     /// Whether every sample of the windows counts.
     complete: bool,
     bounds: Vec<f32>,
@@ -40,9 +40,9 @@ pub struct EmbeddedPattern {
 
 /// The samples of one window that count.
 #[derive(Clone, Debug, Default)]
-pub struct PatternPart {
+struct PatternPart {
     /// Their feature vectors: the first blocks of all samples, then their second ones, and so on.
-    pub values: Vec<Block>,
+    values: Vec<Block>,
     /// Where a texel's window holds the same samples.
     deltas: Vec<u32>,
     /// Where runs of samples of one weight end, and the weight.
@@ -69,11 +69,24 @@ impl<'a> EmbeddedMetric<'a> {
     /// Prepares the bounds that spare a full search most of its distances.
     #[must_use]
     pub fn with_projected_windows(mut self, seed: u64, level: u32) -> Self {
-        self.projected = Some(ProjectedWindows::new(&self, self.exemplar, seed, level));
+        let texels = &self.exemplar.whole_texels;
+        let mut pattern = EmbeddedPattern::default();
+        self.pattern_of_texel(texels[0], &mut pattern);
+        let weights = [&pattern.fine, &pattern.coarse].map(PatternPart::number_weights);
+        let window = |texel: u32, numbers: &mut Vec<f32>| {
+            let mut pattern = EmbeddedPattern::default();
+            self.pattern_of_texel(texel, &mut pattern);
+            pattern
+                .parts()
+                .into_iter()
+                .for_each(|part| numbers.extend(part));
+        };
+        let projected = ProjectedWindows::new(weights.concat(), texels, window, seed, level);
+        self.projected = Some(projected);
         self
     }
 
-    /// The pattern a texel's own window would be, for [`ProjectedWindows`].
+    /// The pattern a texel's own window would be.
     pub fn pattern_of_texel(&self, texel: u32, pattern: &mut EmbeddedPattern) {
         let neighborhood = self.exemplar.neighborhood;
         let (window, windows) = (self.exemplar.fine.window(texel), &self.exemplar.fine);
@@ -85,7 +98,6 @@ impl<'a> EmbeddedMetric<'a> {
             let (part, weights) = (&mut pattern.coarse, &neighborhood.coarse_weights);
             part.read_window(embedding, window, coarse.windows.deltas(), weights);
         }
-        pattern.complete = true;
     }
 
     /// The distance, or infinity once it exceeds `limit`: the first blocks of the vectors, which say
@@ -108,6 +120,13 @@ impl<'a> EmbeddedMetric<'a> {
             return sum;
         }
         part.distance(self.fine, 1..self.fine.blocks, window, sum, limit)
+    }
+}
+
+impl EmbeddedPattern {
+    /// All numbers, fine samples first.
+    fn parts(&self) -> [&[f32]; 2] {
+        [&self.fine, &self.coarse].map(|part| part.values.as_flattened())
     }
 }
 
@@ -151,14 +170,15 @@ impl PatternPart {
         self.blend(embedding);
     }
 
-    /// The weight of every block of [`values`](Self::values) in turn.
-    pub fn value_weights(&self) -> impl Iterator<Item = f32> + '_ {
+    /// The weight of every number of [`values`](Self::values) in turn.
+    fn number_weights(&self) -> Vec<f32> {
         let mut begin = 0;
         let samples = self.runs.iter().flat_map(move |&(end, weight)| {
             let run = std::mem::replace(&mut begin, end)..end;
             run.map(move |_| weight)
         });
-        samples.cycle().take(self.values.len())
+        let blocks = samples.cycle().take(self.values.len());
+        blocks.flat_map(|weight| [weight; LANES]).collect()
     }
 
     #[inline(always)]
@@ -172,13 +192,14 @@ impl PatternPart {
     ) {
         self.clear();
         let default = embedding.rows as u32 - 1;
-        for (place, held) in sites.of_site(site) {
+        sites.of_site(site).for_each(|(place, held)| {
             self.blends.push(match held {
                 Held::Default => ([default; 3], [1.0, 0.0, 0.0]),
+                Held::One(row) => ([row; 3], [1.0, 0.0, 0.0]),
                 Held::Blend(rows, blend) => (rows, blend),
             });
             self.count(deltas[place], weights[place]);
-        }
+        });
         self.blend(embedding);
     }
 
@@ -303,7 +324,7 @@ impl Metric for EmbeddedMetric<'_> {
         match &self.projected {
             Some(projected) if pattern.complete => {
                 let mut bounds = std::mem::take(&mut pattern.bounds);
-                projected.bounds(pattern, &mut bounds);
+                projected.bounds(pattern.parts(), &mut bounds);
                 let pick = best_within_bounds(self, pattern, &bounds, first, preference);
                 pattern.bounds = bounds;
                 pick
@@ -397,24 +418,8 @@ fn best_within_bounds(
     first: Option<Pick>,
     preference: Preference,
 ) -> Option<Pick> {
-    let Preference { coherence, noise } = preference;
     let texels = &metric.exemplar.whole_texels;
-    let mut best = first;
-    let mut consider = |texel: u32| {
-        let limit = Pick::limit(best, coherence, noise) as f32;
-        let distance = metric.distance_inline(pattern, texel, limit);
-        let pick = Pick::new(texel, f64::from(distance), coherence, noise);
-        if best.is_none_or(|best| pick.beats(&best)) {
-            best = Some(pick);
-        }
-        Pick::limit(best, coherence, noise) as f32
-    };
-    let promising = (0..texels.len()).min_by(|&a, &b| bounds[a].total_cmp(&bounds[b]))?;
-    let mut limit = consider(texels[promising]);
-    for (&texel, &bound) in texels.iter().zip(bounds) {
-        if bound <= limit {
-            limit = consider(texel);
-        }
-    }
-    best
+    best_within(bounds, texels, first, preference, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
 }

@@ -159,16 +159,20 @@ impl<'a> Stage<'a> {
                 };
                 let fine = embedding(self.level);
                 let coarse = two_level.then(|| embedding(self.level + 1));
-                let (full, coarse) = (self.options.search == Search::Full, coarse.as_ref());
+                let full = self.options.search == Search::Full || self.mends();
+                let (seed, level) = (self.options.seed, self.level as u32);
                 match self.inputs.space.kind() {
-                    Kind::Features if !full => {
-                        let metric = PictureMetric::new(&self.exemplar, &fine, coarse);
+                    Kind::Features => {
+                        let mut metric = PictureMetric::new(&self.exemplar, &fine, coarse.as_ref());
+                        if full {
+                            metric = metric.with_projected_windows(seed, level);
+                        }
                         self.run_with(&metric, coarser.as_ref(), classes, progress)
                     }
-                    _ => {
-                        let mut metric = EmbeddedMetric::new(&self.exemplar, &fine, coarse);
-                        if full || self.mends() {
-                            let (seed, level) = (self.options.seed, self.level as u32);
+                    Kind::Textons => {
+                        let mut metric =
+                            EmbeddedMetric::new(&self.exemplar, &fine, coarse.as_ref());
+                        if full {
                             metric = metric.with_projected_windows(seed, level);
                         }
                         self.run_with(&metric, coarser.as_ref(), classes, progress)

@@ -8,8 +8,8 @@ use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::format::id::ContentId;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
-use crate::mesh::hierarchy::{Neighbor, NeighborLists, SiteLevel};
-use crate::mesh::stencil::{PackedSample, Stencils};
+use crate::mesh::hierarchy::{Neighbor, NeighborLists, PatchNeighbors, SiteLevel};
+use crate::mesh::stencil::{PackedSample, PatchStencils, Stencils};
 use crate::random::{self, Stream};
 
 /// The square window of width `fine`, and of width `coarse` on the parent level; weights 1.
@@ -172,21 +172,32 @@ fn label_distance(level: &SpaceLevel, a: u32, b: u32, [drow, dcol]: [i32; 2]) ->
     phi(i, i) - 2.0 * phi(i, j) + phi(j, j)
 }
 
-/// Sites with random stencils of the 5×5 window and `near` random neighbours each.
-pub fn random_sites(seed: u64, count: u32, near: u32) -> SiteLevel {
-    let mut stream = random::stream(seed, "sites", 0, 0);
+/// Random stencils of `per_site` samples at as many sites.
+pub fn random_stencils(seed: u64, count: u32, per_site: u32) -> Stencils {
+    let mut stream = random::stream(seed, "stencils", 0, 0);
     let cells: Vec<[u32; 3]> = (0..2 * count)
         .map(|_| [0; 3].map(|_| stream.gen_range(0..count)))
         .collect();
-    let samples = (0..25 * count).map(|_| match stream.gen_range(0..8) {
+    let samples = (0..per_site * count).map(|_| match stream.gen_range(0..8) {
         0 => PackedSample::OUTSIDE,
+        1 => PackedSample::new(stream.gen_range(0..2 * count), [1.0, 0.0, 0.0]),
         _ => PackedSample::new(
             stream.gen_range(0..2 * count),
             [0.0; 3].map(|_: f32| stream.gen_range(0.0..1.0)),
         ),
     });
     let samples = samples.collect();
-    let mut lists = NeighborLists::default();
+    Stencils::OfPatches(PatchStencils {
+        samples_per_site: per_site as usize,
+        cells,
+        samples,
+    })
+}
+
+/// Sites with random stencils of the 5×5 window and `near` random neighbours each.
+pub fn random_sites(seed: u64, count: u32, near: u32) -> SiteLevel {
+    let mut stream = random::stream(seed, "sites", 0, 0);
+    let mut lists = PatchNeighbors::default();
     lists.starts.push(0);
     for site in 0..count {
         for step in 1..=near {
@@ -200,13 +211,9 @@ pub fn random_sites(seed: u64, count: u32, near: u32) -> SiteLevel {
     }
     SiteLevel {
         site_count: count as usize,
-        fine: Stencils {
-            samples_per_site: 25,
-            cells,
-            samples,
-        },
+        fine: random_stencils(seed, count, 25),
         coarse: None,
-        neighbors: lists,
+        neighbors: NeighborLists::OfPatches(lists),
         parents: Vec::new(),
         areas: vec![1.0; count as usize],
     }

@@ -8,20 +8,20 @@
 use multiversion::multiversion;
 use nalgebra::DMatrix;
 use rand::Rng;
+use rayon::prelude::*;
 
 use crate::random;
-use crate::synthesis::embedded::{EmbeddedMetric, EmbeddedPattern, PatternPart, sum_of_lanes};
+use crate::synthesis::choice::{Pick, Preference};
 use crate::synthesis::embedding::{Block, LANES};
-use crate::synthesis::exemplar_level::ExemplarLevel;
 
 /// Blocks of projected numbers.
-const BLOCKS: usize = 2;
+const BLOCKS: usize = 1;
 /// Directions projected on.
 const DIRECTIONS: usize = BLOCKS * LANES;
 /// Windows the directions are found from.
-const SAMPLES: usize = 1024;
+const SAMPLES: usize = 256;
 /// Rounds of subspace iteration.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 /// Share of both windows' squared norms by which a bound is lowered, against the rounding of single
 /// precision: directions, projections and residuals are each good to about 1e-6 of them.
 const SLACK: f32 = 8e-6;
@@ -31,68 +31,127 @@ type Projection = [Block; BLOCKS];
 /// The projected windows of the whole texels of a level.
 #[derive(Clone, Debug)]
 pub struct ProjectedWindows {
-    /// Per number of a pattern, its share in each direction, times √w.
+    /// What every number of a window weighs.
+    weights: Vec<f32>,
+    /// Per number of a window, its share in each direction, times √w.
     basis: Vec<Projection>,
-    /// Per whole texel the projection of its window.
-    projections: Vec<Projection>,
-    /// Per whole texel what the directions leave of its window.
-    rests: Vec<Rest>,
+    texels: usize,
+    groups: Vec<Group>,
+}
+
+/// The projected windows of as many texels as a block has lanes, direction after direction, and what
+/// the directions leave of them.
+#[derive(Clone, Debug)]
+struct Group {
+    projections: [Block; DIRECTIONS],
+    /// The norms of what is left.
+    residuals: Block,
+    /// The squared norms of the whole.
+    squares: Block,
 }
 
 /// What the directions leave of a window.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Rest {
-    /// The norm of what is left.
     residual: f32,
-    /// The squared norm of the whole.
     square: f32,
 }
 
 impl ProjectedWindows {
-    /// Finds the directions and projects every whole texel's window on them.
+    /// Finds the directions and projects the windows of `texels` on them; `window` appends the
+    /// numbers of one, which weigh `weights`.
     pub fn new(
-        metric: &EmbeddedMetric<'_>,
-        exemplar: &ExemplarLevel<'_>,
+        weights: Vec<f32>,
+        texels: &[u32],
+        window: impl Fn(u32, &mut Vec<f32>) + Sync,
         seed: u64,
         level: u32,
     ) -> Self {
-        let texels = &exemplar.whole_texels;
-        let mut pattern = EmbeddedPattern::default();
         let mut projected = Self {
-            basis: basis(metric, texels, seed, level),
-            projections: Vec::with_capacity(texels.len()),
-            rests: Vec::with_capacity(texels.len()),
+            basis: basis(&weights, texels, &window, seed, level),
+            weights,
+            texels: texels.len(),
+            groups: Vec::new(),
         };
-        for &texel in texels {
-            metric.pattern_of_texel(texel, &mut pattern);
-            let (projection, rest) = project(&projected.basis, &pattern);
-            projected.projections.push(projection);
-            projected.rests.push(rest);
-        }
+        let groups = texels
+            .par_chunks(LANES)
+            .map_init(Vec::new, |numbers, group| {
+                let projected_window = |&texel: &u32| {
+                    numbers.clear();
+                    window(texel, numbers);
+                    projected.project([numbers, &[]])
+                };
+                Group::of(group.iter().map(projected_window))
+            });
+        projected.groups = groups.collect();
         projected
     }
 
-    /// Lower bounds of the distances of a pattern to every whole texel, in their order.
-    pub fn bounds(&self, pattern: &EmbeddedPattern, bounds: &mut Vec<f32>) {
-        let (projection, rest) = project(&self.basis, pattern);
+    /// Lower bounds of the distances of a pattern, in two parts, to every texel in their order.
+    pub fn bounds(&self, pattern: [&[f32]; 2], bounds: &mut Vec<f32>) {
+        let (projection, rest) = self.project(pattern);
         bounds.clear();
-        fill_bounds(self, &projection, rest, bounds);
+        fill_bounds(&self.groups, projection.as_flattened(), rest, bounds);
+        bounds.truncate(self.texels);
+    }
+
+    /// Bᵀf, and what it leaves of f.
+    fn project(&self, pattern: [&[f32]; 2]) -> (Projection, Rest) {
+        let mut projection = [[0.0; LANES]; BLOCKS];
+        let (mut norm, mut begin) = (0.0, 0);
+        for part in pattern {
+            let numbers = begin..begin + part.len();
+            begin = numbers.end;
+            let (basis, weights) = (&self.basis[numbers.clone()], &self.weights[numbers]);
+            norm += add_projection(&mut projection, basis, weights, part);
+        }
+        let squares = projection.as_flattened().iter();
+        let held: f64 = squares.map(|&number| f64::from(number).powi(2)).sum();
+        let rest = Rest {
+            residual: (norm - held).max(0.0).sqrt() as f32,
+            square: norm as f32,
+        };
+        (projection, rest)
+    }
+}
+
+impl Group {
+    fn of(texels: impl Iterator<Item = (Projection, Rest)>) -> Self {
+        let mut group = Self {
+            projections: [[0.0; LANES]; DIRECTIONS],
+            residuals: [0.0; LANES],
+            squares: [0.0; LANES],
+        };
+        for (lane, (projection, rest)) in texels.enumerate() {
+            let directions = projection.as_flattened().iter();
+            for (direction, &number) in directions.enumerate() {
+                group.projections[direction][lane] = number;
+            }
+            (group.residuals[lane], group.squares[lane]) = (rest.residual, rest.square);
+        }
+        group
     }
 }
 
 /// Orthonormal directions near the principal ones of the windows, by subspace iteration on a
 /// spread of them; rows times √w.
-fn basis(metric: &EmbeddedMetric<'_>, texels: &[u32], seed: u64, level: u32) -> Vec<Projection> {
+fn basis(
+    weights: &[f32],
+    texels: &[u32],
+    window: impl Fn(u32, &mut Vec<f32>),
+    seed: u64,
+    level: u32,
+) -> Vec<Projection> {
     let step = texels.len().div_ceil(SAMPLES).max(1);
-    let mut pattern = EmbeddedPattern::default();
-    let (mut columns, mut roots) = (Vec::new(), Vec::new());
+    let mut numbers = Vec::new();
     for &texel in texels.iter().step_by(step) {
-        metric.pattern_of_texel(texel, &mut pattern);
-        roots = weight_roots(&pattern);
-        let numbers = numbers(&pattern).zip(&roots);
-        columns.extend(numbers.map(|(number, root)| number * root));
+        window(texel, &mut numbers);
     }
-    let windows = DMatrix::from_vec(roots.len(), columns.len() / roots.len().max(1), columns);
+    let roots: Vec<f32> = weights.iter().map(|weight| weight.sqrt()).collect();
+    for (number, root) in numbers.iter_mut().zip(roots.iter().cycle()) {
+        *number *= root;
+    }
+    let windows = DMatrix::from_vec(roots.len(), numbers.len() / roots.len().max(1), numbers);
     let mut stream = random::stream(seed, "full search directions", level, 0);
     let start = DMatrix::from_fn(windows.ncols(), DIRECTIONS, |_, _| {
         stream.gen_range(-1.0f32..1.0)
@@ -112,67 +171,22 @@ fn basis(metric: &EmbeddedMetric<'_>, texels: &[u32], seed: u64, level: u32) -> 
     roots.iter().enumerate().map(row).collect()
 }
 
-/// All numbers of a pattern, fine samples first.
-fn numbers(pattern: &EmbeddedPattern) -> impl Iterator<Item = f32> + '_ {
-    let parts = [&pattern.fine, &pattern.coarse];
-    parts
-        .into_iter()
-        .flat_map(|part| part.values.as_flattened().iter().copied())
-}
-
-/// √w of every number of a pattern.
-fn weight_roots(pattern: &EmbeddedPattern) -> Vec<f32> {
-    let of_part = |part: &PatternPart| {
-        let roots = part.value_weights().map(f32::sqrt);
-        roots
-            .flat_map(|root| std::iter::repeat_n(root, LANES))
-            .collect::<Vec<f32>>()
-    };
-    [of_part(&pattern.fine), of_part(&pattern.coarse)].concat()
-}
-
-/// Bᵀf, and what it leaves of f.
-fn project(basis: &[Projection], pattern: &EmbeddedPattern) -> (Projection, Rest) {
-    let mut projection = [[0.0; LANES]; BLOCKS];
-    let mut norm = 0.0;
-    let mut rest = basis;
-    for part in [&pattern.fine, &pattern.coarse] {
-        let (rows, after) = rest.split_at(part.values.len() * LANES);
-        add_projection(&mut projection, rows, part.values.as_flattened());
-        norm += weighted_norm(part);
-        rest = after;
-    }
-    let held: f64 = projection
-        .as_flattened()
-        .iter()
-        .map(|&number| f64::from(number).powi(2))
-        .sum();
-    let rest = Rest {
-        residual: (norm - held).max(0.0).sqrt() as f32,
-        square: norm as f32,
-    };
-    (projection, rest)
-}
-
-/// Σ w ‖value‖² of a part.
-fn weighted_norm(part: &PatternPart) -> f64 {
-    let values = part.values.iter().zip(part.value_weights());
-    values
-        .map(|(block, weight)| {
-            let squares = block.map(|number| number * number);
-            f64::from(weight) * f64::from(sum_of_lanes(&squares))
-        })
-        .sum()
-}
-
+/// Adds what some numbers give in every direction; returns Σ w · number².
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn add_projection(projection: &mut Projection, rows: &[Projection], numbers: &[f32]) {
+fn add_projection(
+    projection: &mut Projection,
+    basis: &[Projection],
+    weights: &[f32],
+    numbers: &[f32],
+) -> f64 {
     let mut sums = *projection;
-    for (row, &number) in rows.iter().zip(numbers) {
+    let mut norm = 0.0;
+    for ((row, &number), &weight) in basis.iter().zip(numbers).zip(weights) {
+        norm += f64::from(weight * number * number);
         for (sums, row) in sums.iter_mut().zip(row) {
             for lane in 0..LANES {
                 sums[lane] += number * row[lane];
@@ -180,6 +194,7 @@ fn add_projection(projection: &mut Projection, rows: &[Projection], numbers: &[f
         }
     }
     *projection = sums;
+    norm
 }
 
 #[multiversion(targets(
@@ -187,22 +202,114 @@ fn add_projection(projection: &mut Projection, rows: &[Projection], numbers: &[f
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn fill_bounds(
-    windows: &ProjectedWindows,
-    projection: &Projection,
-    rest: Rest,
-    bounds: &mut Vec<f32>,
-) {
-    let texels = windows.projections.iter().zip(&windows.rests);
-    bounds.extend(texels.map(|(window, left)| {
-        let mut squares = [0.0; LANES];
-        for (a, b) in projection.iter().zip(window) {
+fn fill_bounds(groups: &[Group], projection: &[f32], rest: Rest, bounds: &mut Vec<f32>) {
+    for group in groups {
+        let mut bound = [0.0; LANES];
+        for (own, others) in projection.iter().zip(&group.projections) {
             for lane in 0..LANES {
-                let difference = a[lane] - b[lane];
-                squares[lane] += difference * difference;
+                let apart = own - others[lane];
+                bound[lane] += apart * apart;
             }
         }
-        let apart = rest.residual - left.residual;
-        sum_of_lanes(&squares) + apart * apart - SLACK * (rest.square + left.square)
-    }));
+        for lane in 0..LANES {
+            let apart = rest.residual - group.residuals[lane];
+            bound[lane] += apart * apart - SLACK * (rest.square + group.squares[lane]);
+        }
+        bounds.extend_from_slice(&bound);
+    }
+}
+
+/// The better of `first` and every texel of a list, none of them preferred, skipping those whose lower
+/// bound is above the best so far; the most promising comes first.
+#[inline(always)]
+pub fn best_within(
+    bounds: &[f32],
+    texels: &[u32],
+    first: Option<Pick>,
+    preference: Preference,
+    mut distance: impl FnMut(u32, f64) -> f64,
+) -> Option<Pick> {
+    let Preference { coherence, noise } = preference;
+    let mut best = first;
+    let mut consider = |texel: u32| {
+        let limit = Pick::limit(best, coherence, noise);
+        let pick = Pick::new(texel, distance(texel, limit), coherence, noise);
+        if best.is_none_or(|best| pick.beats(&best)) {
+            best = Some(pick);
+        }
+        Pick::limit(best, coherence, noise) as f32
+    };
+    let mut limit = consider(texels[least(bounds)?]);
+    for (&texel, &bound) in texels.iter().zip(bounds) {
+        if bound <= limit {
+            limit = consider(texel);
+        }
+    }
+    best
+}
+
+/// Where the first of the least numbers is; `None` when there are none.
+#[inline(always)]
+fn least(numbers: &[f32]) -> Option<usize> {
+    let (blocks, rest) = numbers.as_chunks::<LANES>();
+    let mut lanes = [f32::INFINITY; LANES];
+    for block in blocks {
+        for lane in 0..LANES {
+            lanes[lane] = if block[lane] < lanes[lane] {
+                block[lane]
+            } else {
+                lanes[lane]
+            };
+        }
+    }
+    let least = lanes
+        .iter()
+        .chain(rest)
+        .copied()
+        .fold(f32::INFINITY, f32::min);
+    numbers.iter().position(|&number| number == least)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_the_least_is_found() {
+        let mut numbers: Vec<f32> = (0..40).map(|at| (at as f32 - 20.0).abs()).collect();
+        assert_eq!(least(&numbers), Some(20));
+        (numbers[37], numbers[39]) = (-1.0, -1.0);
+        assert_eq!(least(&numbers), Some(37));
+        assert_eq!(least(&[]), None);
+    }
+
+    #[test]
+    fn bounds_are_below_distances_and_tight_in_the_plane() {
+        // Windows in a plane of few dimensions: the directions span them all.
+        let mut stream = random::stream(3, "test", 0, 0);
+        let plane: Vec<f32> = (0..8 * 50).map(|_| stream.gen_range(-1.0..1.0)).collect();
+        let windows: Vec<Vec<f32>> = (0..40)
+            .map(|_| {
+                let shares = [0.0; 8].map(|_: f32| stream.gen_range(-1.0f32..1.0));
+                let number = |at: usize| (0..8).map(|i| shares[i] * plane[50 * i + at]).sum();
+                (0..50).map(number).collect()
+            })
+            .collect();
+        let weights: Vec<f32> = (0..50).map(|at| (at % 3) as f32).collect();
+        let texels: Vec<u32> = (0..40).collect();
+        let window = |texel: u32, out: &mut Vec<f32>| out.extend(&windows[texel as usize]);
+        let projected = ProjectedWindows::new(weights.clone(), &texels, window, 1, 0);
+        let mut bounds = Vec::new();
+        for own in &windows {
+            projected.bounds([&own[..20], &own[20..]], &mut bounds);
+            for (other, &bound) in windows.iter().zip(&bounds) {
+                let terms = own.iter().zip(other).zip(&weights);
+                let distance: f32 = terms.map(|((a, b), w)| w * (a - b).powi(2)).sum();
+                assert!(
+                    bound <= distance && bound > 0.99 * distance - 1e-2,
+                    "{bound} {distance}"
+                );
+            }
+        }
+    }
 }

@@ -95,6 +95,7 @@ impl BlendedTexton {
     fn new(gram: &Array2<f32>, delta: u32, weight: f32, held: Held) -> Self {
         let (textons, blend) = match held {
             Held::Default => ([gram.nrows() as u32 - 1; 3], [1.0, 0.0, 0.0]),
+            Held::One(texton) => ([texton; 3], [1.0, 0.0, 0.0]),
             Held::Blend(textons, blend) => (textons, blend.map(f64::from)),
         };
         // Three weights in single precision sum to 1 but for their rounding.

@@ -1,16 +1,15 @@
 //! The flat target: a grid of sites one texel apart, so that every sample coincides with a site.
 //! The test bed of 2-D synthesis, with the engine that meshes use.
 
-use glam::Vec3;
-use rayon::prelude::*;
-
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::Neighborhood;
-use crate::mesh::hierarchy::{Neighbor, NeighborLists, Parent, SiteHierarchy, SiteLevel};
-use crate::mesh::stencil::{PackedSample, Stencils};
+use crate::mesh::grid_window::{GridNeighbors, GridWindow, SiteGrid};
+use crate::mesh::hierarchy::{NeighborLists, Parent, SiteHierarchy, SiteLevel};
+use crate::mesh::stencil::Stencils;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::synthesis::check::window_width;
 use crate::synthesis::quality::coherence::SiteEdge;
+use glam::Vec3;
 
 /// Sites of a target grid; more would not fit 32-bit indices of samples.
 const MOST_SITES: u64 = 1 << 26;
@@ -82,7 +81,7 @@ impl GridTarget {
         for site in 0..self.sites() {
             let (row, col) = (i64::from(site / self.width), i64::from(site % self.width));
             for (drow, dcol) in [(0, 1), (1, 0)] {
-                if let Some(other) = self.site_at(row + drow, col + dcol) {
+                if let Some(other) = self.site_grid().site_at(row + drow, col + dcol) {
                     let offset = [dcol as f32, -drow as f32];
                     edges.push(SiteEdge {
                         from: site,
@@ -142,135 +141,30 @@ impl GridTarget {
         }
     }
 
-    fn site_at(self, row: i64, col: i64) -> Option<u32> {
-        let (height, width) = (i64::from(self.height), i64::from(self.width));
-        let (row, col) = if (0..height).contains(&row) && (0..width).contains(&col) {
-            (row, col)
-        } else if self.toroidal {
-            (row.rem_euclid(height), col.rem_euclid(width))
-        } else {
-            return None;
-        };
-        Some((row * width + col) as u32)
-    }
-
     fn site_level(self, coarser: Option<Self>, neighborhood: &Neighborhood) -> SiteLevel {
-        let parents = coarser.map(|coarser| self.parents(coarser));
+        let own = self.site_grid();
+        let window = GridWindow::new(own, own, 0, &neighborhood.offsets);
         let coarse = coarser.map(|coarser| {
-            let centre = |site: u32| {
-                let (row, col) = (site / self.width, site % self.width);
-                (i64::from(row / 2), i64::from(col / 2))
-            };
-            coarser.stencils(self.sites(), centre, &neighborhood.coarse_offsets)
+            let sampled = coarser.site_grid();
+            GridWindow::new(own, sampled, 1, &neighborhood.coarse_offsets)
         });
-        let own = |site: u32| (i64::from(site / self.width), i64::from(site % self.width));
+        let width = window_width(&neighborhood.offsets);
         SiteLevel {
             site_count: self.sites() as usize,
-            fine: self.stencils(self.sites(), own, &neighborhood.offsets),
-            coarse,
-            neighbors: self.neighbors(window_width(&neighborhood.offsets)),
-            parents: parents.unwrap_or_default(),
+            fine: Stencils::OfGrid(window),
+            coarse: coarse.map(Stencils::OfGrid),
+            neighbors: NeighborLists::OfGrid(GridNeighbors::new(own, width)),
+            parents: coarser.map_or_else(Vec::new, |coarser| self.parents(coarser)),
             areas: vec![1.0; self.sites() as usize],
         }
     }
 
-    /// Samples on this grid's sites, round a centre (row, col) for each of `count` sites.
-    fn stencils(
-        self,
-        count: u32,
-        centre: impl Fn(u32) -> (i64, i64) + Sync,
-        offsets: &[[i32; 2]],
-    ) -> Stencils {
-        let per_site = offsets.len();
-        let sample = |index: usize| {
-            let (row, col) = centre((index / per_site) as u32);
-            let [drow, dcol] = offsets[index % per_site];
-            let there = self.site_at(row + i64::from(drow), col + i64::from(dcol));
-            there.map_or(PackedSample::OUTSIDE, |cell| {
-                PackedSample::new(cell, [1.0, 0.0, 0.0])
-            })
-        };
-        Stencils {
-            samples_per_site: offsets.len(),
-            cells: (0..self.sites()).map(|site| [site; 3]).collect(),
-            samples: (0..count as usize * per_site)
-                .into_par_iter()
-                .map(sample)
-                .collect(),
+    fn site_grid(self) -> SiteGrid {
+        SiteGrid {
+            width: self.width,
+            height: self.height,
+            toroidal: self.toroidal,
         }
-    }
-
-    /// All sites within the window, nearest first.
-    fn neighbors(self, width: u32) -> NeighborLists {
-        let reach = i64::from(width / 2);
-        let mut around: Vec<(i64, i64)> = (-reach..=reach)
-            .flat_map(|drow| (-reach..=reach).map(move |dcol| (drow, dcol)))
-            .filter(|&offset| offset != (0, 0))
-            .collect();
-        around.sort_by_key(|&(drow, dcol)| (drow * drow + dcol * dcol, drow, dcol));
-        let starts = self.neighbor_starts(reach);
-        let listed = starts.last().map_or(0, |&end| end as usize);
-        let nowhere = Neighbor {
-            site: 0,
-            x: 0.0,
-            y: 0.0,
-        };
-        let mut entries = vec![nowhere; listed];
-        let (mut rest, mut lines) = (&mut entries[..], Vec::new());
-        for line in starts[..]
-            .windows(self.width as usize + 1)
-            .step_by(self.width as usize)
-        {
-            let (of_line, after) =
-                rest.split_at_mut((line[self.width as usize] - line[0]) as usize);
-            lines.push(of_line);
-            rest = after;
-        }
-        lines
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(row, entries)| {
-                let cols = 0..i64::from(self.width);
-                let near = cols.flat_map(|col| self.near(row as i64, col, &around));
-                entries
-                    .iter_mut()
-                    .zip(near)
-                    .for_each(|(entry, near)| *entry = near);
-            });
-        NeighborLists { starts, entries }
-    }
-
-    /// Where each site's list of the others within `reach` begins, and where the last ends.
-    fn neighbor_starts(self, reach: i64) -> Vec<u32> {
-        let within = |at: u32, side: u32| match self.toroidal {
-            true => 2 * reach + 1,
-            false => {
-                let (at, side) = (i64::from(at), i64::from(side));
-                (at + reach).min(side - 1) - (at - reach).max(0) + 1
-            }
-        };
-        let mut starts = vec![0];
-        let mut end = 0;
-        for site in 0..self.sites() {
-            let (row, col) = (site / self.width, site % self.width);
-            end += within(row, self.height) * within(col, self.width) - 1;
-            starts.push(end as u32);
-        }
-        starts
-    }
-
-    /// The sites at some offsets from one.
-    fn near(
-        self,
-        row: i64,
-        col: i64,
-        around: &[(i64, i64)],
-    ) -> impl Iterator<Item = Neighbor> + '_ {
-        around.iter().filter_map(move |&(drow, dcol)| {
-            let site = self.site_at(row + drow, col + dcol)?;
-            let (x, y) = (dcol as f32, -drow as f32);
-            Some(Neighbor { site, x, y })
-        })
     }
 
     /// Parent (row ≫ 1, col ≫ 1), a quarter of a coarse texel to one side or the other.
@@ -292,6 +186,7 @@ mod tests {
     use super::*;
     use crate::grid::TexelGrid;
     use crate::index::TexelIndex;
+    use crate::mesh::stencil::SampleLocation;
     use crate::synthesis::fixtures::square_neighborhood;
     use crate::synthesis::passes::first_guess;
 
@@ -317,24 +212,9 @@ mod tests {
             .hierarchy(&[square_neighborhood(3, None)])
             .unwrap();
         let level = &hierarchy.levels[0];
-        // Site (row 0, col 5): right of it is column 0, above it row 4.
-        let list = level.neighbors.of_site(5);
-        assert_eq!(list.len(), 8);
-        assert!(list.contains(&Neighbor {
-            site: 0,
-            x: 1.0,
-            y: 0.0
-        }));
-        assert!(list.contains(&Neighbor {
-            site: 29,
-            x: 0.0,
-            y: 1.0
-        }));
-        let samples = level.fine.of_site(5);
-        let sites = samples
-            .iter()
-            .map(|&sample| level.fine.resolve(sample).unwrap().0[0]);
-        assert_eq!(sites.collect::<Vec<_>>(), [28, 29, 24, 4, 5, 0, 10, 11, 6]);
+        assert_eq!(level.neighbors.of_site(5).count(), 8);
+        let expected = [28, 29, 24, 4, 5, 0, 10, 11, 6].map(SampleLocation::AtSite);
+        assert!(level.fine.of_site(5).eq(expected));
     }
 
     #[test]
@@ -346,9 +226,11 @@ mod tests {
         let outside = level
             .fine
             .of_site(0)
-            .iter()
-            .filter(|&&s| s == PackedSample::OUTSIDE);
-        assert_eq!((outside.count(), level.neighbors.of_site(0).len()), (5, 3));
+            .filter(|&sample| sample == SampleLocation::Outside);
+        assert_eq!(
+            (outside.count(), level.neighbors.of_site(0).count()),
+            (5, 3)
+        );
     }
 
     #[test]

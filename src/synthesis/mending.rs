@@ -38,24 +38,38 @@ impl<M: Metric> LevelPass<'_, M> {
             options: &options,
             ..*self
         };
+        let mut distances = vec![0.0; self.sites.site_count];
+        self.measure(state, |_| true, &mut distances);
         for _ in 0..rounds {
-            let worst = above_the_mean(classes, &self.distances(state), FAR_WORSE);
+            let before = state.coords.clone();
+            let worst = above_the_mean(classes, &distances, FAR_WORSE);
             everywhere.refine(state, &worst, 1, progress)?;
+            let changed = |site: u32| state.coords[site as usize] != before[site as usize];
+            self.measure(state, changed, &mut distances);
         }
-        let worse = above_the_mean(classes, &self.distances(state), 1.0);
+        let worse = above_the_mean(classes, &distances, 1.0);
         self.refine(state, &worse, 1, progress)
     }
 
-    /// The distance of what every site holds.
-    pub fn distances(&self, state: &LevelState) -> Vec<f32> {
-        let at_site = |pattern: &mut M::Pattern, site: usize| {
+    /// Measures what every site holds, where it or anything its distance depends on has `changed`.
+    pub fn measure(
+        &self,
+        state: &LevelState,
+        changed: impl Fn(u32) -> bool + Sync,
+        distances: &mut [f32],
+    ) {
+        let at_site = |pattern: &mut M::Pattern, (site, distance): (usize, &mut f32)| {
+            let mut samples = self.sites.fine.of_site(site);
+            if !changed(site as u32) && !samples.any(|at| at.sites().iter().any(|&s| changed(s))) {
+                return;
+            }
             let texel = self.exemplar.grid.texel_nearest(state.coords[site]);
             self.metric
                 .read(&self.neighborhood(site, state, None), pattern);
-            self.metric.distance(pattern, texel.0, f64::INFINITY) as f32
+            *distance = self.metric.distance(pattern, texel.0, f64::INFINITY) as f32;
         };
-        let sites = (0..self.sites.site_count).into_par_iter();
-        sites.map_init(M::Pattern::default, at_site).collect()
+        let sites = distances.par_iter_mut().enumerate();
+        sites.for_each_init(M::Pattern::default, at_site);
     }
 }
 

@@ -39,14 +39,7 @@ impl Case {
     fn new(seed: u64, tileable: bool) -> Self {
         let (space, table) = fixtures::random_exemplar(seed, 12, 2, tileable);
         let mut fine = fixtures::random_sites(seed, 60, 6);
-        let mut coarse = fixtures::random_sites(seed + 1, 60, 6).fine;
-        coarse.samples = coarse
-            .samples
-            .chunks(25)
-            .flat_map(|samples| samples[..9].to_vec())
-            .collect();
-        coarse.samples_per_site = 9;
-        fine.coarse = Some(coarse);
+        fine.coarse = Some(fixtures::random_stencils(seed + 1, 60, 9));
         let mut stream = random::stream(seed, "states", 0, 0);
         let mut state = |textons| (0..60).map(|_| stream.gen_range(0..textons)).collect();
         let states = [state(24), state(12)];
@@ -98,6 +91,7 @@ fn sample_distance(level: &SpaceLevel, held: Held, texel: TexelIndex, offset: [i
     shares[label] -= 1.0;
     match held {
         Held::Default => shares[default] += 1.0,
+        Held::One(row) => shares[row as usize] += 1.0,
         Held::Blend(rows, weights) => {
             for (row, weight) in rows.into_iter().zip(weights) {
                 shares[row as usize] += f64::from(weight);
@@ -451,7 +445,8 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
     let exemplar = ExemplarLevel::new(&space, &table, 0, 1, false);
     let mut list = CandidateList::default();
     let corner = exemplar.grid.centre(TexelIndex(0));
-    list.collect_coherent(&exemplar, Some(corner), &[], &[], |_| true);
+    let nobody = std::iter::empty();
+    list.collect_coherent(&exemplar, Some(corner), nobody, &[], |_| true);
     list.add_nearest(&exemplar, 1.0);
     assert!(list.candidates().is_empty());
     let sites = fixtures::random_sites(3, 40, 0);
@@ -517,7 +512,8 @@ fn mending_repairs_a_copy_and_lowers_what_k_coherence_leaves() {
     let split = |site: u32| copied(site + if apart(site) { 5 * 64 + 3 } else { 0 });
     let left = |rounds: u32| -> f64 {
         let split = LevelState::of_texels(&exemplar, (0..4096).map(split));
-        let found = pass.distances(&mended(split, rounds));
+        let mut found = vec![0.0; pass.sites.site_count];
+        pass.measure(&mended(split, rounds), |_| true, &mut found);
         found.iter().map(|&distance| f64::from(distance)).sum()
     };
     let (without, with) = (left(0), left(4));

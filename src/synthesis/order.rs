@@ -18,12 +18,12 @@ pub fn growing_order(neighbors: &NeighborLists, start: usize, order: Order) -> V
 
 /// Seeds of connected parts: `start`, then every site in turn.
 fn seeds(neighbors: &NeighborLists, start: usize) -> impl Iterator<Item = usize> + use<> {
-    std::iter::once(start).chain(0..neighbors.starts.len() - 1)
+    std::iter::once(start).chain(0..neighbors.site_count())
 }
 
 /// The site with most visited neighbours comes next; among equals the one reached first.
 fn most_constrained(neighbors: &NeighborLists, start: usize) -> Vec<u32> {
-    let sites = neighbors.starts.len() - 1;
+    let sites = neighbors.site_count();
     let mut visited = vec![false; sites];
     let mut reached: Vec<(u32, u32)> = vec![(0, 0); sites];
     let mut order = Vec::with_capacity(sites);
@@ -100,7 +100,7 @@ impl Ord for Along {
 
 /// The sweep distance of every site, breadth first from `start`, and from 0 in every further part.
 fn sweep_distances(neighbors: &NeighborLists, start: usize) -> Vec<f32> {
-    let sites = neighbors.starts.len() - 1;
+    let sites = neighbors.site_count();
     let mut sweep: Vec<Option<f32>> = vec![None; sites];
     for seed in seeds(neighbors, start) {
         if sweep[seed].is_none() {
@@ -179,7 +179,7 @@ mod tests {
         let mut done = [false; 81];
         for &site in &order {
             let count = |site: usize| {
-                let list = neighbors.of_site(site).iter();
+                let list = neighbors.of_site(site);
                 list.filter(|n| done[n.site as usize]).count()
             };
             let most = (0..81).filter(|&s| !done[s]).map(count).max().unwrap();

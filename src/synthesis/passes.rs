@@ -193,8 +193,8 @@ impl<M: Metric> LevelPass<'_, M> {
         for (visit, site) in self.visiting_order(0).into_iter().enumerate() {
             tell(progress, visit)?;
             let site = site as usize;
-            let neighbors = self.sites.neighbors.of_site(site);
-            if neighbors.iter().any(|near| done[near.site as usize]) {
+            let mut neighbors = self.sites.neighbors.of_site(site);
+            if neighbors.any(|near| done[near.site as usize]) {
                 let at = self.choose(site, &state, Seen::Done(&done), &mut scratch);
                 state.set(self.exemplar, site, at);
             }

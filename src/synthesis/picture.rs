@@ -13,6 +13,7 @@ use crate::synthesis::candidates::Candidate;
 use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
+use crate::synthesis::full_search::{ProjectedWindows, best_within};
 use crate::synthesis::metric::{Metric, best_of_whole};
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 use crate::synthesis::windows::Windows;
@@ -28,6 +29,7 @@ pub struct PictureMetric<'a> {
     exemplar: &'a ExemplarLevel<'a>,
     fine: Picture,
     coarse: Option<Picture>,
+    projected: Option<ProjectedWindows>,
 }
 
 /// A level's image, and how a window lies in it.
@@ -53,6 +55,7 @@ struct Picture {
 pub struct PicturePattern {
     fine: PatternPart,
     coarse: PatternPart,
+    bounds: Vec<f32>,
 }
 
 /// The samples of one window.
@@ -80,20 +83,67 @@ impl<'a> PictureMetric<'a> {
             coarse: coarse.map(|(embedding, coarse)| {
                 Picture::new(embedding, &coarse.windows, &neighborhood.coarse_weights)
             }),
+            projected: None,
         }
+    }
+
+    /// Prepares the bounds that spare a full search most of its distances.
+    #[must_use]
+    pub fn with_projected_windows(mut self, seed: u64, level: u32) -> Self {
+        let window = |texel: u32, numbers: &mut Vec<f32>| {
+            let corners = self.corners(texel);
+            self.fine.extend_by_window(corners[0], numbers);
+            if let Some(coarse) = &self.coarse {
+                coarse.extend_by_window(corners[1], numbers);
+            }
+        };
+        let coarse = self
+            .coarse
+            .as_ref()
+            .map_or(&[][..], |coarse| &coarse.weights);
+        let weights = [&self.fine.weights[..], coarse].concat();
+        let texels = &self.exemplar.whole_texels;
+        let projected = ProjectedWindows::new(weights, texels, window, seed, level);
+        self.projected = Some(projected);
+        self
+    }
+
+    /// Where on the bordered images a texel's windows begin, the fine one and the coarse one.
+    #[inline(always)]
+    fn corners(&self, texel: u32) -> [usize; 2] {
+        let coarse = self.exemplar.coarse.as_ref().map(|coarse| {
+            let parent = coarse.parents[texel as usize];
+            coarse.windows.corner(parent)
+        });
+        [self.exemplar.fine.corner(texel), coarse.unwrap_or_default()]
+    }
+
+    /// Whether every sample of both windows counts.
+    fn is_complete(&self, pattern: &PicturePattern) -> bool {
+        let coarse = self.coarse.as_ref();
+        pattern.fine.weights == self.fine.weights
+            && coarse.is_none_or(|coarse| pattern.coarse.weights == coarse.weights)
     }
 
     /// The distance, or infinity once it exceeds `limit`; the coarse window, which is small and says
     /// most, before the fine one.
     #[inline(always)]
     fn distance_inline(&self, pattern: &PicturePattern, texel: u32, limit: f32) -> f32 {
-        let mut sum = 0.0;
-        if let (Some(picture), Some(coarse)) = (&self.coarse, &self.exemplar.coarse) {
-            let corner = coarse.windows.corner(coarse.parents[texel as usize]);
-            sum = picture.distance(&pattern.coarse, corner, sum, limit);
+        let corners = self.corners(texel);
+        let coarse = self.coarse.as_ref().map_or(0.0, |coarse| {
+            coarse.distance(&pattern.coarse, corners[1], 0.0, limit)
+        });
+        if coarse > limit {
+            return coarse;
         }
-        let corner = self.exemplar.fine.corner(texel);
-        self.fine.distance(&pattern.fine, corner, sum, limit)
+        self.fine.distance(&pattern.fine, corners[0], coarse, limit)
+    }
+}
+
+impl PicturePattern {
+    /// All numbers of the blocks, the fine window's first.
+    fn parts(&self) -> [&[f32]; 2] {
+        [&self.fine, &self.coarse].map(|part| &part.values[..part.weights.len()])
     }
 }
 
@@ -155,6 +205,14 @@ impl Picture {
         self.weights[place..][..self.depth].fill(weight);
     }
 
+    /// Appends the numbers of the blocks of the window that begins at a place of the bordered image.
+    fn extend_by_window(&self, corner: usize, numbers: &mut Vec<f32>) {
+        let window = &self.numbers[corner * self.depth..];
+        for &block in self.blocks.as_flattened() {
+            numbers.extend_from_slice(&window[block as usize..][..LANES]);
+        }
+    }
+
     /// Reads what a site's window holds.
     #[inline(always)]
     fn read(&self, sites: &SampledSites<'_>, site: usize, part: &mut PatternPart) {
@@ -162,16 +220,17 @@ impl Picture {
         // The last sample's last step may reach beyond the last block.
         part.values.resize(self.weights.len() + STEP, 0.0);
         let default = self.vectors.len() / self.steps - 1;
-        for (sample, packed) in sites.stencils.of_site(site).iter().enumerate() {
-            let place = self.places[sample] as usize;
+        let samples = sites.all_of_site(site).zip(&self.places);
+        samples.for_each(|(held, &place)| {
+            let place = place as usize;
             let values = &mut part.values[place..][..self.steps * STEP];
-            match sites.held(sample, *packed) {
+            match held {
                 None => part.weights[place..][..self.depth].fill(0.0),
                 Some(Held::Default) => self.copy(default, values),
-                Some(Held::Blend([row, ..], [1.0, ..])) => self.copy(row as usize, values),
+                Some(Held::One(row)) => self.copy(row as usize, values),
                 Some(Held::Blend(rows, blend)) => self.blend(rows, blend, values),
             }
-        }
+        });
     }
 
     /// The vector of a feature row. What fills it up is overwritten by the next sample, or weighs nothing.
@@ -270,7 +329,16 @@ impl Metric for PictureMetric<'_> {
         preference: Preference,
     ) -> Option<Pick> {
         let first = best_candidate(self, pattern, coherent, None, preference.noise);
-        best_texel(self, pattern, first, preference)
+        match &self.projected {
+            Some(projected) if self.is_complete(pattern) => {
+                let mut bounds = std::mem::take(&mut pattern.bounds);
+                projected.bounds(pattern.parts(), &mut bounds);
+                let pick = best_within_bounds(self, pattern, &bounds, first, preference);
+                pattern.bounds = bounds;
+                pick
+            }
+            _ => best_texel(self, pattern, first, preference),
+        }
     }
 }
 
@@ -321,6 +389,25 @@ fn best_texel(
 ) -> Option<Pick> {
     let texels = &metric.exemplar.whole_texels;
     best_of_whole(texels, first, preference, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
+}
+
+/// As [`best_texel`], skipping texels whose lower bound is above the best so far.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn best_within_bounds(
+    metric: &PictureMetric<'_>,
+    pattern: &PicturePattern,
+    bounds: &[f32],
+    first: Option<Pick>,
+    preference: Preference,
+) -> Option<Pick> {
+    let texels = &metric.exemplar.whole_texels;
+    best_within(bounds, texels, first, preference, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     })
 }

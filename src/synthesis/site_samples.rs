@@ -1,13 +1,15 @@
 //! What the samples of a site's neighbourhood hold: a blend of at most three sites' features
 //! (Tong 2002 eq. 1), the default, or nothing yet.
 
-use crate::mesh::stencil::{PackedSample, Stencils};
+use crate::mesh::stencil::{SampleLocation, Stencils};
 
 /// What one sample holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Held {
     /// The default texton: the sample lies outside every patch triangle.
     Default,
+    /// What one site does: its feature row.
+    One(u32),
     /// A surface texton: feature rows and their weights, which sum to 1.
     Blend([u32; 3], [f32; 3]),
 }
@@ -39,28 +41,35 @@ impl<'a> SampledSites<'a> {
     /// The samples of a site that count, each with its place in the template.
     #[inline(always)]
     pub fn of_site(&self, site: usize) -> impl Iterator<Item = (usize, Held)> + '_ {
-        let samples = self.stencils.of_site(site).iter().enumerate();
-        samples.filter_map(|(place, &sample)| Some((place, self.held(place, sample)?)))
+        self.all_of_site(site)
+            .enumerate()
+            .filter_map(|(place, held)| Some((place, held?)))
     }
 
-    /// What a site's sample at a place in the template holds; `None` where it does not count. A sample
-    /// counts only when all sites that weigh in it are done.
+    /// What every sample of a site holds, in the template's order; `None` for one that does not count. A
+    /// sample counts only when all sites that weigh in it are done.
     #[inline(always)]
-    pub fn held(&self, place: usize, sample: PackedSample) -> Option<Held> {
+    pub fn all_of_site(&self, site: usize) -> impl Iterator<Item = Option<Held>> + '_ {
+        let samples = self.stencils.of_site(site).enumerate();
+        samples.map(|(place, sample)| self.held(place, sample))
+    }
+
+    #[inline(always)]
+    fn held(&self, place: usize, sample: SampleLocation) -> Option<Held> {
         if self.left_out == Some(place) {
             return None;
         }
-        let Some((sites, weights)) = self.stencils.resolve(sample) else {
-            return Some(Held::Default);
-        };
-        if let Some(done) = self.done {
-            let counts = |(&site, &weight)| weight == 0.0 || done[site as usize];
-            if !sites.iter().zip(&weights).all(counts) {
-                return None;
+        let done = |site: u32| self.done.is_none_or(|done| done[site as usize]);
+        let row = |site: u32| self.rows[site as usize];
+        match sample {
+            SampleLocation::Outside => Some(Held::Default),
+            SampleLocation::AtSite(site) => done(site).then(|| Held::One(row(site))),
+            SampleLocation::InCell(sites, weights) => {
+                let counts = |(&site, &weight)| weight == 0.0 || done(site);
+                let all = sites.iter().zip(&weights).all(counts);
+                all.then(|| Held::Blend(sites.map(row), weights))
             }
         }
-        let rows = sites.map(|site| self.rows[site as usize]);
-        Some(Held::Blend(rows, weights))
     }
 }
 

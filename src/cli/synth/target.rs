@@ -188,7 +188,7 @@ fn check_density(surface: &Surface) -> Result<()> {
     let (mut count, mut alone) = (0usize, 0usize);
     for site in on_surface {
         count += 1;
-        alone += usize::from(sites.neighbors.of_site(site).is_empty());
+        alone += usize::from(sites.neighbors.of_site(site).next().is_none());
     }
     if 2 * alone <= count {
         return Ok(());

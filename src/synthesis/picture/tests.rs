@@ -50,11 +50,7 @@ impl Case {
             ..KnnOptions::default()
         };
         let mut fine = fixtures::random_sites(7, 60, 6);
-        let mut coarse = fixtures::random_sites(8, 60, 6).fine;
-        let of_site = coarse.samples.chunks(25);
-        coarse.samples = of_site.flat_map(|samples| samples[..9].to_vec()).collect();
-        coarse.samples_per_site = 9;
-        fine.coarse = Some(coarse);
+        fine.coarse = Some(fixtures::random_stencils(8, 60, 9));
         let mut state = |texels| (0..60).map(|_| stream.gen_range(0..texels)).collect();
         Self {
             table: build(&space, &options, Progress::silent()).unwrap(),
@@ -93,6 +89,7 @@ impl Case {
                 let there = vector(level, level.grid.offset(texel, drow, dcol));
                 let here = match held {
                     Held::Default => vector(level, None),
+                    Held::One(row) => vector(level, Some(TexelIndex(row))),
                     Held::Blend(rows, blend) => {
                         let vectors = rows.map(|row| vector(level, Some(TexelIndex(row))));
                         let number = |at: usize| -> f64 {
@@ -177,13 +174,15 @@ fn the_best_of_all_is_the_smallest() {
     let exemplar = ExemplarLevel::new(&case.space, &case.table, 0, 4, true);
     let [fine, coarse] = [0, 1].map(|level| Embedding::new(&case.space.levels[level], 1.0));
     let metric = PictureMetric::new(&exemplar, &fine, Some(&coarse));
+    let bounded = PictureMetric::new(&exemplar, &fine, Some(&coarse)).with_projected_windows(3, 0);
+    let done: Vec<bool> = (0..60).map(|site| site % 7 != 3).collect();
     let mut pattern = PicturePattern::default();
     let some = Preference {
         coherence: 1.3,
         noise: 0.2,
     };
-    for site in 0..60 {
-        metric.read(&case.neighborhood(site, None, None), &mut pattern);
+    for (site, done) in (0..60).flat_map(|site| [(site, None), (site, Some(&done[..]))]) {
+        metric.read(&case.neighborhood(site, done, None), &mut pattern);
         let coherent = [Candidate {
             texel: exemplar.whole_texels[site % exemplar.whole_texels.len()],
             factor: 1.0,
@@ -200,9 +199,11 @@ fn the_best_of_all_is_the_smallest() {
         let best = whole
             .map(|&texel| score(texel))
             .fold(f64::INFINITY, f64::min);
-        let pick = metric
-            .best_of_all(&mut pattern.clone(), &coherent, some)
-            .unwrap();
-        assert_eq!((pick.score, score(pick.texel)), (best, best));
+        for metric in [&metric, &bounded] {
+            let pick = metric
+                .best_of_all(&mut pattern.clone(), &coherent, some)
+                .unwrap();
+            assert_eq!((pick.score, score(pick.texel)), (best, best));
+        }
     }
 }
