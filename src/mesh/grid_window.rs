@@ -191,6 +191,37 @@ impl GridNeighbors {
         let sites = self.window.sites_round(site).zip(&self.places);
         sites.filter_map(|(site, &[x, y])| site.map(|site| Neighbor { site, x, y }))
     }
+
+    /// A colour for every site, none of whose neighbours has the same: that of its row and that of its
+    /// column together.
+    pub fn colors(&self) -> Vec<u32> {
+        let GridWindow {
+            rows,
+            cols,
+            sampled,
+            ..
+        } = &self.window;
+        let along = |side: &SideKinds| side_colors(side.length, side.reach, sampled.toroidal);
+        let (of_rows, of_cols) = (along(rows), along(cols));
+        let most = of_cols.iter().max().map_or(0, |&most| most + 1);
+        let colors = of_rows
+            .iter()
+            .flat_map(|row| of_cols.iter().map(move |col| row * most + col));
+        colors.collect()
+    }
+}
+
+/// A colour for every place along a side, none of whose neighbours within `reach` has the same: blocks of
+/// colours 0, 1, 2 …, one longer than the reach or, where they have to fill a circle, a few more.
+fn side_colors(length: u32, reach: u32, circle: bool) -> Vec<u32> {
+    let period = reach + 1;
+    if !circle {
+        return (0..length).map(|place| place % period).collect();
+    }
+    let blocks = (length / period).max(1);
+    let (shorter, longer) = (length / blocks, length % blocks);
+    let of_block = |block| 0..shorter + u32::from(block < longer);
+    (0..blocks).flat_map(of_block).collect()
 }
 
 #[cfg(test)]
@@ -234,6 +265,34 @@ mod tests {
                 check(width, height, toroidal, 1);
             }
         }
+    }
+
+    #[test]
+    fn no_two_neighbours_have_one_color() {
+        for toroidal in [false, true] {
+            for (width, height) in [(16, 12), (17, 9), (7, 11), (3, 2), (1, 1)] {
+                let grid = SiteGrid {
+                    width,
+                    height,
+                    toroidal,
+                };
+                let neighbors = GridNeighbors::new(grid, 7);
+                let colors = neighbors.colors();
+                assert_eq!(colors.len(), (width * height) as usize);
+                for site in 0..colors.len() {
+                    let others = neighbors.of_site(site).map(|n| n.site as usize);
+                    let mut others = others.filter(|&other| other != site);
+                    assert!(others.all(|other| colors[other] != colors[site]));
+                }
+            }
+        }
+        let grid = SiteGrid {
+            width: 16,
+            height: 8,
+            toroidal: true,
+        };
+        let most = GridNeighbors::new(grid, 7).colors().into_iter().max();
+        assert_eq!(most, Some(15));
     }
 
     #[test]

@@ -56,8 +56,9 @@ impl NeighborLists {
 }
 
 impl PatchNeighbors {
+    /// The neighbours of one site, nearest first.
     #[inline(always)]
-    fn of_site(&self, site: usize) -> impl Iterator<Item = Neighbor> + '_ {
+    pub fn of_site(&self, site: usize) -> impl Iterator<Item = Neighbor> + '_ {
         let list = self.starts[site] as usize..self.starts[site + 1] as usize;
         self.entries[list].iter().copied()
     }

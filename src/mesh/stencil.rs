@@ -129,8 +129,9 @@ impl Stencils {
 }
 
 impl PatchStencils {
+    /// Where the samples of one site fall, in the template's order.
     #[inline(always)]
-    fn of_site(&self, site: usize) -> impl Iterator<Item = SampleLocation> + '_ {
+    pub fn of_site(&self, site: usize) -> impl Iterator<Item = SampleLocation> + '_ {
         let samples = &self.samples[site * self.samples_per_site..][..self.samples_per_site];
         samples.iter().map(|&sample| self.locate(sample))
     }

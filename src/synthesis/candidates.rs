@@ -29,13 +29,19 @@ pub fn shifted(at: TexCoord, x: f32, y: f32) -> TexCoord {
 const MARGIN: f32 = 1.0 / 64.0;
 
 /// A coherent texel, and where in it the proposals lie.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Source {
     texel: u32,
     /// Sums of the proposals' places in the texel, rightwards and downwards from its corner.
     right: f32,
     down: f32,
     proposals: u32,
+}
+
+/// The source of the last proposal, which is written back when another follows: neighbours mostly agree.
+struct Last {
+    index: usize,
+    source: Source,
 }
 
 /// When a texel was last seen, and as which source, if it was one.
@@ -75,15 +81,18 @@ impl CandidateList {
         counts: impl Fn(usize) -> bool,
     ) {
         self.begin(exemplar.grid.len());
+        let mut last = None;
         if let Some(at) = own {
-            self.propose(exemplar, at);
+            self.propose(exemplar, at, &mut last);
         }
-        neighbors.for_each(|neighbor| {
+        for neighbor in neighbors {
             let site = neighbor.site as usize;
             if counts(site) {
-                self.propose(exemplar, shifted(coords[site], neighbor.x, neighbor.y));
+                let at = shifted(coords[site], neighbor.x, neighbor.y);
+                self.propose(exemplar, at, &mut last);
             }
-        });
+        }
+        self.write_back(last);
     }
 
     /// Adds the nearest texels of every coherent one, whose distances count `coherence` times, and
@@ -155,34 +164,64 @@ impl CandidateList {
     }
 
     /// A coordinate, which may lie off the grid, proposes the texel that holds it.
-    #[inline]
-    fn propose(&mut self, exemplar: &ExemplarLevel<'_>, at: TexCoord) {
-        let Some(TexelIndex(texel)) = exemplar.grid.texel_holding(at) else {
+    #[inline(always)]
+    fn propose(&mut self, exemplar: &ExemplarLevel<'_>, at: TexCoord, last: &mut Option<Last>) {
+        let Some((texel, [right, down])) = exemplar.grid.place_in_texel(at) else {
             return;
         };
-        // What `along - along.floor()` is, without the call that is on processors of old.
-        let inside = |along: f32| {
-            let rest = along - along as i64 as f32;
-            if rest < 0.0 { rest + 1.0 } else { rest }
-        };
-        let (right, down) = (inside(at.s), inside(exemplar.grid.height as f32 - at.t));
-        if self.is_new(texel, self.sources.len()) {
-            self.sources.push(Source {
-                texel,
-                right,
-                down,
-                proposals: 1,
-            });
-            if exemplar.whole[texel as usize] {
-                self.origins.push(self.sources.len() as u32 - 1);
-                self.list.push(Candidate { texel, factor: 1.0 });
+        match last {
+            Some(last) if last.source.texel == texel.0 => last.source.add(right, down),
+            _ => {
+                self.write_back(last.take());
+                *last = Some(self.begin_source(exemplar, texel.0, right, down));
             }
-        } else {
-            let source = &mut self.sources[self.seen[texel as usize].source as usize];
-            source.right += right;
-            source.down += down;
-            source.proposals += 1;
         }
+    }
+
+    /// The source that a texel is, or from now on is, with one proposal more.
+    #[inline(always)]
+    fn begin_source(
+        &mut self,
+        exemplar: &ExemplarLevel<'_>,
+        texel: u32,
+        right: f32,
+        down: f32,
+    ) -> Last {
+        let index = self.sources.len();
+        if !self.is_new(texel, index) {
+            let index = self.seen[texel as usize].source as usize;
+            let mut source = self.sources[index];
+            source.add(right, down);
+            return Last { index, source };
+        }
+        let source = Source {
+            texel,
+            right,
+            down,
+            proposals: 1,
+        };
+        self.sources.push(source);
+        if exemplar.whole[texel as usize] {
+            self.origins.push(index as u32);
+            self.list.push(Candidate { texel, factor: 1.0 });
+        }
+        Last { index, source }
+    }
+
+    #[inline(always)]
+    fn write_back(&mut self, last: Option<Last>) {
+        if let Some(Last { index, source }) = last {
+            self.sources[index] = source;
+        }
+    }
+}
+
+impl Source {
+    #[inline(always)]
+    fn add(&mut self, right: f32, down: f32) {
+        self.right += right;
+        self.down += down;
+        self.proposals += 1;
     }
 }
 

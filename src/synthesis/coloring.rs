@@ -1,13 +1,17 @@
 //! Colour classes: sites of one class read nothing of each other, so that they can be refined
 //! together, and the result is that of visiting class after class, site after site.
 
-use crate::mesh::hierarchy::SiteLevel;
+use crate::mesh::hierarchy::{NeighborLists, SiteLevel};
 
 /// The classes of a level, each its sites ascending.
 ///
-/// Sites are coloured greedily in their order, each with the first colour that neither a site it
-/// reads nor one that reads it has.
+/// The sites of a mesh are coloured greedily in their order, each with the first colour that neither a
+/// site it reads nor one that reads it has; those of a flat grid, where samples and neighbours fill the
+/// same window, by their rows and columns.
 pub fn color_classes(level: &SiteLevel) -> Vec<Vec<u32>> {
+    if let NeighborLists::OfGrid(neighbors) = &level.neighbors {
+        return classes(&neighbors.colors());
+    }
     let mut words = 2;
     loop {
         if let Some(colors) = greedy_colors(level, words) {
@@ -75,6 +79,7 @@ fn classes(colors: &[u32]) -> Vec<Vec<u32>> {
 mod tests {
     use super::*;
     use crate::synthesis::fixtures;
+    use crate::synthesis::grid_target::GridTarget;
 
     #[test]
     fn no_site_reads_another_of_its_class() {
@@ -98,6 +103,29 @@ mod tests {
                 read.iter()
                     .all(|&other| color[other as usize] != color[site])
             );
+        }
+    }
+
+    #[test]
+    fn no_site_of_a_grid_reads_another_of_its_class() {
+        let grid = GridTarget {
+            width: 18,
+            height: 10,
+            toroidal: true,
+        };
+        let neighborhoods = [
+            fixtures::square_neighborhood(5, Some(3)),
+            fixtures::square_neighborhood(5, None),
+        ];
+        let level = &grid.hierarchy(&neighborhoods).unwrap().levels[0];
+        let (mut read, mut seen) = (Vec::new(), vec![u32::MAX; 180]);
+        let classes = color_classes(level);
+        assert_eq!(classes.iter().map(Vec::len).sum::<usize>(), 180);
+        for class in classes {
+            for &site in &class {
+                collect_read(level, site as usize, &mut read, &mut seen);
+                assert!(read.len() == 24 && read.iter().all(|other| !class.contains(other)));
+            }
         }
     }
 

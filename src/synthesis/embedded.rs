@@ -192,14 +192,14 @@ impl PatternPart {
     ) {
         self.clear();
         let default = embedding.rows as u32 - 1;
-        sites.of_site(site).for_each(|(place, held)| {
+        for (place, held) in sites.of_site(site) {
             self.blends.push(match held {
                 Held::Default => ([default; 3], [1.0, 0.0, 0.0]),
                 Held::One(row) => ([row; 3], [1.0, 0.0, 0.0]),
                 Held::Blend(rows, blend) => (rows, blend),
             });
             self.count(deltas[place], weights[place]);
-        });
+        }
         self.blend(embedding);
     }
 

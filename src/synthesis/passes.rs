@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
-use crate::mesh::hierarchy::{Parent, SiteLevel};
+use crate::mesh::hierarchy::{NeighborLists, Parent, SiteLevel};
 use crate::progress::Progress;
 use crate::random;
 use crate::synthesis::candidates::CandidateList;
@@ -277,13 +277,21 @@ impl<M: Metric> LevelPass<'_, M> {
     ) -> TexCoord {
         let done = seen.done();
         let own = done.is_none().then(|| state.coords[site]);
-        let neighbors = self.sites.neighbors.of_site(site);
-        let counts = |other: usize| done.is_none_or(|done| done[other]);
         let Scratch {
             candidates,
             pattern,
         } = scratch;
-        candidates.collect_coherent(self.exemplar, own, neighbors, &state.coords, counts);
+        let (exemplar, coords) = (self.exemplar, &state.coords);
+        let counts = |other: usize| done.is_none_or(|done| done[other]);
+        // Case by case, so that each is a loop of its own.
+        match &self.sites.neighbors {
+            NeighborLists::OfPatches(lists) => {
+                candidates.collect_coherent(exemplar, own, lists.of_site(site), coords, counts);
+            }
+            NeighborLists::OfGrid(grid) => {
+                candidates.collect_coherent(exemplar, own, grid.of_site(site), coords, counts);
+            }
+        }
         let neighborhood = self.neighborhood(site, state, done);
         self.metric.read(&neighborhood, pattern);
         let preference = Preference {

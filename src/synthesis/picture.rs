@@ -9,6 +9,7 @@
 
 use multiversion::multiversion;
 
+use crate::mesh::stencil::{SampleLocation, Stencils};
 use crate::synthesis::candidates::Candidate;
 use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
@@ -111,11 +112,14 @@ impl<'a> PictureMetric<'a> {
     /// Where on the bordered images a texel's windows begin, the fine one and the coarse one.
     #[inline(always)]
     fn corners(&self, texel: u32) -> [usize; 2] {
-        let coarse = self.exemplar.coarse.as_ref().map(|coarse| {
-            let parent = coarse.parents[texel as usize];
-            coarse.windows.corner(parent)
-        });
-        [self.exemplar.fine.corner(texel), coarse.unwrap_or_default()]
+        let fine = self.exemplar.fine.corner(texel);
+        match &self.exemplar.coarse {
+            Some(coarse) => {
+                let parent = coarse.parents[texel as usize];
+                [fine, coarse.windows.corner(parent)]
+            }
+            None => [fine, 0],
+        }
     }
 
     /// Whether every sample of both windows counts.
@@ -130,13 +134,14 @@ impl<'a> PictureMetric<'a> {
     #[inline(always)]
     fn distance_inline(&self, pattern: &PicturePattern, texel: u32, limit: f32) -> f32 {
         let corners = self.corners(texel);
-        let coarse = self.coarse.as_ref().map_or(0.0, |coarse| {
-            coarse.distance(&pattern.coarse, corners[1], 0.0, limit)
-        });
-        if coarse > limit {
-            return coarse;
+        let mut sum = 0.0;
+        if let Some(coarse) = &self.coarse {
+            sum = coarse.distance(&pattern.coarse, corners[1], sum, limit);
+            if sum > limit {
+                return sum;
+            }
         }
-        self.fine.distance(&pattern.fine, corners[0], coarse, limit)
+        self.fine.distance(&pattern.fine, corners[0], sum, limit)
     }
 }
 
@@ -219,18 +224,32 @@ impl Picture {
         part.weights.clone_from(&self.weights);
         // The last sample's last step may reach beyond the last block.
         part.values.resize(self.weights.len() + STEP, 0.0);
+        match sites.stencils {
+            Stencils::OfPatches(stencils) => {
+                self.read_samples(sites, stencils.of_site(site), part);
+            }
+            Stencils::OfGrid(window) => self.read_samples(sites, window.of_site(site), part),
+        }
+    }
+
+    #[inline(always)]
+    fn read_samples(
+        &self,
+        sites: &SampledSites<'_>,
+        samples: impl Iterator<Item = SampleLocation>,
+        part: &mut PatternPart,
+    ) {
         let default = self.vectors.len() / self.steps - 1;
-        let samples = sites.all_of_site(site).zip(&self.places);
-        samples.for_each(|(held, &place)| {
+        for ((sample, location), &place) in samples.enumerate().zip(&self.places) {
             let place = place as usize;
             let values = &mut part.values[place..][..self.steps * STEP];
-            match held {
+            match sites.held(sample, location) {
                 None => part.weights[place..][..self.depth].fill(0.0),
                 Some(Held::Default) => self.copy(default, values),
                 Some(Held::One(row)) => self.copy(row as usize, values),
                 Some(Held::Blend(rows, blend)) => self.blend(rows, blend, values),
             }
-        });
+        }
     }
 
     /// The vector of a feature row. What fills it up is overwritten by the next sample, or weighs nothing.

@@ -41,21 +41,14 @@ impl<'a> SampledSites<'a> {
     /// The samples of a site that count, each with its place in the template.
     #[inline(always)]
     pub fn of_site(&self, site: usize) -> impl Iterator<Item = (usize, Held)> + '_ {
-        self.all_of_site(site)
-            .enumerate()
-            .filter_map(|(place, held)| Some((place, held?)))
-    }
-
-    /// What every sample of a site holds, in the template's order; `None` for one that does not count. A
-    /// sample counts only when all sites that weigh in it are done.
-    #[inline(always)]
-    pub fn all_of_site(&self, site: usize) -> impl Iterator<Item = Option<Held>> + '_ {
         let samples = self.stencils.of_site(site).enumerate();
-        samples.map(|(place, sample)| self.held(place, sample))
+        samples.filter_map(|(place, sample)| Some((place, self.held(place, sample)?)))
     }
 
+    /// What a sample at a place in the template holds; `None` for one that does not count. A sample
+    /// counts only when all sites that weigh in it are done.
     #[inline(always)]
-    fn held(&self, place: usize, sample: SampleLocation) -> Option<Held> {
+    pub fn held(&self, place: usize, sample: SampleLocation) -> Option<Held> {
         if self.left_out == Some(place) {
             return None;
         }
