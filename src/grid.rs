@@ -88,22 +88,6 @@ impl TexelGrid {
         self.texel_at(row, floor(at.s))
     }
 
-    /// The texel that holds a coordinate, as [`texel_holding`](Self::texel_holding), and how far right
-    /// and down in it the coordinate lies.
-    #[inline(always)]
-    pub fn place_in_texel(self, at: TexCoord) -> Option<(TexelIndex, [f32; 2])> {
-        let below = self.height as f32 - at.t;
-        let (row, col) = (floor(below), floor(at.s));
-        let inside = [at.s - col as f32, below - row as f32];
-        // Mostly on the grid or next to it: what a division would tell is known without one.
-        let (row, col) = match self.tileable {
-            true => (wrapped(row, self.height), wrapped(col, self.width)),
-            false => (u32::try_from(row).ok()?, u32::try_from(col).ok()?),
-        };
-        let on_grid = row < self.height && col < self.width;
-        on_grid.then(|| (TexelIndex(row * self.width + col), inside))
-    }
-
     /// The nearest texel on the grid: wrapped when tileable, else clamped to the border.
     #[inline]
     pub fn texel_nearest(self, at: TexCoord) -> TexelIndex {
@@ -162,21 +146,6 @@ fn floor(value: f32) -> i64 {
     whole - i64::from(whole as f32 > value)
 }
 
-/// `place` modulo `side`.
-#[inline(always)]
-fn wrapped(place: i64, side: u32) -> u32 {
-    let side = i64::from(side);
-    let once = match place {
-        place if place < 0 => place + side,
-        place if place >= side => place - side,
-        place => place,
-    };
-    match (0..side).contains(&once) {
-        true => once as u32,
-        false => once.rem_euclid(side) as u32,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -200,29 +169,6 @@ mod tests {
         // Row 0 is the top of the image: t close to H.
         let top_left = TexCoord { s: 0.0, t: 4.0 };
         assert_eq!(PATCH.texel_holding(top_left), Some(TexelIndex(0)));
-    }
-
-    #[test]
-    fn a_place_in_a_texel_is_its_coordinate_s_rest() {
-        for grid in [TILE, PATCH] {
-            for step in 0..400 {
-                let at = TexCoord {
-                    s: -9.0 + 0.37 * (step % 80) as f32,
-                    t: -7.0 + 0.29 * (step / 5) as f32,
-                };
-                let found = grid.place_in_texel(at);
-                assert_eq!(found.map(|(texel, _)| texel), grid.texel_holding(at));
-                if let Some((texel, [right, down])) = found {
-                    let corner = grid.centre(texel);
-                    let back = TexCoord {
-                        s: corner.s - 0.5 + right,
-                        t: corner.t + 0.5 - down,
-                    };
-                    let (ds, dt) = grid.difference(at, back);
-                    assert!(ds.abs() < 1e-5 && dt.abs() < 1e-5, "{at:?} {back:?}");
-                }
-            }
-        }
     }
 
     #[test]

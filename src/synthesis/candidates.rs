@@ -4,7 +4,10 @@
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
 use crate::mesh::hierarchy::Neighbor;
+use crate::synthesis::choice::Pick;
 use crate::synthesis::exemplar_level::ExemplarLevel;
+use crate::synthesis::proposals::Proposals;
+use crate::synthesis::radii::{Radii, may_reach};
 
 /// A texel to try.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,19 +32,24 @@ pub fn shifted(at: TexCoord, x: f32, y: f32) -> TexCoord {
 const MARGIN: f32 = 1.0 / 64.0;
 
 /// A coherent texel, and where in it the proposals lie.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Source {
     texel: u32,
     /// Sums of the proposals' places in the texel, rightwards and downwards from its corner.
     right: f32,
     down: f32,
     proposals: u32,
+    /// How far a pattern is from the texel's window, the root of its distance, where it is known.
+    away: Option<f32>,
 }
 
-/// The source of the last proposal, which is written back when another follows: neighbours mostly agree.
-struct Last {
-    index: usize,
-    source: Source,
+/// What rules out neighbours of coherent texels that cannot be better than the best of these.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach<'a> {
+    /// The radii of the level.
+    pub radii: &'a Radii,
+    /// The distance that a neighbour may have at most.
+    pub limit: f64,
 }
 
 /// When a texel was last seen, and as which source, if it was one.
@@ -62,6 +70,7 @@ pub struct CandidateList {
     /// One a texel.
     seen: Vec<Seen>,
     round: u32,
+    proposals: Proposals,
 }
 
 impl CandidateList {
@@ -81,36 +90,109 @@ impl CandidateList {
         counts: impl Fn(usize) -> bool,
     ) {
         self.begin(exemplar.grid.len());
-        let mut last = None;
+        self.proposals.clear();
         if let Some(at) = own {
-            self.propose(exemplar, at, &mut last);
+            self.proposals.push(at);
         }
         for neighbor in neighbors {
             let site = neighbor.site as usize;
             if counts(site) {
                 let at = shifted(coords[site], neighbor.x, neighbor.y);
-                self.propose(exemplar, at, &mut last);
+                self.proposals.push(at);
             }
         }
-        self.write_back(last);
+        self.proposals.place(exemplar.grid);
+        self.merge_proposals();
+        for (index, source) in self.sources.iter().enumerate() {
+            if exemplar.whole[source.texel as usize] {
+                self.origins.push(index as u32);
+                self.list.push(Candidate {
+                    texel: source.texel,
+                    factor: 1.0,
+                });
+            }
+        }
     }
 
-    /// Adds the nearest texels of every coherent one, whose distances count `coherence` times, and
-    /// returns where they begin.
-    pub fn add_nearest(&mut self, exemplar: &ExemplarLevel<'_>, coherence: f64) -> usize {
+    /// Makes the proposals the sources they name. Whether a texel is new is a number here, not a branch,
+    /// which would be guessed wrong at every border of a copied patch.
+    fn merge_proposals(&mut self) {
+        let Proposals {
+            texels,
+            right,
+            down,
+            ..
+        } = &self.proposals;
+        self.sources.resize(texels.len(), Source::default());
+        let mut count = 0;
+        for ((&texel, &right), &down) in texels.iter().zip(right).zip(down) {
+            if texel == Proposals::NOWHERE {
+                continue;
+            }
+            let seen = &mut self.seen[texel as usize];
+            let known = seen.round == self.round;
+            let index = if known { seen.source } else { count };
+            *seen = Seen {
+                round: self.round,
+                source: index,
+            };
+            count += u32::from(!known);
+            let source = &mut self.sources[index as usize];
+            source.texel = texel;
+            source.right += right;
+            source.down += down;
+            source.proposals += 1;
+        }
+        self.sources.truncate(count as usize);
+    }
+
+    /// Takes the distances of the coherent candidates, and returns the best of them.
+    pub fn take_distances(&mut self, distances: &[f64], noise: f64) -> Option<Pick> {
+        let mut best: Option<Pick> = None;
+        let measured = self.list.iter().zip(&self.origins).zip(distances);
+        for ((candidate, &source), &distance) in measured {
+            self.sources[source as usize].away = Some(distance.sqrt() as f32);
+            let pick = Pick::new(candidate.texel, distance, candidate.factor, noise);
+            if best.is_none_or(|best| pick.beats(&best)) {
+                best = Some(pick);
+            }
+        }
+        best
+    }
+
+    /// Adds the nearest texels of every coherent one, whose distances count `coherence` times, but
+    /// those out of `reach`; returns where they begin.
+    pub fn add_nearest(
+        &mut self,
+        exemplar: &ExemplarLevel<'_>,
+        coherence: f64,
+        reach: Option<Reach<'_>>,
+    ) -> usize {
         let begin = self.list.len();
         for source in 0..self.sources.len() {
-            for &texel in &exemplar.nearest(self.sources[source].texel)[1..] {
-                if self.is_new(texel, source) && exemplar.whole[texel as usize] {
-                    self.origins.push(source as u32);
-                    self.list.push(Candidate {
-                        texel,
-                        factor: coherence,
-                    });
+            let Source { texel, away, .. } = self.sources[source];
+            let near = exemplar.nearest(texel)[1..].iter();
+            match reach.zip(away) {
+                None => near.for_each(|&texel| self.add(exemplar, texel, source, coherence)),
+                Some((Reach { radii, limit }, away)) => {
+                    let limit = limit.max(0.0).sqrt() as f32;
+                    for (&texel, &radius) in near.zip(radii.of_texel(texel)) {
+                        if may_reach(radius, away, limit) {
+                            self.add(exemplar, texel, source, coherence);
+                        }
+                    }
                 }
             }
         }
         begin
+    }
+
+    #[inline(always)]
+    fn add(&mut self, exemplar: &ExemplarLevel<'_>, texel: u32, source: usize, factor: f64) {
+        if self.is_new(texel, source) && exemplar.whole[texel as usize] {
+            self.origins.push(source as u32);
+            self.list.push(Candidate { texel, factor });
+        }
     }
 
     /// The coordinate a listed texel brings along: where in the texel the proposals of its source lie
@@ -162,67 +244,6 @@ impl CandidateList {
         }
         new
     }
-
-    /// A coordinate, which may lie off the grid, proposes the texel that holds it.
-    #[inline(always)]
-    fn propose(&mut self, exemplar: &ExemplarLevel<'_>, at: TexCoord, last: &mut Option<Last>) {
-        let Some((texel, [right, down])) = exemplar.grid.place_in_texel(at) else {
-            return;
-        };
-        match last {
-            Some(last) if last.source.texel == texel.0 => last.source.add(right, down),
-            _ => {
-                self.write_back(last.take());
-                *last = Some(self.begin_source(exemplar, texel.0, right, down));
-            }
-        }
-    }
-
-    /// The source that a texel is, or from now on is, with one proposal more.
-    #[inline(always)]
-    fn begin_source(
-        &mut self,
-        exemplar: &ExemplarLevel<'_>,
-        texel: u32,
-        right: f32,
-        down: f32,
-    ) -> Last {
-        let index = self.sources.len();
-        if !self.is_new(texel, index) {
-            let index = self.seen[texel as usize].source as usize;
-            let mut source = self.sources[index];
-            source.add(right, down);
-            return Last { index, source };
-        }
-        let source = Source {
-            texel,
-            right,
-            down,
-            proposals: 1,
-        };
-        self.sources.push(source);
-        if exemplar.whole[texel as usize] {
-            self.origins.push(index as u32);
-            self.list.push(Candidate { texel, factor: 1.0 });
-        }
-        Last { index, source }
-    }
-
-    #[inline(always)]
-    fn write_back(&mut self, last: Option<Last>) {
-        if let Some(Last { index, source }) = last {
-            self.sources[index] = source;
-        }
-    }
-}
-
-impl Source {
-    #[inline(always)]
-    fn add(&mut self, right: f32, down: f32) {
-        self.right += right;
-        self.down += down;
-        self.proposals += 1;
-    }
 }
 
 #[cfg(test)]
@@ -265,7 +286,7 @@ mod tests {
         let neighbors = [near(0.8, 0.1), near(1.2, 0.4), near(-0.5, 0.0)];
         let mut list = CandidateList::default();
         list.collect_coherent(&exemplar, None, neighbors.into_iter(), &coords, |_| true);
-        list.add_nearest(&exemplar, 1.2);
+        list.add_nearest(&exemplar, 1.2, None);
         let twice = grid.texel_holding(TexCoord { s: 4.5, t: 6.25 }).unwrap();
         let place = list.place(grid, twice.0);
         assert!((place.s - 4.5).abs() < 1e-5 && (place.t - 6.25).abs() < 1e-5);
@@ -301,7 +322,7 @@ mod tests {
             list.collect_coherent(&exemplar, Some(coords[0]), near, &coords, |s| s != 4);
             let coherent: BTreeSet<u32> = list.candidates().iter().map(|c| c.texel).collect();
             assert_eq!(coherent.len(), list.candidates().len());
-            list.add_nearest(&exemplar, 1.2);
+            list.add_nearest(&exemplar, 1.2, None);
             let mut expected = BTreeSet::new();
             let proposals = neighbors.iter().filter(|n| n.site != 4);
             let proposals =

@@ -68,13 +68,17 @@ pub fn smallest(
     mut distance: impl FnMut(u32, f64) -> f64,
 ) -> Option<Pick> {
     let mut best = first;
+    let (mut limit, mut limited) = (f64::INFINITY, f64::NAN);
     for candidate in candidates {
         let factor = candidate.factor;
-        let limit = Pick::limit(best, factor, noise);
+        // Most candidates count alike, and few are the best so far.
+        if factor != limited {
+            (limit, limited) = (Pick::limit(best, factor, noise), factor);
+        }
         let distance = distance(candidate.texel, limit);
         let pick = Pick::new(candidate.texel, distance, factor, noise);
         if best.is_none_or(|best| pick.beats(&best)) {
-            best = Some(pick);
+            (best, limited) = (Some(pick), f64::NAN);
         }
     }
     best

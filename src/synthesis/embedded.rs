@@ -11,7 +11,7 @@ use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::full_search::{ProjectedWindows, best_within};
-use crate::synthesis::metric::{Metric, best_of_whole};
+use crate::synthesis::metric::{Euclidean, Metric, best_of_whole};
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 
 /// Samples after which a growing distance is compared with the best so far.
@@ -84,20 +84,6 @@ impl<'a> EmbeddedMetric<'a> {
         let projected = ProjectedWindows::new(weights.concat(), texels, window, seed, level);
         self.projected = Some(projected);
         self
-    }
-
-    /// The pattern a texel's own window would be.
-    pub fn pattern_of_texel(&self, texel: u32, pattern: &mut EmbeddedPattern) {
-        let neighborhood = self.exemplar.neighborhood;
-        let (window, windows) = (self.exemplar.fine.window(texel), &self.exemplar.fine);
-        let part = &mut pattern.fine;
-        part.read_window(self.fine, window, windows.deltas(), &neighborhood.weights);
-        pattern.coarse.clear();
-        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse) {
-            let window = coarse.windows.window(coarse.parents[texel as usize]);
-            let (part, weights) = (&mut pattern.coarse, &neighborhood.coarse_weights);
-            part.read_window(embedding, window, coarse.windows.deltas(), weights);
-        }
     }
 
     /// The distance, or infinity once it exceeds `limit`: the first blocks of the vectors, which say
@@ -304,6 +290,10 @@ impl Metric for EmbeddedMetric<'_> {
         f64::from(self.distance_inline(pattern, texel, limit as f32))
     }
 
+    fn distances(&self, pattern: &EmbeddedPattern, candidates: &[Candidate], found: &mut Vec<f64>) {
+        distances(self, pattern, candidates, found);
+    }
+
     fn best(
         &self,
         pattern: &EmbeddedPattern,
@@ -330,6 +320,21 @@ impl Metric for EmbeddedMetric<'_> {
                 pick
             }
             _ => best_texel(self, pattern, first, preference),
+        }
+    }
+}
+
+impl Euclidean for EmbeddedMetric<'_> {
+    fn pattern_of_texel(&self, texel: u32, pattern: &mut EmbeddedPattern) {
+        let neighborhood = self.exemplar.neighborhood;
+        let (window, windows) = (self.exemplar.fine.window(texel), &self.exemplar.fine);
+        let part = &mut pattern.fine;
+        part.read_window(self.fine, window, windows.deltas(), &neighborhood.weights);
+        pattern.coarse.clear();
+        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse) {
+            let window = coarse.windows.window(coarse.parents[texel as usize]);
+            let (part, weights) = (&mut pattern.coarse, &neighborhood.coarse_weights);
+            part.read_window(embedding, window, coarse.windows.deltas(), weights);
         }
     }
 }
@@ -367,6 +372,24 @@ fn read_pattern(
         );
     }
     pattern.complete = pattern.fine.deltas.len() == neighborhood.offsets.len();
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn distances(
+    metric: &EmbeddedMetric<'_>,
+    pattern: &EmbeddedPattern,
+    candidates: &[Candidate],
+    found: &mut Vec<f64>,
+) {
+    found.clear();
+    for candidate in candidates {
+        let distance = metric.distance_inline(pattern, candidate.texel, f32::INFINITY);
+        found.push(f64::from(distance));
+    }
 }
 
 #[multiversion(targets(

@@ -19,10 +19,11 @@ use crate::synthesis::embedded::EmbeddedMetric;
 use crate::synthesis::embedding::Embedding;
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::gram::GramMetric;
-use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::{Euclidean, Metric};
 use crate::synthesis::options::{MetricKind, Search, SynthesisOptions};
 use crate::synthesis::passes::{LevelPass, LevelState};
 use crate::synthesis::picture::PictureMetric;
+use crate::synthesis::radii::Radii;
 
 /// What synthesis reads.
 #[derive(Clone, Copy, Debug)]
@@ -151,7 +152,7 @@ impl<'a> Stage<'a> {
                 let fine = gram(self.level)?;
                 let coarse = two_level.then(|| gram(self.level + 1)).transpose()?;
                 let metric = GramMetric::new(&self.exemplar, fine, coarse);
-                self.run_with(&metric, coarser.as_ref(), classes, progress)
+                self.run_with(&metric, None, coarser.as_ref(), classes, progress)
             }
             MetricKind::Embedded => {
                 let embedding = |level: usize| {
@@ -167,7 +168,8 @@ impl<'a> Stage<'a> {
                         if full {
                             metric = metric.with_projected_windows(seed, level);
                         }
-                        self.run_with(&metric, coarser.as_ref(), classes, progress)
+                        let radii = self.radii(&metric);
+                        self.run_with(&metric, radii.as_ref(), coarser.as_ref(), classes, progress)
                     }
                     Kind::Textons => {
                         let mut metric =
@@ -175,7 +177,8 @@ impl<'a> Stage<'a> {
                         if full {
                             metric = metric.with_projected_windows(seed, level);
                         }
-                        self.run_with(&metric, coarser.as_ref(), classes, progress)
+                        let radii = self.radii(&metric);
+                        self.run_with(&metric, radii.as_ref(), coarser.as_ref(), classes, progress)
                     }
                 }
             }
@@ -192,6 +195,7 @@ impl<'a> Stage<'a> {
     fn run_with<M: Metric>(
         &self,
         metric: &M,
+        radii: Option<&Radii>,
         coarser: Option<&LevelState>,
         classes: &[Vec<u32>],
         progress: Progress<'_>,
@@ -203,6 +207,7 @@ impl<'a> Stage<'a> {
             coarser,
             metric,
             options: self.options,
+            radii,
             noise: 0.0,
         };
         if self.options.noise > 0.0 {
@@ -236,6 +241,13 @@ impl<'a> Stage<'a> {
             pass.sweep(&mut state, u64::from(sweep), progress)?;
         }
         Ok(state)
+    }
+
+    /// The radii of the level, where it is refined by k-coherence.
+    fn radii<M: Euclidean>(&self, metric: &M) -> Option<Radii> {
+        let refined = self.level + 1 < self.plan.levels && self.options.passes > 1;
+        let used = refined && self.options.search == Search::KCoherence && self.plan.k > 1;
+        used.then(|| Radii::new(metric, &self.exemplar))
     }
 
     /// Whether the level ends with a full search where it fits worst.

@@ -12,7 +12,7 @@
 //! | the exemplar's texels, windows, neighbours | [`exemplar_level`], [`windows`] |
 //! | what a site's neighbourhood holds | [`site_samples`] |
 //! | distance of a site's and a texel's neighbourhood | [`metric`]: [`gram`] (through Φ), [`embedded`] (through a factor of it), [`picture`] (of plain images) |
-//! | which texels to try | [`candidates`], [`full_search`] |
+//! | which texels to try | [`candidates`] that neighbours [propose](proposals), of which [`radii`] rule most out; [`full_search`] |
 //! | which of them to take | [`choice`], after [`usage`] on the coarsest level |
 //! | in which order to visit | [`order`] (growing), [`coloring`] (in parallel) |
 //! | how a level starts and is refined | [`passes`], sparing what has [not changed](changes) |
@@ -41,7 +41,9 @@ pub mod order;
 pub mod passes;
 pub mod picture;
 pub mod pictures;
+pub mod proposals;
 pub mod quality;
+pub mod radii;
 pub mod site_samples;
 pub mod usage;
 pub mod windows;

@@ -12,13 +12,14 @@ use crate::index::TexelIndex;
 use crate::mesh::hierarchy::{NeighborLists, Parent, SiteLevel};
 use crate::progress::Progress;
 use crate::random;
-use crate::synthesis::candidates::CandidateList;
+use crate::synthesis::candidates::{CandidateList, Reach};
 use crate::synthesis::changes::Changes;
 use crate::synthesis::choice::{Pick, Preference};
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::options::{Search, SynthesisOptions};
 use crate::synthesis::order::growing_order;
+use crate::synthesis::radii::Radii;
 use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
 use crate::synthesis::usage::Usage;
 
@@ -52,6 +53,8 @@ pub struct LevelPass<'a, M> {
     pub metric: &'a M,
     /// What was asked.
     pub options: &'a SynthesisOptions,
+    /// The radii of the exemplar's neighbours, where a refining choice is to be spared most of them.
+    pub radii: Option<&'a Radii>,
     /// What is added to all distances of a choice.
     pub noise: f64,
 }
@@ -80,6 +83,7 @@ impl<'a> Seen<'a> {
 struct Scratch<P> {
     candidates: CandidateList,
     pattern: P,
+    distances: Vec<f64>,
 }
 
 impl<P: Default> Default for Scratch<P> {
@@ -87,6 +91,7 @@ impl<P: Default> Default for Scratch<P> {
         Self {
             candidates: CandidateList::default(),
             pattern: P::default(),
+            distances: Vec::new(),
         }
     }
 }
@@ -280,6 +285,7 @@ impl<M: Metric> LevelPass<'_, M> {
         let Scratch {
             candidates,
             pattern,
+            distances,
         } = scratch;
         let (exemplar, coords) = (self.exemplar, &state.coords);
         let counts = |other: usize| done.is_none_or(|done| done[other]);
@@ -300,7 +306,7 @@ impl<M: Metric> LevelPass<'_, M> {
         };
         let mut pick = None;
         if self.options.search == Search::KCoherence {
-            pick = self.best_nearby(pattern, candidates, seen);
+            pick = self.best_nearby(pattern, candidates, distances, seen);
         }
         let all = |pattern| {
             self.metric
@@ -316,24 +322,29 @@ impl<M: Metric> LevelPass<'_, M> {
         &self,
         pattern: &M::Pattern,
         candidates: &mut CandidateList,
+        distances: &mut Vec<f64>,
         seen: Seen<'_>,
     ) -> Option<Pick> {
         let (coherence, noise) = (self.options.coherence, self.noise);
         if let Seen::Used(usage) = seen {
-            candidates.add_nearest(self.exemplar, coherence);
+            candidates.add_nearest(self.exemplar, coherence, None);
             candidates.weigh(|texel| usage.factor(texel));
             return self
                 .metric
                 .best(pattern, candidates.candidates(), None, noise);
         }
-        let coherent = self
-            .metric
-            .best(pattern, candidates.candidates(), None, noise);
+        self.metric
+            .distances(pattern, candidates.candidates(), distances);
+        let coherent = candidates.take_distances(distances, noise);
         // Not even a distance of nothing would beat this one.
         if coherent.is_some_and(|pick| pick.score < coherence * noise) {
             return coherent;
         }
-        let begin = candidates.add_nearest(self.exemplar, coherence);
+        // Radii are those of whole neighbourhoods.
+        let radii = self.radii.filter(|_| matches!(seen, Seen::All));
+        let limit = Pick::limit(coherent, coherence, noise);
+        let reach = radii.map(|radii| Reach { radii, limit });
+        let begin = candidates.add_nearest(self.exemplar, coherence, reach);
         let others = &candidates.candidates()[begin..];
         self.metric.best(pattern, others, coherent, noise)
     }

@@ -7,6 +7,8 @@
 //! belongs to a sample that counts. Sums run over fixed lanes in fixed order: the same distances
 //! everywhere.
 
+use std::ops::Range;
+
 use multiversion::multiversion;
 
 use crate::mesh::stencil::{SampleLocation, Stencils};
@@ -15,14 +17,15 @@ use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::full_search::{ProjectedWindows, best_within};
-use crate::synthesis::metric::{Metric, best_of_whole};
+use crate::synthesis::metric::{Euclidean, Metric, best_of_whole};
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 use crate::synthesis::windows::Windows;
 
 /// Numbers of a vector that are copied at once.
 const STEP: usize = 4;
-/// Pairs of blocks after which a growing distance is compared with the best so far.
-const RUN: usize = 4;
+/// Pairs of blocks after which a growing distance is compared with the best so far: the windows of a
+/// picture in colour have fewer, and are sooner compared whole than a branch is guessed wrong.
+const RUN: usize = 8;
 
 /// The metric of one level of a plain image.
 #[derive(Debug)]
@@ -30,6 +33,8 @@ pub struct PictureMetric<'a> {
     exemplar: &'a ExemplarLevel<'a>,
     fine: Picture,
     coarse: Option<Picture>,
+    /// Where the numbers of each texel's windows begin, of the fine one and the coarse one.
+    corners: Vec<[u32; 2]>,
     projected: Option<ProjectedWindows>,
 }
 
@@ -84,6 +89,7 @@ impl<'a> PictureMetric<'a> {
             coarse: coarse.map(|(embedding, coarse)| {
                 Picture::new(embedding, &coarse.windows, &neighborhood.coarse_weights)
             }),
+            corners: corners(exemplar, fine.dimensions),
             projected: None,
         }
     }
@@ -92,11 +98,12 @@ impl<'a> PictureMetric<'a> {
     #[must_use]
     pub fn with_projected_windows(mut self, seed: u64, level: u32) -> Self {
         let window = |texel: u32, numbers: &mut Vec<f32>| {
-            let corners = self.corners(texel);
-            self.fine.extend_by_window(corners[0], numbers);
-            if let Some(coarse) = &self.coarse {
-                coarse.extend_by_window(corners[1], numbers);
-            }
+            let mut pattern = PicturePattern::default();
+            self.pattern_of_texel(texel, &mut pattern);
+            pattern
+                .parts()
+                .into_iter()
+                .for_each(|part| numbers.extend(part));
         };
         let coarse = self
             .coarse
@@ -107,19 +114,6 @@ impl<'a> PictureMetric<'a> {
         let projected = ProjectedWindows::new(weights, texels, window, seed, level);
         self.projected = Some(projected);
         self
-    }
-
-    /// Where on the bordered images a texel's windows begin, the fine one and the coarse one.
-    #[inline(always)]
-    fn corners(&self, texel: u32) -> [usize; 2] {
-        let fine = self.exemplar.fine.corner(texel);
-        match &self.exemplar.coarse {
-            Some(coarse) => {
-                let parent = coarse.parents[texel as usize];
-                [fine, coarse.windows.corner(parent)]
-            }
-            None => [fine, 0],
-        }
     }
 
     /// Whether every sample of both windows counts.
@@ -133,16 +127,38 @@ impl<'a> PictureMetric<'a> {
     /// most, before the fine one.
     #[inline(always)]
     fn distance_inline(&self, pattern: &PicturePattern, texel: u32, limit: f32) -> f32 {
-        let corners = self.corners(texel);
-        let mut sum = 0.0;
+        let corners = self.corners[texel as usize];
+        let mut sums = [[0.0; LANES]; 2];
         if let Some(coarse) = &self.coarse {
-            sum = coarse.distance(&pattern.coarse, corners[1], sum, limit);
+            let pairs = 0..coarse.blocks.len();
+            coarse.add_squares(&pattern.coarse, pairs, corners[1], &mut sums);
+        }
+        let (mut done, all) = (0, self.fine.blocks.len());
+        loop {
+            let pairs = done..(done + RUN).min(all);
+            done = pairs.end;
+            self.fine
+                .add_squares(&pattern.fine, pairs, corners[0], &mut sums);
+            let sum = sum_of_both(&sums);
             if sum > limit {
+                return f32::INFINITY;
+            }
+            if done == all {
                 return sum;
             }
         }
-        self.fine.distance(&pattern.fine, corners[0], sum, limit)
     }
+}
+
+/// Where the numbers of each texel's windows begin on the bordered images, `depth` numbers a texel.
+fn corners(exemplar: &ExemplarLevel<'_>, depth: usize) -> Vec<[u32; 2]> {
+    let begins = |texel: u32| {
+        let coarse = exemplar.coarse.as_ref().map_or(0, |coarse| {
+            coarse.windows.corner(coarse.parents[texel as usize])
+        });
+        [exemplar.fine.corner(texel), coarse].map(|corner| (corner * depth) as u32)
+    };
+    (0..exemplar.grid.len() as u32).map(begins).collect()
 }
 
 impl PicturePattern {
@@ -210,12 +226,14 @@ impl Picture {
         self.weights[place..][..self.depth].fill(weight);
     }
 
-    /// Appends the numbers of the blocks of the window that begins at a place of the bordered image.
-    fn extend_by_window(&self, corner: usize, numbers: &mut Vec<f32>) {
-        let window = &self.numbers[corner * self.depth..];
-        for &block in self.blocks.as_flattened() {
-            numbers.extend_from_slice(&window[block as usize..][..LANES]);
-        }
+    /// Reads the window that begins at a number of the bordered image.
+    fn read_window(&self, corner: u32, part: &mut PatternPart) {
+        let window = &self.numbers[corner as usize..];
+        let blocks = self.blocks.as_flattened().iter();
+        part.values.clear();
+        part.values
+            .extend(blocks.flat_map(|&block| &window[block as usize..][..LANES]));
+        part.weights.clone_from(&self.weights);
     }
 
     /// Reads what a site's window holds.
@@ -273,34 +291,29 @@ impl Picture {
         }
     }
 
-    /// `sum` and the distance to the window that begins at a place of the bordered image; infinity once
-    /// they exceed `limit`.
+    /// Adds to `sums` what some pairs of blocks are apart from the window that begins at a number of the
+    /// bordered image.
     #[inline(always)]
-    fn distance(&self, part: &PatternPart, corner: usize, sum: f32, limit: f32) -> f32 {
-        let numbers = &self.numbers[corner * self.depth..];
-        let values = part.values.as_chunks::<{ 2 * LANES }>().0;
-        let weights = part.weights.as_chunks::<{ 2 * LANES }>().0;
-        let mut sums = [[0.0; LANES]; 2];
-        let (mut total, mut done) = (sum, 0);
-        while done < self.blocks.len() {
-            let run = done..(done + RUN).min(self.blocks.len());
-            done = run.end;
-            let pattern = values[run.clone()].iter().zip(&weights[run.clone()]);
-            for (begins, (value, weight)) in self.blocks[run].iter().zip(pattern) {
-                for half in 0..2 {
-                    let window = &numbers[begins[half] as usize..][..LANES];
-                    for lane in 0..LANES {
-                        let apart = value[half * LANES + lane] - window[lane];
-                        sums[half][lane] += weight[half * LANES + lane] * (apart * apart);
-                    }
+    fn add_squares(
+        &self,
+        part: &PatternPart,
+        pairs: Range<usize>,
+        corner: u32,
+        sums: &mut [Block; 2],
+    ) {
+        let numbers = &self.numbers[corner as usize..];
+        let values = &part.values.as_chunks::<{ 2 * LANES }>().0[pairs.clone()];
+        let weights = &part.weights.as_chunks::<{ 2 * LANES }>().0[pairs.clone()];
+        let pattern = values.iter().zip(weights);
+        for (begins, (value, weight)) in self.blocks[pairs].iter().zip(pattern) {
+            for half in 0..2 {
+                let window = &numbers[begins[half] as usize..][..LANES];
+                for lane in 0..LANES {
+                    let apart = value[half * LANES + lane] - window[lane];
+                    sums[half][lane] += weight[half * LANES + lane] * (apart * apart);
                 }
             }
-            total = sum + sum_of_both(&sums);
-            if total > limit {
-                return f32::INFINITY;
-            }
         }
-        total
     }
 }
 
@@ -329,6 +342,10 @@ impl Metric for PictureMetric<'_> {
 
     fn distance(&self, pattern: &PicturePattern, texel: u32, limit: f64) -> f64 {
         f64::from(self.distance_inline(pattern, texel, limit as f32))
+    }
+
+    fn distances(&self, pattern: &PicturePattern, candidates: &[Candidate], found: &mut Vec<f64>) {
+        distances(self, pattern, candidates, found);
     }
 
     fn best(
@@ -361,6 +378,16 @@ impl Metric for PictureMetric<'_> {
     }
 }
 
+impl Euclidean for PictureMetric<'_> {
+    fn pattern_of_texel(&self, texel: u32, pattern: &mut PicturePattern) {
+        let corners = self.corners[texel as usize];
+        self.fine.read_window(corners[0], &mut pattern.fine);
+        if let Some(coarse) = &self.coarse {
+            coarse.read_window(corners[1], &mut pattern.coarse);
+        }
+    }
+}
+
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
@@ -374,6 +401,24 @@ fn read_pattern(
     metric.fine.read(&site.fine, site.site, &mut pattern.fine);
     if let (Some(picture), Some(sites)) = (&metric.coarse, &site.coarse) {
         picture.read(sites, site.site, &mut pattern.coarse);
+    }
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn distances(
+    metric: &PictureMetric<'_>,
+    pattern: &PicturePattern,
+    candidates: &[Candidate],
+    found: &mut Vec<f64>,
+) {
+    found.clear();
+    for candidate in candidates {
+        let distance = metric.distance_inline(pattern, candidate.texel, f32::INFINITY);
+        found.push(f64::from(distance));
     }
 }
 
