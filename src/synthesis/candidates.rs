@@ -31,14 +31,10 @@ pub fn shifted(at: TexCoord, x: f32, y: f32) -> TexCoord {
 /// Least distance of a coordinate from its texel's border, in texels, against rounding.
 const MARGIN: f32 = 1.0 / 64.0;
 
-/// A coherent texel, and where in it the proposals lie.
-#[derive(Clone, Copy, Debug, Default)]
+/// A coherent texel.
+#[derive(Clone, Copy, Debug)]
 struct Source {
     texel: u32,
-    /// Sums of the proposals' places in the texel, rightwards and downwards from its corner.
-    right: f32,
-    down: f32,
-    proposals: u32,
     /// How far a pattern is from the texel's window, the root of its distance, where it is known.
     away: Option<f32>,
 }
@@ -48,15 +44,8 @@ struct Source {
 pub struct Reach<'a> {
     /// The radii of the level.
     pub radii: &'a Radii,
-    /// The distance that a neighbour may have at most.
-    pub limit: f64,
-}
-
-/// When a texel was last seen, and as which source, if it was one.
-#[derive(Clone, Copy, Debug, Default)]
-struct Seen {
-    round: u32,
-    source: u32,
+    /// How far from the pattern a neighbour may lie at most, the root of a distance.
+    pub limit: f32,
 }
 
 /// A list of candidates, refilled from site to site.
@@ -67,8 +56,8 @@ pub struct CandidateList {
     origins: Vec<u32>,
     /// Coherent texels, whole or not: those whose neighbour lists are read.
     sources: Vec<Source>,
-    /// One a texel.
-    seen: Vec<Seen>,
+    /// In which round each texel was last seen.
+    seen: Vec<u32>,
     round: u32,
     proposals: Proposals,
 }
@@ -102,48 +91,14 @@ impl CandidateList {
             }
         }
         self.proposals.place(exemplar.grid);
-        self.merge_proposals();
-        for (index, source) in self.sources.iter().enumerate() {
-            if exemplar.whole[source.texel as usize] {
-                self.origins.push(index as u32);
-                self.list.push(Candidate {
-                    texel: source.texel,
-                    factor: 1.0,
-                });
+        for proposal in 0..self.proposals.len() {
+            if let Some(texel) = self.proposals.texel(proposal)
+                && self.is_new(texel)
+            {
+                self.sources.push(Source { texel, away: None });
+                self.add_whole(exemplar, texel, self.sources.len() - 1, 1.0);
             }
         }
-    }
-
-    /// Makes the proposals the sources they name. Whether a texel is new is a number here, not a branch,
-    /// which would be guessed wrong at every border of a copied patch.
-    fn merge_proposals(&mut self) {
-        let Proposals {
-            texels,
-            right,
-            down,
-            ..
-        } = &self.proposals;
-        self.sources.resize(texels.len(), Source::default());
-        let mut count = 0;
-        for ((&texel, &right), &down) in texels.iter().zip(right).zip(down) {
-            if texel == Proposals::NOWHERE {
-                continue;
-            }
-            let seen = &mut self.seen[texel as usize];
-            let known = seen.round == self.round;
-            let index = if known { seen.source } else { count };
-            *seen = Seen {
-                round: self.round,
-                source: index,
-            };
-            count += u32::from(!known);
-            let source = &mut self.sources[index as usize];
-            source.texel = texel;
-            source.right += right;
-            source.down += down;
-            source.proposals += 1;
-        }
-        self.sources.truncate(count as usize);
     }
 
     /// Takes the distances of the coherent candidates, and returns the best of them.
@@ -171,25 +126,25 @@ impl CandidateList {
         let begin = self.list.len();
         for source in 0..self.sources.len() {
             let Source { texel, away, .. } = self.sources[source];
-            let near = exemplar.nearest(texel)[1..].iter();
-            match reach.zip(away) {
-                None => near.for_each(|&texel| self.add(exemplar, texel, source, coherence)),
-                Some((Reach { radii, limit }, away)) => {
-                    let limit = limit.max(0.0).sqrt() as f32;
-                    for (&texel, &radius) in near.zip(radii.of_texel(texel)) {
-                        if may_reach(radius, away, limit) {
-                            self.add(exemplar, texel, source, coherence);
-                        }
-                    }
+            let reach = reach.zip(away);
+            let may_win = |near: usize| {
+                reach.is_none_or(|(Reach { radii, limit }, away)| {
+                    may_reach(radii.of_texel(texel)[near], away, limit)
+                })
+            };
+            for (near, &other) in exemplar.nearest(texel)[1..].iter().enumerate() {
+                if may_win(near) && self.is_new(other) {
+                    self.add_whole(exemplar, other, source, coherence);
                 }
             }
         }
         begin
     }
 
+    /// Lists a texel that comes of a source, if it is whole.
     #[inline(always)]
-    fn add(&mut self, exemplar: &ExemplarLevel<'_>, texel: u32, source: usize, factor: f64) {
-        if self.is_new(texel, source) && exemplar.whole[texel as usize] {
+    fn add_whole(&mut self, exemplar: &ExemplarLevel<'_>, texel: u32, source: usize, factor: f64) {
+        if exemplar.whole[texel as usize] {
             self.origins.push(source as u32);
             self.list.push(Candidate { texel, factor });
         }
@@ -204,11 +159,12 @@ impl CandidateList {
             return grid.centre(TexelIndex(texel));
         };
         let source = &self.sources[self.origins[listed] as usize];
-        let inside = |sum: f32| (sum / source.proposals as f32).clamp(MARGIN, 1.0 - MARGIN);
+        let inside = self.proposals.mean_inside(source.texel);
+        let [right, down] = inside.map(|place| place.clamp(MARGIN, 1.0 - MARGIN));
         let (row, col) = grid.row_col(TexelIndex(texel));
         TexCoord {
-            s: col as f32 + inside(source.right),
-            t: grid.height as f32 - (row as f32 + inside(source.down)),
+            s: col as f32 + right,
+            t: grid.height as f32 - (row as f32 + down),
         }
     }
 
@@ -225,23 +181,18 @@ impl CandidateList {
         self.sources.clear();
         if self.seen.len() != texels || self.round == u32::MAX {
             self.seen.clear();
-            self.seen.resize(texels, Seen::default());
+            self.seen.resize(texels, 0);
             self.round = 0;
         }
         self.round += 1;
     }
 
-    /// Whether a texel is seen for the first time at this site; it then belongs to `source`.
-    #[inline]
-    fn is_new(&mut self, texel: u32, source: usize) -> bool {
+    /// Whether a texel is seen for the first time at this site.
+    #[inline(always)]
+    fn is_new(&mut self, texel: u32) -> bool {
         let seen = &mut self.seen[texel as usize];
-        let new = seen.round != self.round;
-        if new {
-            *seen = Seen {
-                round: self.round,
-                source: source as u32,
-            };
-        }
+        let new = *seen != self.round;
+        *seen = self.round;
         new
     }
 }

@@ -342,7 +342,7 @@ impl<M: Metric> LevelPass<'_, M> {
         }
         // Radii are those of whole neighbourhoods.
         let radii = self.radii.filter(|_| matches!(seen, Seen::All));
-        let limit = Pick::limit(coherent, coherence, noise);
+        let limit = Pick::limit(coherent, coherence, noise).max(0.0).sqrt() as f32;
         let reach = radii.map(|radii| Reach { radii, limit });
         let begin = candidates.add_nearest(self.exemplar, coherence, reach);
         let others = &candidates.candidates()[begin..];
