@@ -211,9 +211,9 @@ fn fill_bounds(groups: &[Group], projection: &[f32], rest: Rest, bounds: &mut Ve
                 bound[lane] += apart * apart;
             }
         }
-        for lane in 0..LANES {
+        for (lane, bound) in bound.iter_mut().enumerate() {
             let apart = rest.residual - group.residuals[lane];
-            bound[lane] += apart * apart - SLACK * (rest.square + group.squares[lane]);
+            *bound += apart * apart - SLACK * (rest.square + group.squares[lane]);
         }
         bounds.extend_from_slice(&bound);
     }

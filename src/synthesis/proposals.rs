@@ -104,7 +104,7 @@ fn place_near(
         let col = once_round(col, width, round_width);
         let outside = (row < 0.0) | (row >= height) | (col < 0.0) | (col >= width);
         let outside = u32::from(outside).wrapping_neg();
-        *texel = whole_number(row) * grid.width + whole_number(col) | outside;
+        *texel = (whole_number(row) * grid.width + whole_number(col)) | outside;
         off |= outside;
     }
     off == 0
