@@ -5,6 +5,7 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
+use std::ops::Range;
 use std::path::Path;
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader as PlyReader};
@@ -16,6 +17,9 @@ use ply_rs_bw::writer::Writer;
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
+
+/// Vertices, or faces, that are written at once.
+const WRITTEN: usize = 1024;
 
 /// Polygons of any number of corners, in one flat list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -279,13 +283,36 @@ impl Column<'_> {
         }
     }
 
-    fn push_number(&self, row: usize, bytes: &mut Vec<u8>) {
+    /// Puts the numbers of some rows into their records: `size` bytes each, this number `offset` behind
+    /// their start.
+    fn fill(&self, rows: Range<usize>, records: &mut [u8], size: usize, offset: usize) {
         match self {
-            Self::Float(values) => bytes.extend(values[row].to_le_bytes()),
-            Self::UShort(values) => bytes.extend(values[row].to_le_bytes()),
-            Self::UChar(values) => bytes.push(values[row]),
-            Self::Int(values) => bytes.extend(values[row].to_le_bytes()),
+            Self::Float(values) => fill(&values[rows], f32::to_le_bytes, records, size, offset),
+            Self::UShort(values) => fill(&values[rows], u16::to_le_bytes, records, size, offset),
+            Self::UChar(values) => fill(&values[rows], u8::to_le_bytes, records, size, offset),
+            Self::Int(values) => fill(&values[rows], i32::to_le_bytes, records, size, offset),
         }
+    }
+
+    /// Bytes a number.
+    fn size(&self) -> usize {
+        match self {
+            Self::Float(_) | Self::Int(_) => 4,
+            Self::UShort(_) => 2,
+            Self::UChar(_) => 1,
+        }
+    }
+}
+
+fn fill<T: Copy, const N: usize>(
+    values: &[T],
+    bytes: impl Fn(T) -> [u8; N],
+    records: &mut [u8],
+    size: usize,
+    offset: usize,
+) {
+    for (record, &value) in records.chunks_exact_mut(size).zip(values) {
+        record[offset..][..N].copy_from_slice(&bytes(value));
     }
 }
 
@@ -299,22 +326,40 @@ pub fn write(
     let header = header_of(comments, columns, triangles.len());
     atomic::write_file(path, |sink| {
         Writer::<DefaultElement>::new().write_header(sink, &header)?;
-        let mut bytes = Vec::new();
-        for row in 0..header.elements["vertex"].count {
-            bytes.clear();
-            for (_, column) in columns {
-                column.push_number(row, &mut bytes);
-            }
-            sink.write_all(&bytes)?;
-        }
-        for triangle in triangles {
-            bytes.clear();
-            bytes.push(triangle.len() as u8);
-            bytes.extend(triangle.iter().flat_map(|corner| corner.to_le_bytes()));
-            sink.write_all(&bytes)?;
-        }
-        Ok(())
+        write_vertices(sink, columns)?;
+        write_faces(sink, triangles)
     })
+}
+
+/// Writes the vertices, some at a time, column after column of them.
+fn write_vertices(sink: &mut impl Write, columns: &[(&str, Column<'_>)]) -> io::Result<()> {
+    let count = columns.first().map_or(0, |(_, column)| column.len());
+    let size: usize = columns.iter().map(|(_, column)| column.size()).sum();
+    let mut records = vec![0; WRITTEN.min(count) * size];
+    for start in (0..count).step_by(WRITTEN) {
+        let rows = start..(start + WRITTEN).min(count);
+        let mut offset = 0;
+        for (_, column) in columns {
+            column.fill(rows.clone(), &mut records, size, offset);
+            offset += column.size();
+        }
+        sink.write_all(&records[..rows.len() * size])?;
+    }
+    Ok(())
+}
+
+fn write_faces(sink: &mut impl Write, triangles: &[[u32; 3]]) -> io::Result<()> {
+    const SIZE: usize = 1 + size_of::<[u32; 3]>();
+    let mut records = vec![3; WRITTEN.min(triangles.len()) * SIZE];
+    for triangles in triangles.chunks(WRITTEN) {
+        for (record, triangle) in records.chunks_exact_mut(SIZE).zip(triangles) {
+            for (bytes, corner) in record[1..].chunks_exact_mut(4).zip(triangle) {
+                bytes.copy_from_slice(&corner.to_le_bytes());
+            }
+        }
+        sink.write_all(&records[..triangles.len() * SIZE])?;
+    }
+    Ok(())
 }
 
 fn header_of(comments: &[String], columns: &[(&str, Column<'_>)], triangles: usize) -> Header {
@@ -389,6 +434,38 @@ mod tests {
         std::fs::write(&path, &bytes[..bytes.len() - 3]).unwrap();
         let cut = read(&path).unwrap_err().to_string();
         assert!(cut.contains("face 0") && cut.contains("a.ply"), "{cut}");
+    }
+
+    #[test]
+    fn vertices_and_faces_beyond_one_block_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.ply");
+        let count = 2 * WRITTEN + 3;
+        let (x, label): (Vec<f32>, Vec<i32>) = (0..count)
+            .map(|row| (row as f32 + 0.5, -(row as i32)))
+            .unzip();
+        let (kind, red): (Vec<u16>, Vec<u8>) =
+            (0..count).map(|row| (7 * row as u16, row as u8)).unzip();
+        let columns = [
+            ("x", Column::Float(&x)),
+            ("kind", Column::UShort(&kind)),
+            ("red", Column::UChar(&red)),
+            ("label", Column::Int(&label)),
+        ];
+        let triangles: Vec<[u32; 3]> = (0..count as u32 - 2).map(|a| [a, a + 2, a + 1]).collect();
+        write(&path, &[], &columns, &triangles).unwrap();
+        let ply = read(&path).unwrap();
+        let row = count - 2;
+        for (name, expected) in [
+            ("x", f64::from(x[row])),
+            ("kind", f64::from(kind[row])),
+            ("red", f64::from(red[row])),
+            ("label", f64::from(label[row])),
+        ] {
+            let column = ply.column(name).unwrap();
+            assert_eq!((column.len(), column[row]), (count, expected), "{name}");
+        }
+        assert_eq!(ply.faces.corners, triangles.as_flattened());
     }
 
     #[test]
