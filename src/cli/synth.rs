@@ -11,7 +11,7 @@ use clap::Args;
 
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
-use crate::cli::synth::pictures::PictureArguments;
+use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::report::{Report, Seconds};
 use crate::cli::synth::target::{Target, TargetArguments};
 use crate::error::Result;
@@ -81,23 +81,45 @@ impl Arguments {
         let prepared = started.elapsed();
         let coords = self.synthesize(inputs, &options, session)?;
         let seconds = Seconds::new(prepared, started.elapsed());
-        let map = surface_map(&space, &target, coords, options.seed);
-        let found = quality::measure(
-            inputs,
-            &map.coords,
-            &target.edges(),
-            options.seed,
-            session.progress(),
-        )?;
-        map.write(&self.output)?;
-        let plan = check::complete(&space, &table, &options)?;
+        let (map, edges) = rayon::join(
+            || surface_map(&space, &target, coords, options.seed),
+            || target.edges(),
+        );
+        let (found, energies) = rayon::join(
+            || {
+                let progress = session.progress();
+                quality::measure(inputs, &map.coords, &edges, options.seed, progress)
+            },
+            || self.pictures.energies(inputs, &map.coords),
+        );
+        let (found, energies) = (found?, energies?);
         let agreement = agreement::measure(inputs, &map.coords, &options)?;
+        let plan = check::complete(&space, &table, &options)?;
         let report = Report::new(&map, &options, &plan, found, agreement);
-        if let Some(path) = &self.report {
-            json::write(path, &report)?;
-        }
-        let drawn = self.pictures.draw(&target, &map, inputs)?;
+        let plane = Plane::of(&target);
+        // The target is big and not needed any more: it is given back meanwhile.
+        rayon::spawn(move || drop(target));
+        let drawn = self.write(&map, &report, &plane, &energies)?;
         Ok(self.outcome(&report, seconds, &drawn))
+    }
+
+    /// Writes the map, the report and the pictures; returns the files beside map and report.
+    fn write(
+        &self,
+        map: &SurfaceTextonMap,
+        report: &Report,
+        plane: &Plane,
+        energies: &[f64],
+    ) -> Result<Vec<PathBuf>> {
+        let (written, drawn) = rayon::join(
+            || {
+                map.write(&self.output)?;
+                let report_file = self.report.as_ref();
+                report_file.map_or(Ok(()), |path| json::write(path, report))
+            },
+            || self.pictures.draw(plane, map, energies),
+        );
+        written.and(drawn)
     }
 
     fn inputs(&self) -> Vec<&Path> {

@@ -28,11 +28,9 @@ pub fn label_colors(labels: &[TextonLabel]) -> Vec<[u8; 3]> {
 
 /// From black for nothing over red and yellow to white for the largest hundredth.
 pub fn energy_colors(energies: &[f64]) -> Vec<[u8; 3]> {
-    let mut sorted: Vec<f64> = energies.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let top = sorted
-        .get(sorted.len().saturating_sub(1) * 99 / 100)
-        .copied();
+    let mut ranked: Vec<f64> = energies.to_vec();
+    let place = ranked.len().saturating_sub(1) * 99 / 100;
+    let top = (!ranked.is_empty()).then(|| *ranked.select_nth_unstable_by(place, f64::total_cmp).1);
     let top = top.filter(|&top| top > 0.0).unwrap_or(1.0);
     let color = |&energy: &f64| {
         let heat = 3.0 * (energy / top).min(1.0) as f32;

@@ -13,8 +13,7 @@ use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
 use crate::format::image::{encode_srgb8, write_png};
 use crate::format::ply::{self, Column};
-use crate::grid::TexelGrid;
-use crate::index::TexelIndex;
+use crate::grid::{TexCoord, TexelGrid};
 use crate::render::preview;
 use crate::surface_map::SurfaceTextonMap;
 use crate::synthesis::engine::Inputs;
@@ -63,30 +62,38 @@ impl PictureArguments {
             .in_file(path))
     }
 
-    /// Draws what was asked; returns the files written.
+    /// The distance of every site's neighbourhood, where a picture shows it; else none.
+    pub fn energies(&self, inputs: Inputs<'_>, coords: &[TexCoord]) -> Result<Vec<f64>> {
+        match self.pictures {
+            Some(_) => energy::of_every_site(inputs, coords),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// Draws what was asked, of [`energies`](Self::energies); returns the files written.
     pub fn draw(
         &self,
-        target: &Target,
+        plane: &Plane,
         map: &SurfaceTextonMap,
-        inputs: Inputs<'_>,
+        energies: &[f64],
     ) -> Result<Vec<PathBuf>> {
         let mut written = Vec::new();
         let colors = self.sample.as_deref().map(|path| sample_colors(path, map));
         let colors = colors.transpose()?;
         if let Some(name) = &self.pictures {
-            let grid = inputs.space.levels[0].grid;
-            let energies = energy::of_every_site(inputs, &map.coords)?;
-            let mut pictures = vec![
-                ("coordinate", coordinate_colors(grid, &map.coords)),
-                ("label", label_colors(&map.textons)),
-                ("energy", energy_colors(&energies)),
-            ];
-            pictures.extend(colors.clone().map(|colors| ("color", colors)));
-            let draw = |(kind, colors): &(&str, Vec<[u8; 3]>)| {
-                let path = with_kind(name, kind);
-                draw_sites(target, colors, &path).map(|()| path)
+            let mut kinds = vec![Kind::Coordinate, Kind::Label, Kind::Energy];
+            kinds.extend(colors.as_ref().map(|_| Kind::Color));
+            let draw = |&kind: &Kind| {
+                let path = with_kind(name, kind.name());
+                let colors = match kind {
+                    Kind::Coordinate => &coordinate_colors(map.grid(false), &map.coords),
+                    Kind::Label => &label_colors(&map.textons),
+                    Kind::Energy => &energy_colors(energies),
+                    Kind::Color => colors.as_deref().unwrap_or_default(),
+                };
+                plane.draw(map, colors, &path).map(|()| path)
             };
-            written = pictures.par_iter().map(draw).collect::<Result<_>>()?;
+            written = kinds.par_iter().map(draw).collect::<Result<_>>()?;
         }
         if let (Some(path), Some(colors)) = (&self.vertex_colors, &colors) {
             write_vertex_colors(path, map, colors)?;
@@ -96,23 +103,59 @@ impl PictureArguments {
     }
 }
 
+/// The pictures of a map.
+#[derive(Clone, Copy)]
+enum Kind {
+    Coordinate,
+    Label,
+    Energy,
+    Color,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Coordinate => "coordinate",
+            Self::Label => "label",
+            Self::Energy => "energy",
+            Self::Color => "color",
+        }
+    }
+}
+
+/// What a picture shows: the flat grid itself, a pixel a site, or the mesh.
+pub enum Plane {
+    /// Columns and rows.
+    Grid(u32, u32),
+    /// The mesh of the map.
+    Surface,
+}
+
+impl Plane {
+    /// What pictures of a target show.
+    pub fn of(target: &Target) -> Self {
+        match target {
+            Target::Grid { grid, .. } => Self::Grid(grid.width, grid.height),
+            Target::Surface(_) => Self::Surface,
+        }
+    }
+
+    fn draw(&self, map: &SurfaceTextonMap, colors: &[[u8; 3]], path: &Path) -> Result<()> {
+        match *self {
+            Self::Grid(width, height) => write_png(path, width, height, colors.as_flattened()),
+            Self::Surface => {
+                let pixels = preview::vertex_colors(&map.mesh, colors, SIZE)?;
+                write_png(path, SIZE[0], SIZE[1], &pixels)
+            }
+        }
+    }
+}
+
 /// `NAME.KIND.png`.
 fn with_kind(name: &Path, kind: &str) -> PathBuf {
     let mut path = name.as_os_str().to_owned();
     path.push(format!(".{kind}.png"));
     PathBuf::from(path)
-}
-
-fn draw_sites(target: &Target, colors: &[[u8; 3]], path: &Path) -> Result<()> {
-    match target {
-        Target::Grid { grid, .. } => {
-            write_png(path, grid.width, grid.height, colors.as_flattened())
-        }
-        Target::Surface(_) => {
-            let pixels = preview::vertex_colors(target.mesh(), colors, SIZE)?;
-            write_png(path, SIZE[0], SIZE[1], &pixels)
-        }
-    }
 }
 
 /// The sample's colour at every site, white for a white plane facing the light.
@@ -125,15 +168,13 @@ fn sample_colors(path: &Path, map: &SurfaceTextonMap) -> Result<Vec<[u8; 3]>> {
     let (_, light) = sample.description().view_and_light(image);
     let cosine = sample.description().lights[light].cos_theta().max(0.1);
     let white = cosine as f32 / std::f32::consts::PI;
-    let color = |texel: TexelIndex| {
-        let rgb = &pixels[texel.index() * 3..][..3];
-        [0, 1, 2].map(|channel| encode_srgb8(rgb[channel] / white))
-    };
-    Ok(map
-        .coords
+    let (texels, _) = pixels.as_chunks::<3>();
+    let colors: Vec<[u8; 3]> = texels
         .iter()
-        .map(|&at| color(grid.texel_nearest(at)))
-        .collect())
+        .map(|rgb| rgb.map(|value| encode_srgb8(value / white)))
+        .collect();
+    let color = |&at: &TexCoord| colors[grid.texel_nearest(at).index()];
+    Ok(map.coords.iter().map(color).collect())
 }
 
 /// The image seen most nearly from above, lit most nearly from the upper left at 45°.

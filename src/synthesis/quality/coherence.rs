@@ -1,6 +1,7 @@
 //! Coherence and drift: whether texture coordinates run along edges as the surface does.
 
 use nalgebra::Matrix2;
+use rayon::prelude::*;
 
 use crate::grid::{TexCoord, TexelGrid};
 
@@ -28,37 +29,69 @@ pub struct Coherence {
     pub mean_edge: f64,
 }
 
+/// Edges summed by one task.
+const CHUNK: usize = 1 << 13;
+
 impl Coherence {
     /// Measures the coordinates along all edges.
     pub fn measure(grid: TexelGrid, coords: &[TexCoord], edges: &[SiteEdge]) -> Self {
-        let (mut half, mut one, mut length) = (0usize, 0usize, 0.0);
-        let (mut cross, mut square) = (Matrix2::zeros(), Matrix2::zeros());
+        let sums = edges.par_chunks(CHUNK);
+        let sums: Vec<Sums> = sums.map(|edges| Sums::of(grid, coords, edges)).collect();
+        let all = sums.into_iter().fold(Sums::default(), Sums::plus);
+        let count = edges.len().max(1) as f64;
+        let inverse = all.square.try_inverse();
+        let drift = inverse.map_or_else(Matrix2::zeros, |inverse| all.cross * inverse);
+        Self {
+            half: all.half as f64 / count,
+            one: all.one as f64 / count,
+            drift: [
+                [drift[(0, 0)], drift[(0, 1)]],
+                [drift[(1, 0)], drift[(1, 1)]],
+            ],
+            mean_edge: all.length / count,
+        }
+    }
+}
+
+/// What is summed over some edges.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    /// Edges within half a texel, and within one.
+    half: usize,
+    one: usize,
+    length: f64,
+    /// Σ Δ oᵀ and Σ o oᵀ of the edges that say how the texture drifts.
+    cross: Matrix2<f64>,
+    square: Matrix2<f64>,
+}
+
+impl Sums {
+    fn of(grid: TexelGrid, coords: &[TexCoord], edges: &[SiteEdge]) -> Self {
+        let mut sums = Self::default();
         for edge in edges {
             let [x, y] = edge.offset.map(f64::from);
             let (from, to) = (coords[edge.from as usize], coords[edge.to as usize]);
             let (ds, dt) = grid.difference(from, to);
             let (ds, dt) = (f64::from(ds), f64::from(dt));
             let apart = (ds - x).abs().max((dt - y).abs());
-            half += usize::from(apart <= 0.5);
-            one += usize::from(apart <= 1.0);
-            length += x.hypot(y);
+            sums.half += usize::from(apart <= 0.5);
+            sums.one += usize::from(apart <= 1.0);
+            sums.length += (x * x + y * y).sqrt();
             if ds.abs().max(dt.abs()) <= 2.0 + x.abs().max(y.abs()) {
-                cross += Matrix2::new(ds * x, ds * y, dt * x, dt * y);
-                square += Matrix2::new(x * x, x * y, x * y, y * y);
+                sums.cross += Matrix2::new(ds * x, ds * y, dt * x, dt * y);
+                sums.square += Matrix2::new(x * x, x * y, x * y, y * y);
             }
         }
-        let count = edges.len().max(1) as f64;
-        let drift = square
-            .try_inverse()
-            .map_or_else(Matrix2::zeros, |inverse| cross * inverse);
+        sums
+    }
+
+    fn plus(self, other: Self) -> Self {
         Self {
-            half: half as f64 / count,
-            one: one as f64 / count,
-            drift: [
-                [drift[(0, 0)], drift[(0, 1)]],
-                [drift[(1, 0)], drift[(1, 1)]],
-            ],
-            mean_edge: length / count,
+            half: self.half + other.half,
+            one: self.one + other.one,
+            length: self.length + other.length,
+            cross: self.cross + other.cross,
+            square: self.square + other.square,
         }
     }
 }
@@ -118,6 +151,25 @@ mod tests {
         assert!((found.drift[0][1] - 0.25).abs() < 1e-5);
         assert!((found.drift[1][1] - 1.5).abs() < 1e-5);
         assert!(found.half < 0.6);
+    }
+
+    #[test]
+    fn sums_in_chunks_are_the_sums_of_all() {
+        let (coords, edges) = field([[1.0, 0.125], [0.25, 0.75]]);
+        let many = edges.repeat(CHUNK.div_ceil(20));
+        assert!(many.len() > 2 * CHUNK);
+        let (one, all) = [&edges, &many]
+            .map(|edges| Coherence::measure(GRID, &coords, edges))
+            .into();
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        assert!(close(one.half, all.half) && close(one.one, all.one));
+        let drifts = one
+            .drift
+            .as_flattened()
+            .iter()
+            .zip(all.drift.as_flattened());
+        assert!(drifts.into_iter().all(|(&a, &b)| close(a, b)));
+        assert!(close(one.mean_edge, all.mean_edge));
     }
 
     #[test]

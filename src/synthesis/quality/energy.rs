@@ -10,8 +10,9 @@ use crate::error::Result;
 use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
 use crate::random;
+use crate::synthesis::candidates::Candidate;
 use crate::synthesis::check;
-use crate::synthesis::choice::Preference;
+use crate::synthesis::choice::{Pick, Preference};
 use crate::synthesis::embedding::Embedding;
 use crate::synthesis::engine::Inputs;
 use crate::synthesis::exemplar_level::ExemplarLevel;
@@ -75,7 +76,7 @@ pub fn measure(inputs: Inputs<'_>, coords: &[TexCoord], seed: u64) -> Result<Ene
 /// Distances at every site, chosen only: what the energy picture shows.
 pub fn of_every_site(inputs: Inputs<'_>, coords: &[TexCoord]) -> Result<Vec<f64>> {
     let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, inputs.table.k, false);
-    let map = Map::new(&exemplar, inputs, coords.to_vec());
+    let map = Map::new(&exemplar, inputs, coords);
     let all: Vec<u32> = (0..coords.len() as u32).collect();
     with_exact_metric(inputs, &exemplar, ChosenOnly { map: &map }, &all)
 }
@@ -88,11 +89,15 @@ pub fn at_sites(
     seed: u64,
 ) -> Result<Energies> {
     let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, inputs.table.k, false);
-    let map = Map::new(&exemplar, inputs, coords.to_vec());
-    let random = Map::new(
-        &exemplar,
-        inputs,
-        random_coords(&exemplar, coords.len(), seed),
+    let (map, random) = rayon::join(
+        || Map::new(&exemplar, inputs, coords),
+        || {
+            Map::of_texels(
+                &exemplar,
+                inputs,
+                random_texels(&exemplar, coords.len(), seed),
+            )
+        },
     );
     let work = AllThree {
         map: &map,
@@ -117,14 +122,12 @@ pub(super) fn measured_sites(areas: &[f32], seed: u64) -> Vec<u32> {
     sites
 }
 
-fn random_coords(exemplar: &ExemplarLevel<'_>, sites: usize, seed: u64) -> Vec<TexCoord> {
+/// A random whole texel for every site.
+fn random_texels(exemplar: &ExemplarLevel<'_>, sites: usize, seed: u64) -> Vec<u32> {
     let mut stream = random::stream(seed, "random map", 0, 0);
     let whole = &exemplar.whole_texels;
-    let texel = |_| crate::index::TexelIndex(whole[stream.gen_range(0..whole.len())]);
-    (0..sites)
-        .map(texel)
-        .map(|texel| exemplar.grid.centre(texel))
-        .collect()
+    let texel = |_| whole[stream.gen_range(0..whole.len())];
+    (0..sites).map(texel).collect()
 }
 
 /// A map whose neighbourhoods are measured.
@@ -137,18 +140,17 @@ struct Map<'a> {
 }
 
 impl<'a> Map<'a> {
-    fn new(exemplar: &ExemplarLevel<'_>, inputs: Inputs<'a>, coords: Vec<TexCoord>) -> Self {
-        let texels: Vec<u32> = coords
-            .iter()
-            .map(|&at| exemplar.grid.texel_nearest(at).0)
-            .collect();
+    fn new(exemplar: &ExemplarLevel<'_>, inputs: Inputs<'a>, coords: &[TexCoord]) -> Self {
+        let texel = |&at: &TexCoord| exemplar.grid.texel_nearest(at).0;
+        Self::of_texels(exemplar, inputs, coords.iter().map(texel).collect())
+    }
+
+    fn of_texels(exemplar: &ExemplarLevel<'_>, inputs: Inputs<'a>, texels: Vec<u32>) -> Self {
+        let row = |&texel: &u32| exemplar.rows[texel as usize];
         let offsets = &exemplar.neighborhood.offsets;
         Self {
             inputs,
-            rows: texels
-                .iter()
-                .map(|&texel| exemplar.rows[texel as usize])
-                .collect(),
+            rows: texels.iter().map(row).collect(),
             texels,
             centre: offsets.iter().position(|&offset| offset == [0, 0]),
         }
@@ -172,22 +174,27 @@ impl<'a> Map<'a> {
     }
 }
 
-/// A metric that is exact, and tells the distance of the best whole texel.
+/// A metric that is exact, and tells the distance of the best whole texel, or that of the chosen one if
+/// it is less: a texel that is not whole may be better than every whole one.
 trait ExactMetric: Metric {
-    fn best_distance(&self, pattern: &mut Self::Pattern) -> f64;
+    fn best_distance(&self, pattern: &mut Self::Pattern, chosen: Pick) -> f64;
 }
 
 impl ExactMetric for GramMetric<'_> {
-    fn best_distance(&self, pattern: &mut GramPattern) -> f64 {
+    fn best_distance(&self, pattern: &mut GramPattern, chosen: Pick) -> f64 {
         let distances = self.distances_to_all(pattern);
-        distances.into_iter().fold(f64::INFINITY, f64::min)
+        distances.into_iter().fold(chosen.distance, f64::min)
     }
 }
 
 impl ExactMetric for PictureMetric<'_> {
-    fn best_distance(&self, pattern: &mut PicturePattern) -> f64 {
-        let best = self.best_of_all(pattern, &[], Preference::NONE);
-        best.map_or(f64::INFINITY, |best| best.distance)
+    fn best_distance(&self, pattern: &mut PicturePattern, chosen: Pick) -> f64 {
+        let own = Candidate {
+            texel: chosen.texel,
+            factor: 1.0,
+        };
+        let best = self.best_of_all(pattern, &[own], Preference::NONE);
+        best.map_or(chosen.distance, |best| best.distance)
     }
 }
 
@@ -228,11 +235,11 @@ impl Measurement for AllThree<'_> {
     ) -> SiteEnergy {
         let random = self.random.distance(metric, site, pattern);
         let chosen = self.map.distance(metric, site, pattern);
+        let held = Pick::new(self.map.texels[site as usize], chosen, 1.0, 0.0);
         SiteEnergy {
             site,
             chosen,
-            // A texel that is not whole may be better than every whole one.
-            best: metric.best_distance(pattern).min(chosen),
+            best: metric.best_distance(pattern, held),
             random,
         }
     }

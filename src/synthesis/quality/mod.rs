@@ -48,9 +48,12 @@ pub fn measure(
 ) -> Result<Quality> {
     progress.begin("quality figures", 0);
     let grid = inputs.space.levels[0].grid;
-    let coherence = coherence::Coherence::measure(grid, coords, edges);
     progress.check()?;
-    let energies = energy::measure(inputs, coords, seed)?;
+    let (coherence, energies) = rayon::join(
+        || coherence::Coherence::measure(grid, coords, edges),
+        || energy::measure(inputs, coords, seed),
+    );
+    let energies = energies?;
     progress.end();
     Ok(Quality {
         coherence_half: coherence.half,
