@@ -6,12 +6,10 @@ use std::ops::Range;
 
 use multiversion::multiversion;
 
-use crate::exemplar::table_rows::{Near, Row};
+use crate::exemplar::table_rows::Row;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 
-/// Texels whose least distance is kept together.
-const BLOCK: usize = 64;
 /// Numbers compared at once.
 const LANES: usize = 16;
 
@@ -23,7 +21,7 @@ pub struct Choice {
     reach: i64,
     /// Neighbours a texel, itself included.
     pub k: usize,
-    /// 0, or infinity for texels that may not be listed.
+    /// 0, or infinity for texels that may not be listed; empty where all may.
     barred: Vec<f32>,
 }
 
@@ -31,115 +29,131 @@ impl Choice {
     /// Chooses `k` neighbours a texel, itself included, among `whole` texels.
     pub fn new(grid: TexelGrid, whole: &[bool], separation: u32, k: usize) -> Self {
         let bar = |&whole: &bool| if whole { 0.0 } else { f32::INFINITY };
+        let barred = match whole.iter().all(|&whole| whole) {
+            true => Vec::new(),
+            false => whole.iter().map(bar).collect(),
+        };
         Self {
             grid,
             reach: i64::from(separation.max(1)) - 1,
             k,
-            barred: whole.iter().map(bar).collect(),
+            barred,
         }
     }
 
     /// Chooses the neighbours of a texel, whose distances to all are `distances` (destroyed). Fails
     /// with the number found when there are too few.
     pub fn choose(&self, texel: TexelIndex, distances: &mut [f32]) -> Row {
-        let mut chosen = Vec::with_capacity(self.k);
-        chosen.push((distances[texel.index()], texel.0));
-        let mut field = Field::new(self, distances);
-        field.bar_around(texel);
-        while chosen.len() < self.k {
-            let nearest = field.nearest().ok_or(chosen.len())?;
-            chosen.push(nearest);
-            field.bar_around(TexelIndex(nearest.1));
-        }
-        Ok(chosen)
+        choose(self, texel, distances)
     }
+
+    /// Rows within the separation of one.
+    fn rows_around(&self, row: u32) -> impl Iterator<Item = usize> + use<> {
+        let (height, tileable) = (i64::from(self.grid.height), self.grid.tileable);
+        let rows = i64::from(row) - self.reach..=i64::from(row) + self.reach;
+        rows.filter_map(move |row| match tileable {
+            true => Some(row.rem_euclid(height) as usize),
+            false => (0..height).contains(&row).then_some(row as usize),
+        })
+    }
+
+    /// Columns within the separation of one, in two parts where they go across the border.
+    fn cols_around(&self, col: u32) -> [Range<usize>; 2] {
+        let (width, col) = (i64::from(self.grid.width), i64::from(col));
+        let (from, to) = (col - self.reach, col + self.reach + 1);
+        let inside = from.max(0) as usize..to.min(width) as usize;
+        let across = match self.grid.tileable {
+            true if to - from >= width => return [0..width as usize, 0..0],
+            true if from < 0 => (width + from) as usize..width as usize,
+            true if to > width => 0..(to - width) as usize,
+            _ => 0..0,
+        };
+        [inside, across]
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn choose(choice: &Choice, texel: TexelIndex, distances: &mut [f32]) -> Row {
+    let mut chosen = Vec::with_capacity(choice.k);
+    chosen.push((distances[texel.index()], texel.0));
+    let mut field = Field::new(choice, distances);
+    field.bar_around(texel);
+    while chosen.len() < choice.k {
+        let Some((distance, nearest)) = field.nearest() else {
+            return Err(chosen.len());
+        };
+        chosen.push((distance, nearest.0));
+        field.bar_around(nearest);
+    }
+    Ok(chosen)
 }
 
 /// The distances from one texel, with those out of the question at infinity.
 struct Field<'a> {
     choice: &'a Choice,
     distances: &'a mut [f32],
-    /// The least distance of each block.
+    /// The least distance of each row.
     minima: Vec<f32>,
-    /// Blocks whose least distance is to be found anew.
-    stale: Vec<usize>,
 }
 
 impl<'a> Field<'a> {
+    #[inline(always)]
     fn new(choice: &'a Choice, distances: &'a mut [f32]) -> Self {
-        let mut minima = vec![f32::INFINITY; distances.len().div_ceil(BLOCK)];
-        bar_and_find_least(distances, &choice.barred, &mut minima);
+        let barred = distances.iter_mut().zip(&choice.barred);
+        barred.for_each(|(distance, bar)| *distance += bar);
+        let rows = distances.chunks_exact(choice.grid.width as usize);
         Self {
+            minima: rows.map(least_of).collect(),
             choice,
             distances,
-            minima,
-            stale: Vec::new(),
         }
     }
 
     /// The nearest texel still in question; of equals the smaller index.
-    fn nearest(&self) -> Option<Near> {
-        let distance = least(&self.minima);
+    #[inline(always)]
+    fn nearest(&self) -> Option<(f32, TexelIndex)> {
+        let distance = least_of(&self.minima);
         if distance == f32::INFINITY {
             return None;
         }
-        let block = self.minima.iter().position(|&d| d == distance)?;
-        let texels = self.block(block);
-        let place = self.distances[texels.clone()]
-            .iter()
-            .position(|&d| d == distance)?;
-        Some((distance, (texels.start + place) as u32))
-    }
-
-    /// The texels of a block.
-    fn block(&self, block: usize) -> Range<usize> {
-        block * BLOCK..((block + 1) * BLOCK).min(self.distances.len())
+        let row = first_of(&self.minima, distance)?;
+        let width = self.choice.grid.width as usize;
+        let col = first_of(&self.distances[row * width..][..width], distance)?;
+        Some((distance, TexelIndex((row * width + col) as u32)))
     }
 
     /// Puts everything closer than the separation out of the question.
+    #[inline(always)]
     fn bar_around(&mut self, texel: TexelIndex) {
-        let (grid, reach) = (self.choice.grid, self.choice.reach);
-        let (row, col) = grid.row_col(texel);
-        let (row, col) = (i64::from(row), i64::from(col));
-        for row in row - reach..=row + reach {
-            for col in col - reach..=col + reach {
-                if let Some(near) = grid.texel_at(row, col) {
-                    let (block, distance) =
-                        (near.index() / BLOCK, &mut self.distances[near.index()]);
-                    if *distance == self.minima[block] {
-                        self.stale.push(block);
-                    }
+        let (row, col) = self.choice.grid.row_col(texel);
+        let (width, cols) = (
+            self.choice.grid.width as usize,
+            self.choice.cols_around(col),
+        );
+        for row in self.choice.rows_around(row) {
+            let distances = &mut self.distances[row * width..][..width];
+            let mut least = f32::INFINITY;
+            for cols in &cols {
+                for distance in &mut distances[cols.clone()] {
+                    least = smaller(least, *distance);
                     *distance = f32::INFINITY;
                 }
             }
-        }
-        while let Some(block) = self.stale.pop() {
-            self.minima[block] = least(&self.distances[self.block(block)]);
+            if least == self.minima[row] {
+                self.minima[row] = least_of(distances);
+            }
         }
     }
 }
 
-/// Bars texels, and finds the least distance of each block.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn bar_and_find_least(distances: &mut [f32], barred: &[f32], minima: &mut [f32]) {
-    let blocks = distances.chunks_mut(BLOCK).zip(barred.chunks(BLOCK));
-    for ((distances, barred), minimum) in blocks.zip(minima) {
-        for (distance, bar) in distances.iter_mut().zip(barred) {
-            *distance += bar;
-        }
-        *minimum = least_of(distances);
-    }
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn least(values: &[f32]) -> f32 {
-    least_of(values)
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
 }
 
 /// The least of some numbers, none of them NaN; infinity of none.
 #[inline(always)]
 fn least_of(values: &[f32]) -> f32 {
-    let smaller = |a: f32, b: f32| if b < a { b } else { a };
     let (whole, rest) = values.as_chunks::<LANES>();
     let mut lanes = [f32::INFINITY; LANES];
     for values in whole {
@@ -155,4 +169,65 @@ fn least_of(values: &[f32]) -> f32 {
         half /= 2;
     }
     rest.iter().copied().fold(lanes[0], smaller)
+}
+
+/// The place of the first of some numbers that equals one.
+#[inline(always)]
+fn first_of(values: &[f32], wanted: f32) -> Option<usize> {
+    let holds = |values: &[f32]| values.iter().fold(false, |any, &v| any | (v == wanted));
+    let lanes = values.chunks(LANES).position(holds)? * LANES;
+    let place = values[lanes..].iter().position(|&v| v == wanted)?;
+    Some(lanes + place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(tileable: bool) -> TexelGrid {
+        TexelGrid {
+            width: 21,
+            height: 6,
+            tileable,
+        }
+    }
+
+    #[test]
+    fn everything_within_the_separation_is_barred() {
+        for (tileable, separation) in [(true, 3), (false, 3), (true, 40), (false, 40)] {
+            let grid = grid(tileable);
+            let choice = Choice::new(grid, &vec![true; grid.len()], separation, 2);
+            let reach = i64::from(separation) - 1;
+            for texel in (0..grid.len() as u32).map(TexelIndex) {
+                let mut distances = vec![1.0; grid.len()];
+                Field::new(&choice, &mut distances).bar_around(texel);
+                let (row, col) = grid.row_col(texel);
+                let mut expected = vec![1.0; grid.len()];
+                for drow in -reach..=reach {
+                    for dcol in -reach..=reach {
+                        let near = grid.texel_at(i64::from(row) + drow, i64::from(col) + dcol);
+                        near.into_iter()
+                            .for_each(|near| expected[near.index()] = f32::INFINITY);
+                    }
+                }
+                assert_eq!(distances, expected, "{texel:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn of_equals_the_first_is_nearest_and_barred_texels_never_are() {
+        let grid = grid(false);
+        let mut whole = vec![true; grid.len()];
+        whole[70] = false;
+        let choice = Choice::new(grid, &whole, 1, 4);
+        let mut distances = vec![2.0; grid.len()];
+        [70, 90, 83].map(|near| distances[near] = 0.5);
+        distances[0] = 0.0;
+        let row = choice.choose(TexelIndex(0), &mut distances).unwrap();
+        assert_eq!(row, [(0.0, 0), (0.5, 83), (0.5, 90), (2.0, 1)]);
+        let all = Choice::new(grid, &vec![true; grid.len()], 40, 2);
+        let mut distances = vec![2.0; grid.len()];
+        assert_eq!(all.choose(TexelIndex(5), &mut distances), Err(1));
+    }
 }

@@ -231,7 +231,11 @@ impl LevelTask<'_> {
             .par_iter()
             .map_init(BlockDistances::default, of_block)
             .collect::<Result<Vec<_>>>()?;
-        Ok(assemble(source.grid().len(), choice.k, found.concat()))
+        Ok(assemble(
+            source.grid().len(),
+            choice.k,
+            found.into_iter().flatten(),
+        ))
     }
 
     fn choice(&self) -> Choice {

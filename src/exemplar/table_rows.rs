@@ -16,7 +16,11 @@ pub type Rows = (Array2<u32>, Array2<f32>);
 
 /// The table of a level of `texels`, `k` neighbours each; the number found at the first texel that has
 /// too few.
-pub fn assemble(texels: usize, k: usize, found: Vec<(TexelIndex, Row)>) -> Result<Rows, usize> {
+pub fn assemble(
+    texels: usize,
+    k: usize,
+    found: impl IntoIterator<Item = (TexelIndex, Row)>,
+) -> Result<Rows, usize> {
     let (mut neighbors, mut distances) = (Array2::zeros((texels, k)), Array2::zeros((texels, k)));
     let mut short: Option<(TexelIndex, usize)> = None;
     for (texel, row) in found {

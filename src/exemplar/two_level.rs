@@ -52,7 +52,11 @@ impl TwoLevelSearch<'_> {
             .par_iter()
             .map_init(BlockDistances::default, of_block)
             .collect::<Result<Vec<_>>>()?;
-        Ok(assemble(self.fine.grid().len(), self.k, found.concat()))
+        Ok(assemble(
+            self.fine.grid().len(),
+            self.k,
+            found.into_iter().flatten(),
+        ))
     }
 
     /// Rows of the children of one parent.

@@ -173,6 +173,18 @@ fn a_window_wider_than_the_level_wraps_or_falls_off() {
 }
 
 #[test]
+fn windows_of_every_width_are_brute_force() {
+    for (neighborhood, tileable) in [(1, true), (3, false), (9, true), (9, false)] {
+        let options = KnnOptions {
+            k: 3,
+            neighborhood,
+            ..KnnOptions::default()
+        };
+        check(&random_space(12, 10, tileable, 1, true), &options);
+    }
+}
+
+#[test]
 fn whole_texels_have_all_samples_on_both_grids() {
     let grid = TexelGrid {
         width: 20,
