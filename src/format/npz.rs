@@ -31,6 +31,8 @@ const EXPANSION_BASE: u64 = 256 << 20;
 const CHECKED: usize = 1 << 20;
 /// Bytes written and hashed at once.
 const WRITTEN: usize = 4 << 20;
+/// Fewer bytes are hashed sooner than another thread wakes up.
+const FEW: usize = 1 << 19;
 
 /// An archive open for reading.
 #[derive(Debug)]
@@ -149,6 +151,9 @@ impl Reader {
 
 /// The CRC-32 of a member, its parts summed on all threads.
 fn checksum_of(bytes: &[u8]) -> u32 {
+    if bytes.len() <= CHECKED {
+        return crc32fast::hash(bytes);
+    }
     let hash = |part: &[u8]| {
         let mut hasher = crc32fast::Hasher::new();
         hasher.update(part);
@@ -218,6 +223,10 @@ impl Writer<'_> {
 
     /// Writes to the archive and hashes at the same time, while the bytes are near.
     fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
+        if bytes.len() < FEW {
+            self.content.update(bytes);
+            return self.zip.write_all(bytes);
+        }
         for bytes in bytes.chunks(WRITTEN) {
             let (zip, content) = (&mut self.zip, &mut self.content);
             let (written, _) = rayon::join(|| zip.write_all(bytes), || content.update_rayon(bytes));
