@@ -7,6 +7,7 @@ use rand::Rng;
 use rayon::prelude::*;
 
 use crate::error::Result;
+use crate::exemplar::neighbor_table::Neighborhood;
 use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
 use crate::random;
@@ -75,10 +76,11 @@ pub fn measure(inputs: Inputs<'_>, coords: &[TexCoord], seed: u64) -> Result<Ene
 
 /// Distances at every site, chosen only: what the energy picture shows.
 pub fn of_every_site(inputs: Inputs<'_>, coords: &[TexCoord]) -> Result<Vec<f64>> {
-    let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, inputs.table.k, false);
+    let neighborhood = without_centre(inputs);
+    let exemplar = exemplar_level(inputs, &neighborhood);
     let map = Map::new(&exemplar, inputs, coords);
     let all: Vec<u32> = (0..coords.len() as u32).collect();
-    with_exact_metric(inputs, &exemplar, ChosenOnly { map: &map }, &all)
+    with_exact_metric(inputs, &exemplar, ChosenOnly { map: &map }, &all, None)
 }
 
 /// Distances at given sites.
@@ -88,7 +90,8 @@ pub fn at_sites(
     sites: &[u32],
     seed: u64,
 ) -> Result<Energies> {
-    let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, inputs.table.k, false);
+    let neighborhood = without_centre(inputs);
+    let exemplar = exemplar_level(inputs, &neighborhood);
     let (map, random) = rayon::join(
         || Map::new(&exemplar, inputs, coords),
         || {
@@ -103,7 +106,7 @@ pub fn at_sites(
         map: &map,
         random: &random,
     };
-    let sites = with_exact_metric(inputs, &exemplar, work, sites)?;
+    let sites = with_exact_metric(inputs, &exemplar, work, sites, Some(seed))?;
     Ok(Energies { sites })
 }
 
@@ -122,6 +125,26 @@ pub(super) fn measured_sites(areas: &[f32], seed: u64) -> Vec<u32> {
     sites
 }
 
+/// The neighbourhood of level 0, its centre weighing nothing.
+fn without_centre(inputs: Inputs<'_>) -> Neighborhood {
+    let mut neighborhood = inputs.table.levels[0].neighborhood.clone();
+    let weights = neighborhood.weights.iter_mut();
+    for (weight, offset) in weights.zip(&neighborhood.offsets) {
+        if *offset == [0, 0] {
+            *weight = 0.0;
+        }
+    }
+    neighborhood
+}
+
+/// Level 0 of the exemplar with another neighbourhood's weights.
+fn exemplar_level<'a>(inputs: Inputs<'a>, neighborhood: &'a Neighborhood) -> ExemplarLevel<'a> {
+    let k = inputs.table.k;
+    let mut exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
+    exemplar.neighborhood = neighborhood;
+    exemplar
+}
+
 /// A random whole texel for every site.
 fn random_texels(exemplar: &ExemplarLevel<'_>, sites: usize, seed: u64) -> Vec<u32> {
     let mut stream = random::stream(seed, "random map", 0, 0);
@@ -136,7 +159,6 @@ struct Map<'a> {
     /// The texel of each site, and its feature row.
     texels: Vec<u32>,
     rows: Vec<u32>,
-    centre: Option<usize>,
 }
 
 impl<'a> Map<'a> {
@@ -147,12 +169,10 @@ impl<'a> Map<'a> {
 
     fn of_texels(exemplar: &ExemplarLevel<'_>, inputs: Inputs<'a>, texels: Vec<u32>) -> Self {
         let row = |&texel: &u32| exemplar.rows[texel as usize];
-        let offsets = &exemplar.neighborhood.offsets;
         Self {
             inputs,
             rows: texels.iter().map(row).collect(),
             texels,
-            centre: offsets.iter().position(|&offset| offset == [0, 0]),
         }
     }
 
@@ -160,10 +180,7 @@ impl<'a> Map<'a> {
         let stencils = &self.inputs.sites.levels[0].fine;
         SiteNeighborhood {
             site: site as usize,
-            fine: SampledSites {
-                left_out: self.centre,
-                ..SampledSites::all(stencils, &self.rows)
-            },
+            fine: SampledSites::all(stencils, &self.rows),
             coarse: None,
         }
     }
@@ -245,12 +262,14 @@ impl Measurement for AllThree<'_> {
     }
 }
 
-/// Measures all sites in parallel, through Φ or through a plain image's vectors.
+/// Measures all sites in parallel, through Φ or through a plain image's vectors. `search` is the seed of
+/// what bounds a full search, where one is made.
 fn with_exact_metric<W: Measurement>(
     inputs: Inputs<'_>,
     exemplar: &ExemplarLevel<'_>,
     work: W,
     sites: &[u32],
+    search: Option<u64>,
 ) -> Result<Vec<W::Found>> {
     let level = &inputs.space.levels[0];
     Ok(match &level.features {
@@ -260,7 +279,10 @@ fn with_exact_metric<W: Measurement>(
         }
         Features::Vectors(_) => {
             let embedding = Embedding::new(level, 1.0);
-            let metric = PictureMetric::new(exemplar, &embedding, None);
+            let mut metric = PictureMetric::new(exemplar, &embedding, None);
+            if let Some(seed) = search {
+                metric = metric.with_projected_windows(seed, 0);
+            }
             over_sites(&metric, &work, sites)
         }
     })
