@@ -222,7 +222,9 @@ mod tests {
         whole[70] = false;
         let choice = Choice::new(grid, &whole, 1, 4);
         let mut distances = vec![2.0; grid.len()];
-        [70, 90, 83].map(|near| distances[near] = 0.5);
+        for near in [70, 90, 83] {
+            distances[near] = 0.5;
+        }
         distances[0] = 0.0;
         let row = choice.choose(TexelIndex(0), &mut distances).unwrap();
         assert_eq!(row, [(0.0, 0), (0.5, 83), (0.5, 90), (2.0, 1)]);

@@ -3,8 +3,11 @@
 //! In: two levels of a space. Out: squared neighbourhood distances, of blocks of texels to all, or of
 //! single pairs, summed in the same order.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use multiversion::multiversion;
 
+use crate::exemplar::aligned_numbers::AlignedNumbers;
 use crate::exemplar::space::SpaceLevel;
 use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::window_distance::{WindowBuffers, WindowDistances};
@@ -22,10 +25,28 @@ pub struct LevelDistances {
 #[derive(Clone, Debug, Default)]
 pub struct BlockDistances {
     windows: WindowBuffers,
-    distances: Vec<f32>,
-    of_parents: Vec<f32>,
+    distances: AlignedNumbers,
+    of_parents: AlignedNumbers,
     /// Distances of one parent to a row of parents, each as often as it has children in a row.
     repeated: Vec<f32>,
+}
+
+/// Working memories that no thread has in use: as many are made as threads work at a time.
+#[derive(Debug, Default)]
+pub struct SpareDistances(Mutex<Vec<BlockDistances>>);
+
+impl SpareDistances {
+    /// Does some work with one of them.
+    pub fn with<T>(&self, work: impl FnOnce(&mut BlockDistances) -> T) -> T {
+        let mut distances = self.all().pop().unwrap_or_default();
+        let done = work(&mut distances);
+        self.all().push(distances);
+        done
+    }
+
+    fn all(&self) -> MutexGuard<'_, Vec<BlockDistances>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl LevelDistances {
@@ -54,14 +75,19 @@ impl LevelDistances {
         block: &TexelBlock,
         found: &'b mut BlockDistances,
     ) -> impl Iterator<Item = (TexelIndex, &'b mut [f32])> + use<'b> {
-        let distances = &mut found.distances;
-        self.fine.of_block(block, &mut found.windows, distances);
+        let BlockDistances {
+            windows,
+            distances,
+            of_parents,
+            repeated,
+        } = found;
+        let distances = self.fine.of_block(block, windows, distances);
         if let Some(coarse) = &self.coarse {
-            let (parents, distances) = (block.parents(), &mut found.of_parents);
-            coarse.of_block(&parents, &mut found.windows, distances);
-            self.add_parents(block, &parents, found);
+            let parents = block.parents();
+            let of_parents = coarse.of_block(&parents, windows, of_parents);
+            self.add_parents(block, (&parents, of_parents), repeated, distances);
         }
-        let rows = found.distances.chunks_exact_mut(self.grid.len());
+        let rows = distances.chunks_exact_mut(self.grid.len());
         block.texels(self.grid).zip(rows)
     }
 
@@ -75,21 +101,27 @@ impl LevelDistances {
     }
 
     /// Adds to every pair of texels the distance of their parents.
-    fn add_parents(&self, block: &TexelBlock, parents: &TexelBlock, found: &mut BlockDistances) {
+    fn add_parents(
+        &self,
+        block: &TexelBlock,
+        (parents, of_parents): (&TexelBlock, &[f32]),
+        repeated: &mut Vec<f32>,
+        sums: &mut [f32],
+    ) {
         let (grid, coarser) = (self.grid, self.grid.coarser());
         let (width, parent_width) = (grid.width as usize, coarser.width as usize);
-        found.repeated.resize(2 * parent_width, 0.0);
-        let of_parents = found.of_parents.chunks_exact(coarser.len());
+        repeated.resize(2 * parent_width, 0.0);
+        let of_parents = of_parents.chunks_exact(coarser.len());
         for (parent, distances) in parents.texels(coarser).zip(of_parents) {
             for (row, distances) in distances.chunks_exact(parent_width).enumerate() {
-                repeat_each(distances, &mut found.repeated);
+                repeat_each(distances, repeated);
                 for place in grid
                     .children(parent)
                     .filter_map(|child| block.place(grid, child))
                 {
-                    let own = &mut found.distances[place * grid.len()..][..grid.len()];
+                    let own = &mut sums[place * grid.len()..][..grid.len()];
                     for row in own.chunks_exact_mut(width).skip(2 * row).take(2) {
-                        add(row, &found.repeated);
+                        add(row, repeated);
                     }
                 }
             }

@@ -16,7 +16,7 @@ use serde_json::Value;
 use crate::error::{Error, Result};
 use crate::exemplar::greedy_choice::Choice;
 use crate::exemplar::knn_options::{KnnOptions, Search};
-use crate::exemplar::level_distances::{BlockDistances, LevelDistances};
+use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
 use crate::exemplar::space::Space;
 use crate::exemplar::table_rows::{Rows, assemble};
 use crate::exemplar::texel_block::TexelBlock;
@@ -221,16 +221,21 @@ impl LevelTask<'_> {
     fn exact(&self, progress: Progress<'_>) -> Result<Found> {
         let source = self.distances(self.at);
         let choice = self.choice();
-        let of_block = |distances: &mut BlockDistances, block: &TexelBlock| {
+        let spare = SpareDistances::default();
+        let of_block = |block: &TexelBlock| {
             progress.check()?;
-            let texels = source.of_block(block, distances);
-            let row = |(texel, distances)| (texel, choice.choose(texel, distances));
-            Ok(texels.map(row).collect::<Vec<_>>())
+            let row = |(texel, distances): (TexelIndex, &mut [f32])| {
+                (texel, choice.choose(texel, distances))
+            };
+            let rows = |distances: &mut BlockDistances| {
+                source.of_block(block, distances).map(row).collect()
+            };
+            Ok(spare.with(rows))
         };
         let found = TexelBlock::of_grid(source.grid())
             .par_iter()
-            .map_init(BlockDistances::default, of_block)
-            .collect::<Result<Vec<_>>>()?;
+            .map(of_block)
+            .collect::<Result<Vec<Vec<_>>>>()?;
         Ok(assemble(
             source.grid().len(),
             choice.k,

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::exemplar::greedy_choice::Choice;
-use crate::exemplar::level_distances::{BlockDistances, LevelDistances};
+use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
 use crate::exemplar::table_rows::{Near, Row, Rows, assemble};
 use crate::exemplar::texel_block::TexelBlock;
 use crate::grid::TexelGrid;
@@ -42,16 +42,21 @@ pub struct TwoLevelSearch<'a> {
 impl TwoLevelSearch<'_> {
     /// The neighbours of all texels; fails with the number found where a texel has fewer than k.
     pub fn run(&self, progress: Progress<'_>) -> Result<std::result::Result<Rows, usize>> {
-        let of_block = |distances: &mut BlockDistances, block: &TexelBlock| {
+        let spare = SpareDistances::default();
+        let of_block = |block: &TexelBlock| {
             progress.check()?;
-            let parents = self.coarse.of_block(block, distances);
-            let rows = parents.flat_map(|(parent, distances)| self.of_parent(parent, distances));
-            Ok(rows.collect::<Vec<_>>())
+            let of_parent =
+                |(parent, distances): (_, &mut [f32])| self.of_parent(parent, distances);
+            let rows = |distances: &mut BlockDistances| {
+                let parents = self.coarse.of_block(block, distances);
+                parents.flat_map(of_parent).collect()
+            };
+            Ok(spare.with(rows))
         };
         let found = TexelBlock::of_grid(self.coarse.grid())
             .par_iter()
-            .map_init(BlockDistances::default, of_block)
-            .collect::<Result<Vec<_>>>()?;
+            .map(of_block)
+            .collect::<Result<Vec<Vec<_>>>>()?;
         Ok(assemble(
             self.fine.grid().len(),
             self.k,

@@ -5,26 +5,17 @@
 //! distances of two rows are summed along x as they are found, and the sums of as many pairs of rows
 //! as a window has are added: about 12 additions a pair for 7 × 7 instead of 49 look-ups.
 //!
-//! Lanes hold *turns*: lane c beside column x stands for column x + c, so that a window moves along a
-//! diagonal within its lane. Columns are counted round, the border's too, and turned back at the end.
-//!
 //! Off the grid a sample holds the default texton (of a plain image, the mean); a tileable level
 //! continues on the other side.
 
-use std::iter::Take;
-use std::slice::ChunksMut;
-
-use multiversion::multiversion;
 use ndarray::Array2;
 
+use crate::exemplar::aligned_numbers::AlignedNumbers;
 use crate::exemplar::space::{Features, SpaceLevel};
 use crate::exemplar::texel_block::TexelBlock;
+use crate::exemplar::turned_sums::{Along, LANES, add_rows, label_sums, vector_sums};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
-
-/// Numbers added at once.
-const LANES: usize = 16;
-type Lanes = [f32; LANES];
 
 /// What stands at every place of the level and of a border around it: once as the bordered grid is,
 /// row by row; and once each row as often round as turns are read.
@@ -51,8 +42,6 @@ pub struct WindowDistances {
     radius: usize,
     /// Columns after which a row begins again.
     period: usize,
-    /// The period, rounded up for whole lanes.
-    turns: usize,
     places: Places,
 }
 
@@ -61,20 +50,7 @@ pub struct WindowDistances {
 pub struct WindowBuffers {
     /// Distances of the places of two rows, summed along x: of as many pairs of rows as a block and its
     /// border have.
-    sums: Vec<Lanes>,
-    /// Window distances of the texels of one row to those of another, by turns.
-    turned: Vec<f32>,
-}
-
-/// The part of two rows that is summed along x.
-#[derive(Clone, Copy)]
-struct Along {
-    /// The first column.
-    first: usize,
-    /// The window's width.
-    window: usize,
-    /// Whole lanes of turns.
-    blocks: usize,
+    sums: AlignedNumbers,
 }
 
 impl WindowDistances {
@@ -122,15 +98,19 @@ impl WindowDistances {
             grid,
             radius,
             period,
-            turns,
             places,
         }
     }
 
     /// Squared window distances of a block's texels to all texels, [texels of the block, texels]; the
     /// same numbers, to the bit, as those of [`between`](Self::between).
-    pub fn of_block(&self, block: &TexelBlock, buffers: &mut WindowBuffers, out: &mut Vec<f32>) {
-        out.resize(block.len() * self.grid.len(), 0.0);
+    pub fn of_block<'o>(
+        &self,
+        block: &TexelBlock,
+        buffers: &mut WindowBuffers,
+        out: &'o mut AlignedNumbers,
+    ) -> &'o mut [f32] {
+        let out = out.of_length(block.len() * self.grid.len());
         let (rows, height) = (block.rows.clone(), self.grid.height as usize);
         // Every pair of a row of the block and a row of the grid lies below one of the first of either.
         for other in 0..height {
@@ -151,6 +131,7 @@ impl WindowDistances {
                 out,
             );
         }
+        out
     }
 
     /// Squared window distance of two texels.
@@ -205,39 +186,31 @@ impl WindowDistances {
         buffers: &mut WindowBuffers,
         out: &mut [f32],
     ) {
-        let WindowBuffers { sums, turned } = buffers;
-        let size = block.cols.len() * self.turns / LANES;
-        sums.resize((count + 2 * self.radius) * size, [0.0; LANES]);
-        turned.resize((size + 2) * LANES, 0.0);
+        let along = Along {
+            first: block.cols.start,
+            columns: block.cols.len(),
+            window: self.window(),
+            period: self.period,
+        };
+        let size = along.size();
+        let sums = buffers.sums.of_length((count + 2 * self.radius) * size);
         // In the bordered grid the window's rows begin at the texel's own number.
         for (at, sums) in sums.chunks_exact_mut(size).enumerate() {
-            self.row_sums(block.rows.start + own + at, other + at, block, sums);
+            self.row_sums(block.rows.start + own + at, other + at, along, sums);
         }
         let (width, texels) = (self.grid.width as usize, self.grid.len());
         for at in 0..count {
-            let own_lanes = &mut turned.as_chunks_mut().0[1..=size];
-            add_rows(&sums[at * size..][..self.window() * size], own_lanes);
-            let begin = (own + at) * block.cols.len() * texels + (other + at) * width;
-            let rows = out[begin..].chunks_mut(texels).take(block.cols.len());
-            turn_back(
-                turned,
-                block.cols.start,
-                (self.period, self.turns),
-                rows,
-                width,
-            );
+            let sums = &sums[at * size..][..along.window * size];
+            let begin = (own + at) * along.columns * texels + (other + at) * width;
+            let targets = out[begin..].chunks_mut(texels).take(along.columns);
+            add_rows(along, sums, targets, width);
         }
     }
 
-    /// Squared distances of the places of one row of the bordered grid, from a block's columns on, to
-    /// those of another, summed along x.
-    fn row_sums(&self, from: usize, to: usize, block: &TexelBlock, sums: &mut [Lanes]) {
-        let (side, round_side) = (self.side(), self.side() + self.turns);
-        let along = Along {
-            first: block.cols.start,
-            window: self.window(),
-            blocks: self.turns / LANES,
-        };
+    /// Squared distances of the places of one row of the bordered grid to those of another, summed
+    /// along x.
+    fn row_sums(&self, from: usize, to: usize, along: Along, sums: &mut [f32]) {
+        let (side, round_side) = (self.side(), self.side() + along.turns());
         match &self.places {
             Places::Labels { once, round, table } => {
                 let (from, to) = (&once[from * side..][..side], &round[to * round_side..]);
@@ -250,206 +223,6 @@ impl WindowDistances {
             }
         }
     }
-}
-
-/// Sums along x of the distances of labelled places.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn label_sums(along: Along, table: &Array2<f32>, from: &[u32], to: &[u32], sums: &mut [Lanes]) {
-    let (features, table) = (table.ncols(), table.as_slice().unwrap_or_default());
-    let pair = LabelRows {
-        features,
-        table,
-        from,
-        to,
-    };
-    along.add(pair, sums);
-}
-
-/// Sums along x of the squared distances of vectors.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn vector_sums(along: Along, depth: usize, from: &[f32], to: &[f32], sums: &mut [Lanes]) {
-    let pair = VectorRows {
-        depth,
-        from,
-        side: to.len() / depth,
-        to,
-    };
-    along.add(pair, sums);
-}
-
-/// Two rows of the bordered grid.
-trait RowPair {
-    /// Distances of a place of one row to those of the other that lie some turns behind, lane by lane.
-    fn distances(&self, place: usize, turn: usize) -> Lanes;
-}
-
-struct LabelRows<'a> {
-    features: usize,
-    table: &'a [f32],
-    from: &'a [u32],
-    to: &'a [u32],
-}
-
-impl RowPair for LabelRows<'_> {
-    #[inline(always)]
-    fn distances(&self, place: usize, turn: usize) -> Lanes {
-        let row = &self.table[self.from[place] as usize * self.features..][..self.features];
-        let others = &self.to[place + turn..][..LANES];
-        let mut distances = [0.0; LANES];
-        for lane in 0..LANES {
-            distances[lane] = row[others[lane] as usize];
-        }
-        distances
-    }
-}
-
-struct VectorRows<'a> {
-    depth: usize,
-    from: &'a [f32],
-    /// Numbers that follow each other in `to` before those of the next dimension.
-    side: usize,
-    to: &'a [f32],
-}
-
-impl RowPair for VectorRows<'_> {
-    #[inline(always)]
-    fn distances(&self, place: usize, turn: usize) -> Lanes {
-        let own = &self.from[place * self.depth..][..self.depth];
-        let mut distances = [0.0; LANES];
-        let mut begin = place + turn;
-        for own in own {
-            let others = &self.to[begin..][..LANES];
-            for lane in 0..LANES {
-                let apart = own - others[lane];
-                distances[lane] += apart * apart;
-            }
-            begin += self.side;
-        }
-        distances
-    }
-}
-
-impl Along {
-    /// Σ_o d(x + o, c), o below the window's width, for all columns x and turns c: column after column.
-    #[inline(always)]
-    fn add(self, rows: impl RowPair, sums: &mut [Lanes]) {
-        match self.window {
-            3 => self.add_at_hand::<3>(rows, sums),
-            5 => self.add_at_hand::<5>(rows, sums),
-            7 => self.add_at_hand::<7>(rows, sums),
-            _ => self.add_any(rows, sums),
-        }
-    }
-
-    /// The window's distances stay in registers.
-    #[inline(always)]
-    fn add_at_hand<const WINDOW: usize>(self, rows: impl RowPair, sums: &mut [Lanes]) {
-        let columns = sums.len() / self.blocks;
-        for block in 0..self.blocks {
-            let mut latest = [[0.0; LANES]; WINDOW];
-            for at in 0..columns + WINDOW - 1 {
-                for newer in 1..WINDOW {
-                    latest[newer - 1] = latest[newer];
-                }
-                latest[WINDOW - 1] = rows.distances(self.first + at, block * LANES);
-                if at + 1 >= WINDOW {
-                    let mut sum = latest[0];
-                    for term in &latest[1..] {
-                        add_lanes(&mut sum, term);
-                    }
-                    sums[(at + 1 - WINDOW) * self.blocks + block] = sum;
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn add_any(self, rows: impl RowPair, sums: &mut [Lanes]) {
-        let columns = sums.len() / self.blocks;
-        let mut found = vec![[0.0; LANES]; columns + self.window - 1];
-        for block in 0..self.blocks {
-            for (at, found) in found.iter_mut().enumerate() {
-                *found = rows.distances(self.first + at, block * LANES);
-            }
-            for (column, window) in found.windows(self.window).enumerate() {
-                let mut sum = [0.0; LANES];
-                window.iter().for_each(|term| add_lanes(&mut sum, term));
-                sums[column * self.blocks + block] = sum;
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn add_lanes(sum: &mut Lanes, term: &Lanes) {
-    for lane in 0..LANES {
-        sum[lane] += term[lane];
-    }
-}
-
-/// The sums of rows that follow each other.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn add_rows(rows: &[Lanes], sums: &mut [Lanes]) {
-    let step = sums.len();
-    for (at, sum) in sums.iter_mut().enumerate() {
-        let mut total = [0.0; LANES];
-        for row in rows[at..].chunks(step) {
-            for lane in 0..LANES {
-                total[lane] += row[0][lane];
-            }
-        }
-        *sum = total;
-    }
-}
-
-/// Distances of some columns, from `first` on, to all columns, which come by turns; a block of lanes
-/// stands before and behind them. A target each column begins with the distances to `width` columns.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn turn_back(
-    turned: &[f32],
-    first: usize,
-    (period, turns): (usize, usize),
-    targets: Take<ChunksMut<'_, f32>>,
-    width: usize,
-) {
-    for (index, target) in targets.enumerate() {
-        let turned = &turned[index * turns..][..turns + 2 * LANES];
-        let mut before = first + index;
-        for target in target[..width].chunks_mut(LANES) {
-            let lanes = turned_back(turned, before, period);
-            match <&mut Lanes>::try_from(&mut *target) {
-                Ok(whole) => *whole = lanes,
-                Err(_) => target.copy_from_slice(&lanes[..target.len()]),
-            }
-            before = before.wrapping_sub(LANES);
-        }
-    }
-}
-
-/// A block of lanes that begins some columns `before` the one that turns are counted from; behind it
-/// where that is negative. Columns before it are a period less a few turns away.
-#[inline(always)]
-fn turned_back(turned: &[f32], before: usize, period: usize) -> Lanes {
-    let lanes = |begin: usize| -> Lanes {
-        let mut lanes = [0.0; LANES];
-        lanes.copy_from_slice(&turned[begin..][..LANES]);
-        lanes
-    };
-    let behind = (before as isize) <= 0;
-    if behind {
-        return lanes(LANES.wrapping_sub(before));
-    }
-    let far = lanes(LANES + period - before);
-    if before >= LANES {
-        return far;
-    }
-    let mut near = lanes(LANES - before);
-    for lane in 0..LANES {
-        if (lane as u32) < before as u32 {
-            near[lane] = far[lane];
-        }
-    }
-    near
 }
 
 /// The texel at every place of a grid with a border, row by row, at some columns; `None` off the grid.
