@@ -96,9 +96,12 @@ impl Command {
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
     let command = CommandLine::parse().command;
-    let result = Session::new(command.common())
-        .and_then(|session| command.run(&session).map(|outcome| (session, outcome)))
-        .and_then(|(session, outcome)| session.report(&outcome));
+    let result = Session::new(command.common()).and_then(|session| {
+        // In a thread of the pool: one that waits outside is put to sleep and woken for every step that
+        // is done in parallel.
+        let outcome = rayon::scope(|_| command.run(&session))?;
+        session.report(&outcome)
+    });
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -122,15 +122,16 @@ impl Session {
     }
 }
 
+/// Bytes of a thread's stack: as much as a process's first thread mostly has, for commands run in one.
+const STACK: usize = 8 << 20;
+
 fn set_threads(threads: Option<usize>) -> Result<()> {
-    let Some(threads) = threads else {
-        return Ok(());
-    };
-    if !(1..=1024).contains(&threads) {
+    if let Some(threads) = threads.filter(|threads| !(1..=1024).contains(threads)) {
         return Err(Error::option("threads", threads.to_string(), "1 to 1024"));
     }
     rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
+        .num_threads(threads.unwrap_or(0))
+        .stack_size(STACK)
         .build_global()
         .map_err(|error| {
             Error::option(
