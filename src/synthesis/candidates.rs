@@ -4,10 +4,8 @@
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
 use crate::mesh::hierarchy::Neighbor;
-use crate::synthesis::choice::Pick;
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::proposals::Proposals;
-use crate::synthesis::radii::{Radii, may_reach};
 
 /// A texel to try.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,23 +29,6 @@ pub fn shifted(at: TexCoord, x: f32, y: f32) -> TexCoord {
 /// Least distance of a coordinate from its texel's border, in texels, against rounding.
 const MARGIN: f32 = 1.0 / 64.0;
 
-/// A coherent texel.
-#[derive(Clone, Copy, Debug)]
-struct Source {
-    texel: u32,
-    /// How far a pattern is from the texel's window, the root of its distance, where it is known.
-    away: Option<f32>,
-}
-
-/// What rules out neighbours of coherent texels that cannot be better than the best of these.
-#[derive(Clone, Copy, Debug)]
-pub struct Reach<'a> {
-    /// The radii of the level.
-    pub radii: &'a Radii,
-    /// How far from the pattern a neighbour may lie at most, the root of a distance.
-    pub limit: f32,
-}
-
 /// A list of candidates, refilled from site to site.
 #[derive(Clone, Debug, Default)]
 pub struct CandidateList {
@@ -55,7 +36,7 @@ pub struct CandidateList {
     /// The source that each candidate is or is near to.
     origins: Vec<u32>,
     /// Coherent texels, whole or not: those whose neighbour lists are read.
-    sources: Vec<Source>,
+    sources: Vec<u32>,
     /// In which round each texel was last seen.
     seen: Vec<u32>,
     round: u32,
@@ -95,46 +76,20 @@ impl CandidateList {
             if let Some(texel) = self.proposals.texel(proposal)
                 && self.is_new(texel)
             {
-                self.sources.push(Source { texel, away: None });
+                self.sources.push(texel);
                 self.add_whole(exemplar, texel, self.sources.len() - 1, 1.0);
             }
         }
     }
 
-    /// Takes the distances of the coherent candidates, and returns the best of them.
-    pub fn take_distances(&mut self, distances: &[f64], noise: f64) -> Option<Pick> {
-        let mut best: Option<Pick> = None;
-        let measured = self.list.iter().zip(&self.origins).zip(distances);
-        for ((candidate, &source), &distance) in measured {
-            self.sources[source as usize].away = Some(distance.sqrt() as f32);
-            let pick = Pick::new(candidate.texel, distance, candidate.factor, noise);
-            if best.is_none_or(|best| pick.beats(&best)) {
-                best = Some(pick);
-            }
-        }
-        best
-    }
-
-    /// Adds the nearest texels of every coherent one, whose distances count `coherence` times, but
-    /// those out of `reach`; returns where they begin.
-    pub fn add_nearest(
-        &mut self,
-        exemplar: &ExemplarLevel<'_>,
-        coherence: f64,
-        reach: Option<Reach<'_>>,
-    ) -> usize {
+    /// Adds the nearest texels of every coherent one, whose distances count `coherence` times, and
+    /// returns where they begin.
+    pub fn add_nearest(&mut self, exemplar: &ExemplarLevel<'_>, coherence: f64) -> usize {
         let begin = self.list.len();
         for source in 0..self.sources.len() {
-            let Source { texel, away, .. } = self.sources[source];
-            let reach = reach.zip(away);
-            let may_win = |near: usize| {
-                reach.is_none_or(|(Reach { radii, limit }, away)| {
-                    may_reach(radii.of_texel(texel)[near], away, limit)
-                })
-            };
-            for (near, &other) in exemplar.nearest(texel)[1..].iter().enumerate() {
-                if may_win(near) && self.is_new(other) {
-                    self.add_whole(exemplar, other, source, coherence);
+            for &texel in &exemplar.nearest(self.sources[source])[1..] {
+                if self.is_new(texel) {
+                    self.add_whole(exemplar, texel, source, coherence);
                 }
             }
         }
@@ -158,8 +113,8 @@ impl CandidateList {
         let Some(listed) = listed else {
             return grid.centre(TexelIndex(texel));
         };
-        let source = &self.sources[self.origins[listed] as usize];
-        let inside = self.proposals.mean_inside(source.texel);
+        let source = self.sources[self.origins[listed] as usize];
+        let inside = self.proposals.mean_inside(source);
         let [right, down] = inside.map(|place| place.clamp(MARGIN, 1.0 - MARGIN));
         let (row, col) = grid.row_col(TexelIndex(texel));
         TexCoord {
@@ -237,7 +192,7 @@ mod tests {
         let neighbors = [near(0.8, 0.1), near(1.2, 0.4), near(-0.5, 0.0)];
         let mut list = CandidateList::default();
         list.collect_coherent(&exemplar, None, neighbors.into_iter(), &coords, |_| true);
-        list.add_nearest(&exemplar, 1.2, None);
+        list.add_nearest(&exemplar, 1.2);
         let twice = grid.texel_holding(TexCoord { s: 4.5, t: 6.25 }).unwrap();
         let place = list.place(grid, twice.0);
         assert!((place.s - 4.5).abs() < 1e-5 && (place.t - 6.25).abs() < 1e-5);
@@ -273,7 +228,7 @@ mod tests {
             list.collect_coherent(&exemplar, Some(coords[0]), near, &coords, |s| s != 4);
             let coherent: BTreeSet<u32> = list.candidates().iter().map(|c| c.texel).collect();
             assert_eq!(coherent.len(), list.candidates().len());
-            list.add_nearest(&exemplar, 1.2, None);
+            list.add_nearest(&exemplar, 1.2);
             let mut expected = BTreeSet::new();
             let proposals = neighbors.iter().filter(|n| n.site != 4);
             let proposals =

@@ -6,12 +6,13 @@
 
 use multiversion::multiversion;
 
+use crate::synthesis::bounds::{MANY, ProjectedWindows, best_within, smallest_within};
 use crate::synthesis::candidates::Candidate;
 use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
-use crate::synthesis::full_search::{ProjectedWindows, best_within};
-use crate::synthesis::metric::{Euclidean, Metric, best_of_whole};
+
+use crate::synthesis::metric::{Metric, best_of_whole};
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 
 /// Samples after which a growing distance is compared with the best so far.
@@ -81,9 +82,24 @@ impl<'a> EmbeddedMetric<'a> {
                 .into_iter()
                 .for_each(|part| numbers.extend(part));
         };
-        let projected = ProjectedWindows::new(weights.concat(), texels, window, seed, level);
+        let weights = weights.concat();
+        let projected = ProjectedWindows::new(weights, texels, window, seed, level);
         self.projected = Some(projected);
         self
+    }
+
+    /// The pattern a texel's own window would be.
+    pub fn pattern_of_texel(&self, texel: u32, pattern: &mut EmbeddedPattern) {
+        let neighborhood = self.exemplar.neighborhood;
+        let (window, windows) = (self.exemplar.fine.window(texel), &self.exemplar.fine);
+        let part = &mut pattern.fine;
+        part.read_window(self.fine, window, windows.deltas(), &neighborhood.weights);
+        pattern.coarse.clear();
+        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse) {
+            let window = coarse.windows.window(coarse.parents[texel as usize]);
+            let (part, weights) = (&mut pattern.coarse, &neighborhood.coarse_weights);
+            part.read_window(embedding, window, coarse.windows.deltas(), weights);
+        }
     }
 
     /// The distance, or infinity once it exceeds `limit`: the first blocks of the vectors, which say
@@ -287,11 +303,7 @@ impl Metric for EmbeddedMetric<'_> {
     }
 
     fn distance(&self, pattern: &EmbeddedPattern, texel: u32, limit: f64) -> f64 {
-        f64::from(self.distance_inline(pattern, texel, limit as f32))
-    }
-
-    fn distances(&self, pattern: &EmbeddedPattern, candidates: &[Candidate], found: &mut Vec<f64>) {
-        distances(self, pattern, candidates, found);
+        f64::from(distance(self, pattern, texel, limit as f32))
     }
 
     fn best(
@@ -301,7 +313,12 @@ impl Metric for EmbeddedMetric<'_> {
         first: Option<Pick>,
         noise: f64,
     ) -> Option<Pick> {
-        best_candidate(self, pattern, candidates, first, noise)
+        match &self.projected {
+            Some(windows) if pattern.complete && first.is_some() && candidates.len() >= MANY => {
+                best_bounded(self, windows, pattern, candidates, first, noise)
+            }
+            _ => best_candidate(self, pattern, candidates, first, noise),
+        }
     }
 
     fn best_of_all(
@@ -320,21 +337,6 @@ impl Metric for EmbeddedMetric<'_> {
                 pick
             }
             _ => best_texel(self, pattern, first, preference),
-        }
-    }
-}
-
-impl Euclidean for EmbeddedMetric<'_> {
-    fn pattern_of_texel(&self, texel: u32, pattern: &mut EmbeddedPattern) {
-        let neighborhood = self.exemplar.neighborhood;
-        let (window, windows) = (self.exemplar.fine.window(texel), &self.exemplar.fine);
-        let part = &mut pattern.fine;
-        part.read_window(self.fine, window, windows.deltas(), &neighborhood.weights);
-        pattern.coarse.clear();
-        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse) {
-            let window = coarse.windows.window(coarse.parents[texel as usize]);
-            let (part, weights) = (&mut pattern.coarse, &neighborhood.coarse_weights);
-            part.read_window(embedding, window, coarse.windows.deltas(), weights);
         }
     }
 }
@@ -379,17 +381,8 @@ fn read_pattern(
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn distances(
-    metric: &EmbeddedMetric<'_>,
-    pattern: &EmbeddedPattern,
-    candidates: &[Candidate],
-    found: &mut Vec<f64>,
-) {
-    found.clear();
-    for candidate in candidates {
-        let distance = metric.distance_inline(pattern, candidate.texel, f32::INFINITY);
-        found.push(f64::from(distance));
-    }
+fn distance(metric: &EmbeddedMetric<'_>, pattern: &EmbeddedPattern, texel: u32, limit: f32) -> f32 {
+    metric.distance_inline(pattern, texel, limit)
 }
 
 #[multiversion(targets(
@@ -405,6 +398,26 @@ fn best_candidate(
     noise: f64,
 ) -> Option<Pick> {
     smallest(candidates, first, noise, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
+}
+
+/// As [`best_candidate`], skipping those whose lower bound is above the best so far.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn best_bounded(
+    metric: &EmbeddedMetric<'_>,
+    windows: &ProjectedWindows,
+    pattern: &EmbeddedPattern,
+    candidates: &[Candidate],
+    first: Option<Pick>,
+    noise: f64,
+) -> Option<Pick> {
+    let parts = pattern.parts();
+    smallest_within(windows, parts, candidates, first, noise, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     })
 }

@@ -19,11 +19,10 @@ use crate::synthesis::embedded::EmbeddedMetric;
 use crate::synthesis::embedding::Embedding;
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::gram::GramMetric;
-use crate::synthesis::metric::{Euclidean, Metric};
+use crate::synthesis::metric::Metric;
 use crate::synthesis::options::{MetricKind, Search, SynthesisOptions};
 use crate::synthesis::passes::{LevelPass, LevelState};
 use crate::synthesis::picture::PictureMetric;
-use crate::synthesis::radii::Radii;
 
 /// What synthesis reads.
 #[derive(Clone, Copy, Debug)]
@@ -152,7 +151,7 @@ impl<'a> Stage<'a> {
                 let fine = gram(self.level)?;
                 let coarse = two_level.then(|| gram(self.level + 1)).transpose()?;
                 let metric = GramMetric::new(&self.exemplar, fine, coarse);
-                self.run_with(&metric, None, coarser.as_ref(), classes, progress)
+                self.run_with(&metric, coarser.as_ref(), classes, progress)
             }
             MetricKind::Embedded => {
                 let embedding = |level: usize| {
@@ -160,25 +159,22 @@ impl<'a> Stage<'a> {
                 };
                 let fine = embedding(self.level);
                 let coarse = two_level.then(|| embedding(self.level + 1));
-                let full = self.options.search == Search::Full || self.mends();
                 let (seed, level) = (self.options.seed, self.level as u32);
                 match self.inputs.space.kind() {
                     Kind::Features => {
                         let mut metric = PictureMetric::new(&self.exemplar, &fine, coarse.as_ref());
-                        if full {
+                        if self.bounded() {
                             metric = metric.with_projected_windows(seed, level);
                         }
-                        let radii = self.radii(&metric);
-                        self.run_with(&metric, radii.as_ref(), coarser.as_ref(), classes, progress)
+                        self.run_with(&metric, coarser.as_ref(), classes, progress)
                     }
                     Kind::Textons => {
                         let mut metric =
                             EmbeddedMetric::new(&self.exemplar, &fine, coarse.as_ref());
-                        if full {
+                        if self.bounded() {
                             metric = metric.with_projected_windows(seed, level);
                         }
-                        let radii = self.radii(&metric);
-                        self.run_with(&metric, radii.as_ref(), coarser.as_ref(), classes, progress)
+                        self.run_with(&metric, coarser.as_ref(), classes, progress)
                     }
                 }
             }
@@ -195,7 +191,6 @@ impl<'a> Stage<'a> {
     fn run_with<M: Metric>(
         &self,
         metric: &M,
-        radii: Option<&Radii>,
         coarser: Option<&LevelState>,
         classes: &[Vec<u32>],
         progress: Progress<'_>,
@@ -207,7 +202,6 @@ impl<'a> Stage<'a> {
             coarser,
             metric,
             options: self.options,
-            radii,
             noise: 0.0,
         };
         if self.options.noise > 0.0 {
@@ -237,17 +231,18 @@ impl<'a> Stage<'a> {
             return pass.grow(progress);
         }
         let mut state = pass.random_start();
-        for sweep in 0..self.options.start_passes {
-            pass.sweep(&mut state, u64::from(sweep), progress)?;
+        let sweeps = (0..self.options.start_passes).into_par_iter();
+        let orders = sweeps.map(|sweep| pass.visiting_order(u64::from(sweep)));
+        for order in orders.collect::<Vec<_>>() {
+            pass.sweep(&mut state, &order, progress)?;
         }
         Ok(state)
     }
 
-    /// The radii of the level, where it is refined by k-coherence.
-    fn radii<M: Euclidean>(&self, metric: &M) -> Option<Radii> {
+    /// Whether the level is searched by bounds: to refine it, or in full.
+    fn bounded(&self) -> bool {
         let refined = self.level + 1 < self.plan.levels && self.options.passes > 1;
-        let used = refined && self.options.search == Search::KCoherence && self.plan.k > 1;
-        used.then(|| Radii::new(metric, &self.exemplar))
+        refined || self.options.search == Search::Full
     }
 
     /// Whether the level ends with a full search where it fits worst.

@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 
 use crate::error::Result;
+use crate::mesh::stencil::SampleLocation;
 use crate::progress::Progress;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::options::{Search, SynthesisOptions};
@@ -39,28 +40,25 @@ impl<M: Metric> LevelPass<'_, M> {
             ..*self
         };
         let mut distances = vec![0.0; self.sites.site_count];
-        self.measure(state, |_| true, &mut distances);
+        self.measure(state, &vec![true; state.coords.len()], &mut distances);
         for _ in 0..rounds {
             let before = state.coords.clone();
             let worst = above_the_mean(classes, &distances, FAR_WORSE);
             everywhere.refine(state, &worst, 1, progress)?;
-            let changed = |site: u32| state.coords[site as usize] != before[site as usize];
-            self.measure(state, changed, &mut distances);
+            let pairs = state.coords.iter().zip(&before);
+            let changed: Vec<bool> = pairs.map(|(now, before)| now != before).collect();
+            self.measure(state, &changed, &mut distances);
         }
         let worse = above_the_mean(classes, &distances, 1.0);
         self.refine(state, &worse, 1, progress)
     }
 
-    /// Measures what every site holds, where it or anything its distance depends on has `changed`.
-    pub fn measure(
-        &self,
-        state: &LevelState,
-        changed: impl Fn(u32) -> bool + Sync,
-        distances: &mut [f32],
-    ) {
+    /// Measures what every site holds, where it or a site that its samples read has `changed`.
+    pub fn measure(&self, state: &LevelState, changed: &[bool], distances: &mut [f32]) {
         let at_site = |pattern: &mut M::Pattern, (site, distance): (usize, &mut f32)| {
-            let mut samples = self.sites.fine.of_site(site);
-            if !changed(site as u32) && !samples.any(|at| at.sites().iter().any(|&s| changed(s))) {
+            let any_changed =
+                |sample: SampleLocation| sample.sites().iter().any(|&read| changed[read as usize]);
+            if !changed[site] && !self.sites.fine.of_site(site).any(any_changed) {
                 return;
             }
             let texel = self.exemplar.grid.texel_nearest(state.coords[site]);

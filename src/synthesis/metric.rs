@@ -16,14 +16,6 @@ pub trait Metric: Sync {
     /// The distance to a texel's neighbourhood, or infinity once it is known to exceed `limit`.
     fn distance(&self, pattern: &Self::Pattern, texel: u32, limit: f64) -> f64;
 
-    /// The distances to some candidates, all of them in full.
-    fn distances(&self, pattern: &Self::Pattern, candidates: &[Candidate], found: &mut Vec<f64>) {
-        let distance =
-            |candidate: &Candidate| self.distance(pattern, candidate.texel, f64::INFINITY);
-        found.clear();
-        found.extend(candidates.iter().map(distance));
-    }
-
     /// The best of `first` and some candidates, with `noise` added to all distances.
     fn best(
         &self,
@@ -44,12 +36,6 @@ pub trait Metric: Sync {
         coherent: &[Candidate],
         preference: Preference,
     ) -> Option<Pick>;
-}
-
-/// A metric whose distances are squares in a Euclidean space, to the rounding of single precision.
-pub trait Euclidean: Metric {
-    /// The pattern a texel's own window would be.
-    fn pattern_of_texel(&self, texel: u32, pattern: &mut Self::Pattern);
 }
 
 /// The better of `first` and every texel of a list, none of them preferred.

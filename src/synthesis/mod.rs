@@ -12,7 +12,7 @@
 //! | the exemplar's texels, windows, neighbours | [`exemplar_level`], [`windows`] |
 //! | what a site's neighbourhood holds | [`site_samples`] |
 //! | distance of a site's and a texel's neighbourhood | [`metric`]: [`gram`] (through Φ), [`embedded`] (through a factor of it), [`picture`] (of plain images) |
-//! | which texels to try | [`candidates`] that neighbours [propose](proposals), of which [`radii`] rule most out; [`full_search`] |
+//! | which texels to try | [`candidates`] that neighbours [propose](proposals), or all; [`bounds`] rule most of them out |
 //! | which of them to take | [`choice`], after [`usage`] on the coarsest level |
 //! | in which order to visit | [`order`] (growing), [`coloring`] (in parallel) |
 //! | how a level starts and is refined | [`passes`], sparing what has [not changed](changes) |
@@ -21,6 +21,7 @@
 //! Not handled here: preparing meshes (`mesh`), building neighbour tables (`exemplar`), drawing
 //! and files other than the [checkpoint](checkpoint) of an interrupted run.
 
+pub mod bounds;
 pub mod candidates;
 pub mod changes;
 pub mod check;
@@ -31,7 +32,6 @@ pub mod embedded;
 pub mod embedding;
 pub mod engine;
 pub mod exemplar_level;
-pub mod full_search;
 pub mod gram;
 pub mod grid_target;
 pub mod mending;
@@ -43,7 +43,6 @@ pub mod picture;
 pub mod pictures;
 pub mod proposals;
 pub mod quality;
-pub mod radii;
 pub mod site_samples;
 pub mod usage;
 pub mod windows;

@@ -12,7 +12,7 @@ use super::exemplar_level::ExemplarLevel;
 use super::fixtures;
 use super::gram::{GramMetric, GramPattern};
 use super::grid_target::GridTarget;
-use super::metric::{Euclidean, Metric};
+use super::metric::Metric;
 use super::options::{MetricKind, Order, Search, SynthesisOptions};
 use super::passes::{LevelPass, LevelState};
 use super::quality;
@@ -321,7 +321,6 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
         coarser: Some(&coarser),
         metric: &metric,
         options: &options,
-        radii: None,
         noise: 0.0,
     };
     let start = pass.from_coarser(&coarser);
@@ -448,7 +447,7 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
     let corner = exemplar.grid.centre(TexelIndex(0));
     let nobody = std::iter::empty();
     list.collect_coherent(&exemplar, Some(corner), nobody, &[], |_| true);
-    list.add_nearest(&exemplar, 1.0, None);
+    list.add_nearest(&exemplar, 1.0);
     assert!(list.candidates().is_empty());
     let sites = fixtures::random_sites(3, 40, 0);
     let fine = Embedding::new(&space.levels[0], 1.0);
@@ -461,7 +460,6 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
         coarser: None,
         metric: &metric,
         options: &options,
-        radii: None,
         noise: 0.0,
     };
     let mut state = LevelState::of_texels(&exemplar, (0..40).map(|_| 0));
@@ -493,7 +491,6 @@ fn mending_repairs_a_copy_and_lowers_what_k_coherence_leaves() {
         coarser: None,
         metric: &metric,
         options: &options,
-        radii: None,
         noise: 0.0,
     };
     let mended = |mut state: LevelState, rounds: u32| {
@@ -516,7 +513,8 @@ fn mending_repairs_a_copy_and_lowers_what_k_coherence_leaves() {
     let left = |rounds: u32| -> f64 {
         let split = LevelState::of_texels(&exemplar, (0..4096).map(split));
         let mut found = vec![0.0; pass.sites.site_count];
-        pass.measure(&mended(split, rounds), |_| true, &mut found);
+        let all = vec![true; found.len()];
+        pass.measure(&mended(split, rounds), &all, &mut found);
         found.iter().map(|&distance| f64::from(distance)).sum()
     };
     let (without, with) = (left(0), left(4));

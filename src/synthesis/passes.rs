@@ -12,14 +12,13 @@ use crate::index::TexelIndex;
 use crate::mesh::hierarchy::{NeighborLists, Parent, SiteLevel};
 use crate::progress::Progress;
 use crate::random;
-use crate::synthesis::candidates::{CandidateList, Reach};
+use crate::synthesis::candidates::CandidateList;
 use crate::synthesis::changes::Changes;
 use crate::synthesis::choice::{Pick, Preference};
 use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::options::{Search, SynthesisOptions};
 use crate::synthesis::order::growing_order;
-use crate::synthesis::radii::Radii;
 use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
 use crate::synthesis::usage::Usage;
 
@@ -53,8 +52,6 @@ pub struct LevelPass<'a, M> {
     pub metric: &'a M,
     /// What was asked.
     pub options: &'a SynthesisOptions,
-    /// The radii of the exemplar's neighbours, where a refining choice is to be spared most of them.
-    pub radii: Option<&'a Radii>,
     /// What is added to all distances of a choice.
     pub noise: f64,
 }
@@ -83,7 +80,6 @@ impl<'a> Seen<'a> {
 struct Scratch<P> {
     candidates: CandidateList,
     pattern: P,
-    distances: Vec<f64>,
 }
 
 impl<P: Default> Default for Scratch<P> {
@@ -91,7 +87,6 @@ impl<P: Default> Default for Scratch<P> {
         Self {
             candidates: CandidateList::default(),
             pattern: P::default(),
-            distances: Vec::new(),
         }
     }
 }
@@ -174,12 +169,17 @@ impl<M: Metric> LevelPass<'_, M> {
         LevelState::of_texels(self.exemplar, texels)
     }
 
-    /// Visits every site once in growing order, each seeing what all others hold by then, and
+    /// Visits every site once in a growing order, each seeing what all others hold by then, and
     /// shunning texels that are used more often than others.
-    pub fn sweep(&self, state: &mut LevelState, sweep: u64, progress: Progress<'_>) -> Result<()> {
+    pub fn sweep(
+        &self,
+        state: &mut LevelState,
+        order: &[u32],
+        progress: Progress<'_>,
+    ) -> Result<()> {
         let mut scratch = Scratch::<M::Pattern>::default();
         let mut usage = Usage::of(self.exemplar, &state.coords, self.options.evenness);
-        for (visit, site) in self.visiting_order(sweep).into_iter().enumerate() {
+        for (visit, &site) in order.iter().enumerate() {
             tell(progress, visit)?;
             let site = site as usize;
             usage.leave(self.exemplar.grid.texel_nearest(state.coords[site]));
@@ -262,7 +262,8 @@ impl<M: Metric> LevelPass<'_, M> {
         Ok(())
     }
 
-    fn visiting_order(&self, sweep: u64) -> Vec<u32> {
+    /// A growing order from a random site.
+    pub fn visiting_order(&self, sweep: u64) -> Vec<u32> {
         let sites = self.sites.site_count;
         let mut stream = random::stream(self.options.seed, "growth start", self.level, sweep);
         let start = stream
@@ -285,7 +286,6 @@ impl<M: Metric> LevelPass<'_, M> {
         let Scratch {
             candidates,
             pattern,
-            distances,
         } = scratch;
         let (exemplar, coords) = (self.exemplar, &state.coords);
         let counts = |other: usize| done.is_none_or(|done| done[other]);
@@ -306,7 +306,7 @@ impl<M: Metric> LevelPass<'_, M> {
         };
         let mut pick = None;
         if self.options.search == Search::KCoherence {
-            pick = self.best_nearby(pattern, candidates, distances, seen);
+            pick = self.best_nearby(pattern, candidates, seen);
         }
         let all = |pattern| {
             self.metric
@@ -322,29 +322,24 @@ impl<M: Metric> LevelPass<'_, M> {
         &self,
         pattern: &M::Pattern,
         candidates: &mut CandidateList,
-        distances: &mut Vec<f64>,
         seen: Seen<'_>,
     ) -> Option<Pick> {
         let (coherence, noise) = (self.options.coherence, self.noise);
         if let Seen::Used(usage) = seen {
-            candidates.add_nearest(self.exemplar, coherence, None);
+            candidates.add_nearest(self.exemplar, coherence);
             candidates.weigh(|texel| usage.factor(texel));
             return self
                 .metric
                 .best(pattern, candidates.candidates(), None, noise);
         }
-        self.metric
-            .distances(pattern, candidates.candidates(), distances);
-        let coherent = candidates.take_distances(distances, noise);
+        let coherent = self
+            .metric
+            .best(pattern, candidates.candidates(), None, noise);
         // Not even a distance of nothing would beat this one.
         if coherent.is_some_and(|pick| pick.score < coherence * noise) {
             return coherent;
         }
-        // Radii are those of whole neighbourhoods.
-        let radii = self.radii.filter(|_| matches!(seen, Seen::All));
-        let limit = Pick::limit(coherent, coherence, noise).max(0.0).sqrt() as f32;
-        let reach = radii.map(|radii| Reach { radii, limit });
-        let begin = candidates.add_nearest(self.exemplar, coherence, reach);
+        let begin = candidates.add_nearest(self.exemplar, coherence);
         let others = &candidates.candidates()[begin..];
         self.metric.best(pattern, others, coherent, noise)
     }

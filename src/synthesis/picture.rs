@@ -13,12 +13,13 @@ use bytemuck::{Pod, Zeroable};
 use multiversion::multiversion;
 
 use crate::mesh::stencil::{SampleLocation, Stencils};
+use crate::synthesis::bounds::{MANY, ProjectedWindows, best_within, smallest_within};
 use crate::synthesis::candidates::Candidate;
 use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
-use crate::synthesis::full_search::{ProjectedWindows, best_within};
-use crate::synthesis::metric::{Euclidean, Metric, best_of_whole};
+
+use crate::synthesis::metric::{Metric, best_of_whole};
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 use crate::synthesis::windows::Windows;
 
@@ -67,6 +68,8 @@ struct Pair([Block; 2]);
 pub struct PicturePattern {
     fine: PatternPart,
     coarse: PatternPart,
+    /// Whether every sample of both windows counts.
+    complete: bool,
     bounds: Vec<f32>,
 }
 
@@ -119,11 +122,13 @@ impl<'a> PictureMetric<'a> {
         self
     }
 
-    /// Whether every sample of both windows counts.
-    fn is_complete(&self, pattern: &PicturePattern) -> bool {
-        let coarse = self.coarse.as_ref();
-        pattern.fine.weights == self.fine.weights
-            && coarse.is_none_or(|coarse| pattern.coarse.weights == coarse.weights)
+    /// The pattern a texel's own window would be.
+    pub fn pattern_of_texel(&self, texel: u32, pattern: &mut PicturePattern) {
+        let corners = self.corners[texel as usize];
+        self.fine.read_window(corners[0], &mut pattern.fine);
+        if let Some(coarse) = &self.coarse {
+            coarse.read_window(corners[1], &mut pattern.coarse);
+        }
     }
 
     /// The distance, or infinity once it exceeds `limit`; the coarse window, which is small and says
@@ -265,10 +270,10 @@ impl Picture {
         let default = self.vectors.len() / self.steps - 1;
         let values: &mut [f32] = bytemuck::cast_slice_mut(&mut part.values);
         let weights: &mut [f32] = bytemuck::cast_slice_mut(&mut part.weights);
-        for ((sample, location), &place) in samples.enumerate().zip(&self.places) {
+        for (location, &place) in samples.zip(&self.places) {
             let place = place as usize;
             let values = &mut values[place..][..self.steps * STEP];
-            match sites.held(sample, location) {
+            match sites.held(location) {
                 None => weights[place..][..self.depth].fill(0.0),
                 Some(Held::Default) => self.copy(default, values),
                 Some(Held::One(row)) => self.copy(row as usize, values),
@@ -347,11 +352,7 @@ impl Metric for PictureMetric<'_> {
     }
 
     fn distance(&self, pattern: &PicturePattern, texel: u32, limit: f64) -> f64 {
-        f64::from(self.distance_inline(pattern, texel, limit as f32))
-    }
-
-    fn distances(&self, pattern: &PicturePattern, candidates: &[Candidate], found: &mut Vec<f64>) {
-        distances(self, pattern, candidates, found);
+        f64::from(distance(self, pattern, texel, limit as f32))
     }
 
     fn best(
@@ -361,7 +362,12 @@ impl Metric for PictureMetric<'_> {
         first: Option<Pick>,
         noise: f64,
     ) -> Option<Pick> {
-        best_candidate(self, pattern, candidates, first, noise)
+        match &self.projected {
+            Some(windows) if pattern.complete && first.is_some() && candidates.len() >= MANY => {
+                best_bounded(self, windows, pattern, candidates, first, noise)
+            }
+            _ => best_candidate(self, pattern, candidates, first, noise),
+        }
     }
 
     fn best_of_all(
@@ -372,7 +378,7 @@ impl Metric for PictureMetric<'_> {
     ) -> Option<Pick> {
         let first = best_candidate(self, pattern, coherent, None, preference.noise);
         match &self.projected {
-            Some(projected) if self.is_complete(pattern) => {
+            Some(projected) if pattern.complete => {
                 let mut bounds = std::mem::take(&mut pattern.bounds);
                 projected.bounds(pattern.parts(), &mut bounds);
                 let pick = best_within_bounds(self, pattern, &bounds, first, preference);
@@ -380,16 +386,6 @@ impl Metric for PictureMetric<'_> {
                 pick
             }
             _ => best_texel(self, pattern, first, preference),
-        }
-    }
-}
-
-impl Euclidean for PictureMetric<'_> {
-    fn pattern_of_texel(&self, texel: u32, pattern: &mut PicturePattern) {
-        let corners = self.corners[texel as usize];
-        self.fine.read_window(corners[0], &mut pattern.fine);
-        if let Some(coarse) = &self.coarse {
-            coarse.read_window(corners[1], &mut pattern.coarse);
         }
     }
 }
@@ -405,8 +401,10 @@ fn read_pattern(
     pattern: &mut PicturePattern,
 ) {
     metric.fine.read(&site.fine, site.site, &mut pattern.fine);
+    pattern.complete = site.fine.done.is_none();
     if let (Some(picture), Some(sites)) = (&metric.coarse, &site.coarse) {
         picture.read(sites, site.site, &mut pattern.coarse);
+        pattern.complete &= sites.done.is_none();
     }
 }
 
@@ -415,17 +413,8 @@ fn read_pattern(
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn distances(
-    metric: &PictureMetric<'_>,
-    pattern: &PicturePattern,
-    candidates: &[Candidate],
-    found: &mut Vec<f64>,
-) {
-    found.clear();
-    for candidate in candidates {
-        let distance = metric.distance_inline(pattern, candidate.texel, f32::INFINITY);
-        found.push(f64::from(distance));
-    }
+fn distance(metric: &PictureMetric<'_>, pattern: &PicturePattern, texel: u32, limit: f32) -> f32 {
+    metric.distance_inline(pattern, texel, limit)
 }
 
 #[multiversion(targets(
@@ -441,6 +430,26 @@ fn best_candidate(
     noise: f64,
 ) -> Option<Pick> {
     smallest(candidates, first, noise, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
+}
+
+/// As [`best_candidate`], skipping those whose lower bound is above the best so far.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn best_bounded(
+    metric: &PictureMetric<'_>,
+    windows: &ProjectedWindows,
+    pattern: &PicturePattern,
+    candidates: &[Candidate],
+    first: Option<Pick>,
+    noise: f64,
+) -> Option<Pick> {
+    let parts = pattern.parts();
+    smallest_within(windows, parts, candidates, first, noise, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     })
 }

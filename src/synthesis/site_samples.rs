@@ -23,8 +23,6 @@ pub struct SampledSites<'a> {
     pub rows: &'a [u32],
     /// Which sites are synthesized, while a level grows; `None` when all hold something.
     pub done: Option<&'a [bool]>,
-    /// A sample that is left out, as the centre is from the quality figures.
-    pub left_out: Option<usize>,
 }
 
 impl<'a> SampledSites<'a> {
@@ -34,7 +32,6 @@ impl<'a> SampledSites<'a> {
             stencils,
             rows,
             done: None,
-            left_out: None,
         }
     }
 
@@ -42,16 +39,13 @@ impl<'a> SampledSites<'a> {
     #[inline(always)]
     pub fn of_site(&self, site: usize) -> impl Iterator<Item = (usize, Held)> + '_ {
         let samples = self.stencils.of_site(site).enumerate();
-        samples.filter_map(|(place, sample)| Some((place, self.held(place, sample)?)))
+        samples.filter_map(|(place, sample)| Some((place, self.held(sample)?)))
     }
 
-    /// What a sample at a place in the template holds; `None` for one that does not count. A sample
-    /// counts only when all sites that weigh in it are done.
+    /// What a sample holds; `None` for one that does not count. A sample counts only when all sites that
+    /// weigh in it are done.
     #[inline(always)]
-    pub fn held(&self, place: usize, sample: SampleLocation) -> Option<Held> {
-        if self.left_out == Some(place) {
-            return None;
-        }
+    pub fn held(&self, sample: SampleLocation) -> Option<Held> {
         let done = |site: u32| self.done.is_none_or(|done| done[site as usize]);
         let row = |site: u32| self.rows[site as usize];
         match sample {

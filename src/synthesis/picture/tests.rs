@@ -60,18 +60,12 @@ impl Case {
         }
     }
 
-    fn neighborhood<'a>(
-        &'a self,
-        site: usize,
-        done: Option<&'a [bool]>,
-        left_out: Option<usize>,
-    ) -> SiteNeighborhood<'a> {
+    fn neighborhood<'a>(&'a self, site: usize, done: Option<&'a [bool]>) -> SiteNeighborhood<'a> {
         let coarse = self.fine.coarse.as_ref().unwrap();
         SiteNeighborhood {
             site,
             fine: SampledSites {
                 done,
-                left_out,
                 ..SampledSites::all(&self.fine.fine, &self.states[0])
             },
             coarse: Some(SampledSites::all(coarse, &self.states[1])),
@@ -151,8 +145,8 @@ fn distances_are_the_sums_of_squares_of_the_samples_that_count() {
         let metric = PictureMetric::new(&exemplar, &fine, Some(&coarse));
         let mut pattern = PicturePattern::default();
         for (site, texel) in (0..60).zip((0..168).step_by(2)) {
-            for (done, left_out) in [(None, None), (Some(&done[..]), None), (None, Some(12))] {
-                let read = case.neighborhood(site, done, left_out);
+            for done in [None, Some(&done[..])] {
+                let read = case.neighborhood(site, done);
                 metric.read(&read, &mut pattern);
                 let found = metric.distance(&pattern, texel, f64::INFINITY);
                 let expected = case.distance(&read, texel);
@@ -182,7 +176,7 @@ fn the_best_of_all_is_the_smallest() {
         noise: 0.2,
     };
     for (site, done) in (0..60).flat_map(|site| [(site, None), (site, Some(&done[..]))]) {
-        metric.read(&case.neighborhood(site, done, None), &mut pattern);
+        metric.read(&case.neighborhood(site, done), &mut pattern);
         let coherent = [Candidate {
             texel: exemplar.whole_texels[site % exemplar.whole_texels.len()],
             factor: 1.0,

@@ -118,7 +118,7 @@ impl Comparison<'_> {
         let (own, near) = (self.coords[site], sites.neighbors.of_site(site));
         let list = &mut scratch.candidates;
         list.collect_coherent(self.exemplar, Some(own), near, self.coords, |_| true);
-        list.add_nearest(self.exemplar, self.coherence, None);
+        list.add_nearest(self.exemplar, self.coherence);
         let candidates = list.candidates();
         self.phi.read(&neighborhood, &mut scratch.in_phi);
         let first = self.cost(&self.phi, &scratch.in_phi, candidates, &scratch.in_phi);
