@@ -15,7 +15,8 @@ use crate::synthesis::candidates::Candidate;
 use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, LANES};
 
-/// Candidates from which on it pays to project a pattern for their bounds.
+/// Candidates from which on it pays to project a pattern for their bounds. That of textons has so many
+/// numbers that it does not: their bounds are for full searches alone.
 pub const MANY: usize = 4;
 /// Directions projected on.
 const DIRECTIONS: usize = LANES;
@@ -26,8 +27,8 @@ const ROUNDS: usize = 2;
 /// Sums that a projection is added up in side by side.
 const CHAINS: usize = 4;
 /// Share of both windows' squared norms by which a bound is lowered, against the rounding of single
-/// precision: directions, projections and residuals are each good to about 1e-6 of them.
-const SLACK: f32 = 8e-6;
+/// precision: directions, projections and residuals are each good to some 1e-6 of them.
+const SLACK: f32 = 2e-5;
 
 /// What a window gives in every direction, aligned as processors load it fastest.
 #[repr(C, align(64))]
@@ -58,7 +59,8 @@ pub struct ProjectedWindows {
     /// Per number of a window, its share in each direction, times √w.
     basis: Vec<Block>,
     /// By texel, up to the last whole one; those that are not whole have none.
-    of_texels: Vec<Projected>,
+    projections: Vec<Projection>,
+    rests: Vec<Rest>,
     /// Whole texels in all, and they in their order.
     whole: usize,
     groups: Vec<Group>,
@@ -92,14 +94,17 @@ impl ProjectedWindows {
         let whole = texels.par_iter().with_min_len(4 * LANES);
         let whole: Vec<Projected> = whole.map_init(Vec::new, project).collect();
         let most = texels.last().map_or(0, |&last| last as usize + 1);
-        let mut of_texels = vec![Projected::default(); most];
+        let mut projections = vec![Projection::default(); most];
+        let mut rests = vec![Rest::default(); most];
         for (&texel, projected) in texels.iter().zip(&whole) {
-            of_texels[texel as usize] = *projected;
+            projections[texel as usize] = projected.projection;
+            rests[texel as usize] = projected.rest;
         }
         Self {
             groups: whole.chunks(LANES).map(Group::of).collect(),
             whole: whole.len(),
-            of_texels,
+            projections,
+            rests,
             basis,
             weights,
         }
@@ -108,32 +113,26 @@ impl ProjectedWindows {
     /// Projects a pattern of two parts.
     #[inline(always)]
     pub fn project(&self, pattern: [&[f32]; 2]) -> Projected {
-        let (mut shares, mut squares) = ([[0.0; LANES]; CHAINS], [0.0; LANES]);
-        let (basis, weights) = (&self.basis[..], &self.weights[..]);
-        let (fine, coarse) = basis.split_at(pattern[0].len());
-        let (fine_weights, coarse_weights) = weights.split_at(pattern[0].len());
-        add_projection(fine, fine_weights, pattern[0], &mut shares, &mut squares);
-        add_projection(
-            coarse,
-            coarse_weights,
-            pattern[1],
-            &mut shares,
-            &mut squares,
-        );
-        projected(&shares, &squares)
+        let (basis, more_basis) = self.basis.split_at(pattern[0].len());
+        let (weights, more_weights) = self.weights.split_at(pattern[0].len());
+        let mut sums = Sums::default();
+        sums.add(basis, weights, pattern[0]);
+        sums.add(more_basis, more_weights, pattern[1]);
+        sums.projected()
     }
 
     /// A lower bound of the distance of a pattern to a whole texel.
     #[inline(always)]
     pub fn bound(&self, pattern: &Projected, texel: u32) -> f32 {
-        let window = &self.of_texels[texel as usize];
+        let projection = &self.projections[texel as usize].0;
+        let rest = self.rests[texel as usize];
         let mut squares = [0.0; LANES];
         for (lane, square) in squares.iter_mut().enumerate() {
-            let apart = pattern.projection.0[lane] - window.projection.0[lane];
+            let apart = pattern.projection.0[lane] - projection[lane];
             *square = apart * apart;
         }
-        let apart = pattern.rest.residual - window.rest.residual;
-        let slack = SLACK * (pattern.rest.square + window.rest.square);
+        let apart = pattern.rest.residual - rest.residual;
+        let slack = SLACK * (pattern.rest.square + rest.square);
         sum_of_lanes(squares) + apart * apart - slack
     }
 
@@ -199,44 +198,47 @@ fn basis(
     roots.iter().enumerate().map(row).collect()
 }
 
-/// Adds what some numbers give in every direction to `shares`, and what they weigh squared to `squares`.
-#[inline(always)]
-fn add_projection(
-    basis: &[Block],
-    weights: &[f32],
-    numbers: &[f32],
-    shares: &mut [Block; CHAINS],
-    squares: &mut Block,
-) {
-    let basis = basis.as_chunks::<LANES>().0;
-    let weights = weights.as_chunks::<LANES>().0;
-    let blocks = numbers.as_chunks::<LANES>().0.iter().zip(weights);
-    for ((numbers, weights), rows) in blocks.zip(basis) {
-        for lane in 0..LANES {
-            squares[lane] += weights[lane] * (numbers[lane] * numbers[lane]);
-        }
-        for (at, (number, row)) in numbers.iter().zip(rows).enumerate() {
+/// What numbers give in every direction, and their weighted squares, while they are summed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    shares: [Block; CHAINS],
+    squares: Block,
+}
+
+impl Sums {
+    #[inline(always)]
+    fn add(&mut self, basis: &[Block], weights: &[f32], numbers: &[f32]) {
+        let basis = basis.as_chunks::<LANES>().0;
+        let weights = weights.as_chunks::<LANES>().0;
+        let blocks = numbers.as_chunks::<LANES>().0.iter().zip(weights);
+        for ((numbers, weights), rows) in blocks.zip(basis) {
             for lane in 0..LANES {
-                shares[at % CHAINS][lane] += number * row[lane];
+                self.squares[lane] += weights[lane] * (numbers[lane] * numbers[lane]);
+            }
+            for (at, (number, row)) in numbers.iter().zip(rows).enumerate() {
+                for lane in 0..LANES {
+                    self.shares[at % CHAINS][lane] += number * row[lane];
+                }
             }
         }
     }
-}
 
-#[inline(always)]
-fn projected(shares: &[Block; CHAINS], squares: &Block) -> Projected {
-    let (mut sums, mut held) = ([0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        sums[lane] = (shares[0][lane] + shares[1][lane]) + (shares[2][lane] + shares[3][lane]);
-        held[lane] = sums[lane] * sums[lane];
-    }
-    let square = sum_of_lanes(*squares);
-    Projected {
-        projection: Projection(sums),
-        rest: Rest {
-            residual: (square - sum_of_lanes(held)).max(0.0).sqrt(),
-            square,
-        },
+    #[inline(always)]
+    fn projected(&self) -> Projected {
+        let [a, b, c, d] = &self.shares;
+        let (mut shares, mut held) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            shares[lane] = (a[lane] + b[lane]) + (c[lane] + d[lane]);
+            held[lane] = shares[lane] * shares[lane];
+        }
+        let square = sum_of_lanes(self.squares);
+        Projected {
+            projection: Projection(shares),
+            rest: Rest {
+                residual: (square - sum_of_lanes(held)).max(0.0).sqrt(),
+                square,
+            },
+        }
     }
 }
 
@@ -247,9 +249,9 @@ fn projected(shares: &[Block; CHAINS], squares: &Block) -> Projected {
     "aarch64+neon"
 ))]
 fn project_apart(basis: &[Block], weights: &[f32], numbers: &[f32]) -> Projected {
-    let (mut shares, mut squares) = ([[0.0; LANES]; CHAINS], [0.0; LANES]);
-    add_projection(basis, weights, numbers, &mut shares, &mut squares);
-    projected(&shares, &squares)
+    let mut sums = Sums::default();
+    sums.add(basis, weights, numbers);
+    sums.projected()
 }
 
 /// The sum of all lanes, as a tree.

@@ -6,12 +6,11 @@
 
 use multiversion::multiversion;
 
-use crate::synthesis::bounds::{MANY, ProjectedWindows, best_within, smallest_within};
+use crate::synthesis::bounds::{ProjectedWindows, best_within};
 use crate::synthesis::candidates::Candidate;
 use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
-
 use crate::synthesis::metric::{Metric, best_of_whole};
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 
@@ -313,12 +312,7 @@ impl Metric for EmbeddedMetric<'_> {
         first: Option<Pick>,
         noise: f64,
     ) -> Option<Pick> {
-        match &self.projected {
-            Some(windows) if pattern.complete && first.is_some() && candidates.len() >= MANY => {
-                best_bounded(self, windows, pattern, candidates, first, noise)
-            }
-            _ => best_candidate(self, pattern, candidates, first, noise),
-        }
+        best_candidate(self, pattern, candidates, first, noise)
     }
 
     fn best_of_all(
@@ -398,26 +392,6 @@ fn best_candidate(
     noise: f64,
 ) -> Option<Pick> {
     smallest(candidates, first, noise, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
-}
-
-/// As [`best_candidate`], skipping those whose lower bound is above the best so far.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn best_bounded(
-    metric: &EmbeddedMetric<'_>,
-    windows: &ProjectedWindows,
-    pattern: &EmbeddedPattern,
-    candidates: &[Candidate],
-    first: Option<Pick>,
-    noise: f64,
-) -> Option<Pick> {
-    let parts = pattern.parts();
-    smallest_within(windows, parts, candidates, first, noise, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     })
 }

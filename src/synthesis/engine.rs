@@ -160,10 +160,11 @@ impl<'a> Stage<'a> {
                 let fine = embedding(self.level);
                 let coarse = two_level.then(|| embedding(self.level + 1));
                 let (seed, level) = (self.options.seed, self.level as u32);
+                let full = self.options.search == Search::Full || self.mends();
                 match self.inputs.space.kind() {
                     Kind::Features => {
                         let mut metric = PictureMetric::new(&self.exemplar, &fine, coarse.as_ref());
-                        if self.bounded() {
+                        if full || self.refines() {
                             metric = metric.with_projected_windows(seed, level);
                         }
                         self.run_with(&metric, coarser.as_ref(), classes, progress)
@@ -171,7 +172,7 @@ impl<'a> Stage<'a> {
                     Kind::Textons => {
                         let mut metric =
                             EmbeddedMetric::new(&self.exemplar, &fine, coarse.as_ref());
-                        if self.bounded() {
+                        if full {
                             metric = metric.with_projected_windows(seed, level);
                         }
                         self.run_with(&metric, coarser.as_ref(), classes, progress)
@@ -239,17 +240,15 @@ impl<'a> Stage<'a> {
         Ok(state)
     }
 
-    /// Whether the level is searched by bounds: to refine it, or in full.
-    fn bounded(&self) -> bool {
-        let refined = self.level + 1 < self.plan.levels && self.options.passes > 1;
-        refined || self.options.search == Search::Full
+    /// Whether the level is refined after its first guess.
+    fn refines(&self) -> bool {
+        self.level + 1 < self.plan.levels && self.options.passes > 1
     }
 
     /// Whether the level ends with a full search where it fits worst.
     fn mends(&self) -> bool {
-        let refined = self.level + 1 < self.plan.levels && self.options.passes > 1;
         let by_coherence = self.options.search == Search::KCoherence;
-        self.level == 0 && refined && by_coherence && self.options.mends > 0
+        self.level == 0 && self.refines() && by_coherence && self.options.mends > 0
     }
 
     /// How many choices the level takes, mending apart.

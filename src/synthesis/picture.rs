@@ -18,7 +18,6 @@ use crate::synthesis::candidates::Candidate;
 use crate::synthesis::choice::{Pick, Preference, smallest};
 use crate::synthesis::embedding::{Block, Embedding, LANES};
 use crate::synthesis::exemplar_level::ExemplarLevel;
-
 use crate::synthesis::metric::{Metric, best_of_whole};
 use crate::synthesis::site_samples::{Held, SampledSites, SiteNeighborhood};
 use crate::synthesis::windows::Windows;
