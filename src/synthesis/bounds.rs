@@ -216,8 +216,8 @@ impl Sums {
                 self.squares[lane] += weights[lane] * (numbers[lane] * numbers[lane]);
             }
             for (at, (number, row)) in numbers.iter().zip(rows).enumerate() {
-                for lane in 0..LANES {
-                    self.shares[at % CHAINS][lane] += number * row[lane];
+                for (share, direction) in self.shares[at % CHAINS].iter_mut().zip(row) {
+                    *share += number * direction;
                 }
             }
         }
