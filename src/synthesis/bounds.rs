@@ -216,8 +216,9 @@ impl Sums {
                 self.squares[lane] += weights[lane] * (numbers[lane] * numbers[lane]);
             }
             for (at, (number, row)) in numbers.iter().zip(rows).enumerate() {
-                for (share, direction) in self.shares[at % CHAINS].iter_mut().zip(row) {
-                    *share += number * direction;
+                let shares = &mut self.shares[at % CHAINS];
+                for lane in 0..LANES {
+                    shares[lane] += number * row[lane];
                 }
             }
         }
