@@ -130,8 +130,7 @@ impl<'a> PictureMetric<'a> {
         }
     }
 
-    /// The distance, or infinity once it exceeds `limit`; the coarse window, which is small and says
-    /// most, before the fine one.
+    /// The distance, or infinity once it exceeds `limit`; both windows are summed together.
     #[inline(always)]
     fn distance_inline(&self, pattern: &PicturePattern, texel: u32, limit: f32) -> f32 {
         let corners = self.corners[texel as usize];
