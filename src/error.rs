@@ -36,9 +36,27 @@ pub enum Error {
         /// The system's own word.
         source: io::Error,
     },
+    /// Several faults of one file, found together.
+    #[error("{}: {}", path.display(), listed(lines))]
+    Faults {
+        /// The file.
+        path: PathBuf,
+        /// A fault in each, with its place.
+        lines: Vec<String>,
+        /// Whether options are among them.
+        usage: bool,
+    },
     /// The caller asked to stop (Ctrl-C); everything finished so far is kept.
     #[error("interrupted; finished stages are kept")]
     Interrupted,
+}
+
+/// One fault as it stands, several below their number.
+fn listed(lines: &[String]) -> String {
+    match lines {
+        [only] => only.clone(),
+        _ => format!("{} faults\n  {}", lines.len(), lines.join("\n  ")),
+    }
 }
 
 /// What a file or array holds against what it should hold.

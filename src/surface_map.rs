@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
+use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column, PlyFile};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
@@ -91,7 +92,7 @@ impl SurfaceTextonMap {
     fn comments(&self) -> Vec<String> {
         let [width, height] = self.exemplar;
         vec![
-            "mesotex 1".into(),
+            MESH_MARK.into(),
             format!("exemplar {width} {height}"),
             format!("texel {}", self.texel),
             format!("seed {}", self.seed),

@@ -13,6 +13,7 @@ use serde_json::Value;
 
 use crate::btf::direction::Direction;
 use crate::error::{Error, Result};
+use crate::format::atomic::folder::is_set_aside;
 use crate::format::id::ContentId;
 use crate::format::npy::Mapped;
 use crate::format::{json, npy};
@@ -22,6 +23,11 @@ use crate::grid::TexelGrid;
 pub const DESCRIPTION: &str = "btf.json";
 /// The array in a sample's folder.
 pub const RADIANCE: &str = "radiance.npy";
+/// The files of a sample's folder.
+pub fn files_of(folder: &Path) -> [PathBuf; 2] {
+    [DESCRIPTION, RADIANCE].map(|name| folder.join(name))
+}
+
 /// `format` of every `btf.json`.
 pub const FORMAT: &str = "mesotex-btf";
 /// The version written, and the only one read.
@@ -272,9 +278,13 @@ impl Sample {
     pub fn open(path: &Path) -> Result<Self> {
         let description_path = path.join(DESCRIPTION);
         if !description_path.is_file() {
-            return Err(Error::data("sample", format!("no {DESCRIPTION} in it"))
+            let fault = Error::data("sample", format!("no {DESCRIPTION} in it"))
                 .expected("a folder NAME.sample made by `mesotex bake` or `mesotex import`")
-                .in_file(path));
+                .in_file(path);
+            return Err(match is_set_aside(path) {
+                true => fault.advice("a run was killed while it replaced it: `mesotex info` puts the earlier one back"),
+                false => fault,
+            });
         }
         let description: Description = json::read(&description_path)?;
         description

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use crate::btf::sample::{DESCRIPTION, DType, Description, RADIANCE};
+use crate::btf::sample::{DESCRIPTION, DType, Description, FORMAT, RADIANCE};
 use crate::error::{Error, Result};
-use crate::format::atomic::FolderInProgress;
+use crate::format::atomic::folder::FolderInProgress;
 use crate::format::id::ContentId;
 use crate::format::{json, npy};
 
@@ -32,7 +32,7 @@ impl SampleWriter {
     /// Begins `target`; `description.id` is filled in at the end.
     pub fn create(target: &Path, description: Description) -> Result<Self> {
         description.check()?;
-        let folder = FolderInProgress::create(target)?;
+        let folder = FolderInProgress::create(target, objection_to_replacing)?;
         Self::begin(target, folder, description)
     }
 
@@ -40,7 +40,7 @@ impl SampleWriter {
     /// is written stays when the writer is dropped unfinished, until [`discard`](Self::discard).
     pub fn resume(target: &Path, description: Description) -> Result<Self> {
         description.check()?;
-        let folder = FolderInProgress::resumable(target)?;
+        let folder = FolderInProgress::resumable(target, objection_to_replacing)?;
         let note = folder.member(UNFINISHED);
         let text = serde_json::to_vec_pretty(&description)
             .map_err(|error| Error::data(UNFINISHED, error.to_string()))?;
@@ -49,7 +49,7 @@ impl SampleWriter {
             return Self::go_on(target, folder, description);
         }
         folder.discard();
-        let folder = FolderInProgress::resumable(target)?;
+        let folder = FolderInProgress::resumable(target, objection_to_replacing)?;
         fs::write(folder.member(UNFINISHED), text).map_err(Error::io(target, "write"))?;
         Self::begin(target, folder, description)
     }
@@ -197,6 +197,37 @@ impl SampleWriter {
     }
 }
 
+/// Why the folder of a sample-to-be must not be replaced: it holds something that is no part of a
+/// sample. `None` for a sample of this program, finished or not, and for an empty folder.
+pub fn objection_to_replacing(folder: &Path) -> std::io::Result<Option<String>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        names.push(entry?.file_name());
+    }
+    names.sort();
+    let parts = [DESCRIPTION, RADIANCE];
+    let foreign = names
+        .iter()
+        .find(|name| !parts.iter().any(|part| *name == part));
+    if let Some(name) = foreign {
+        let name = name.to_string_lossy();
+        return Ok(Some(format!(
+            "a folder that holds `{name}`, which is no part of a sample"
+        )));
+    }
+    if names.is_empty() || says_sample(&folder.join(DESCRIPTION)) {
+        return Ok(None);
+    }
+    Ok(Some(format!(
+        "a folder without a {DESCRIPTION} of this program"
+    )))
+}
+
+fn says_sample(description: &Path) -> bool {
+    let told = json::read::<serde_json::Value>(description);
+    told.is_ok_and(|told| told["format"] == FORMAT)
+}
+
 /// The head of `radiance.npy`.
 fn header(description: &Description) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
@@ -212,7 +243,7 @@ fn header(description: &Description) -> std::io::Result<Vec<u8>> {
 mod tests {
     use super::*;
     use crate::btf::direction::Direction;
-    use crate::btf::sample::{FORMAT, Layout, Sample, VERSION};
+    use crate::btf::sample::{Layout, Sample, VERSION};
 
     fn description(dtype: DType) -> Description {
         Description {
@@ -283,6 +314,29 @@ mod tests {
         assert_eq!(other.images_written(), 0);
         other.discard();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn only_samples_and_empty_folders_are_replaced() {
+        let root = tempfile::tempdir().unwrap();
+        let target = root.path().join("x.sample");
+        let refused = || {
+            let refused = SampleWriter::create(&target, description(DType::F4));
+            refused.map(drop).map_err(|error| error.to_string())
+        };
+        fs::create_dir(&target).unwrap();
+        refused().unwrap();
+        fs::write(target.join(DESCRIPTION), "{\"format\": \"recipes\"}").unwrap();
+        assert!(refused().unwrap_err().contains("without a btf.json"));
+        fs::write(
+            target.join(DESCRIPTION),
+            "{\"format\": \"mesotex-btf\", \"version\": 9}",
+        )
+        .unwrap();
+        refused().unwrap();
+        fs::write(target.join("notes.txt"), "mine").unwrap();
+        assert!(refused().unwrap_err().contains("`notes.txt`"));
+        assert_eq!(fs::read(target.join("notes.txt")).unwrap(), b"mine");
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! Not handled: compressed primitives (Draco, meshopt), sparse accessors, skins and morph targets
 //! (the rest pose is read).
 
+pub mod companions;
+
 use std::fs;
 use std::io::Write;
 use std::path::Path;

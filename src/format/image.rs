@@ -14,10 +14,11 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use png::{ColorType, Compression, Encoder, Filter};
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
+use crate::format::ours::PICTURE_MARK;
 
 /// The most texels an image may have: 16384 × 16384.
 const MOST_TEXELS: u64 = 1 << 28;
@@ -205,8 +206,8 @@ pub fn encode_srgb8(linear: f32) -> u8 {
 pub fn write_png(path: &Path, width: u32, height: u32, pixels: &[u8]) -> Result<()> {
     let texels = width as usize * height as usize;
     let color = match pixels.len() {
-        length if texels > 0 && length == texels => ExtendedColorType::L8,
-        length if texels > 0 && length == 3 * texels => ExtendedColorType::Rgb8,
+        length if texels > 0 && length == texels => ColorType::Grayscale,
+        length if texels > 0 && length == 3 * texels => ColorType::Rgb,
         length => {
             return Err(Error::data("pixels", format!("{length} bytes"))
                 .expected(format!("{texels} or three times as many"))
@@ -214,9 +215,15 @@ pub fn write_png(path: &Path, width: u32, height: u32, pixels: &[u8]) -> Result<
         }
     };
     atomic::write_file(path, |sink| {
-        PngEncoder::new(sink)
-            .write_image(pixels, width, height, color)
-            .map_err(io::Error::other)
+        let [keyword, text] = PICTURE_MARK.map(String::from);
+        let mut encoder = Encoder::new(sink, width, height);
+        encoder.set_color(color);
+        encoder.set_compression(Compression::Fast);
+        encoder.set_filter(Filter::Adaptive);
+        encoder.add_text_chunk(keyword, text)?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(pixels)?;
+        writer.finish().map_err(io::Error::from)
     })
 }
 

@@ -14,6 +14,7 @@ pub mod npy;
 pub mod npz;
 pub mod obj;
 pub mod off;
+pub mod ours;
 pub mod ply;
 pub mod polygon_mesh;
 pub mod source;

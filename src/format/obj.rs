@@ -8,6 +8,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
+use crate::format::ours::MESH_MARK;
 use crate::format::polygon_mesh::PolygonMesh;
 
 /// The lists a face's indices point into, and the faces so far.
@@ -201,6 +202,7 @@ pub struct ObjMesh<'a> {
 /// Writes an OBJ file.
 pub fn write(path: &Path, mesh: &ObjMesh<'_>) -> Result<()> {
     atomic::write_file(path, |sink| {
+        writeln!(sink, "# {MESH_MARK}")?;
         for [x, y, z] in mesh.positions {
             writeln!(sink, "v {x} {y} {z}")?;
         }

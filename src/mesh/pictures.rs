@@ -7,6 +7,7 @@ use glam::{DVec2, Vec3};
 use rand::Rng;
 
 use crate::error::Result;
+use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column};
 use crate::mesh::field::Field;
 use crate::mesh::field::singularities::Singularity;
@@ -55,7 +56,7 @@ impl Picture {
             .into_iter()
             .zip(channels.iter().map(|c| Column::UChar(c)));
         let all: Vec<(&str, Column<'_>)> = named.chain(colors).collect();
-        ply::write(path, &["mesotex 1".into()], &all, &self.mesh.triangles)
+        ply::write(path, &[MESH_MARK.into()], &all, &self.mesh.triangles)
     }
 }
 

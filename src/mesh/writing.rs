@@ -7,6 +7,7 @@ use glam::Vec3;
 use crate::error::{Error, Result};
 use crate::format::gltf::{self, GltfMesh};
 use crate::format::obj::{self, ObjMesh};
+use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column};
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::vertex_normals;
@@ -93,7 +94,7 @@ fn write_ply(path: &Path, user: &UserMesh, normals: &[Vec3]) -> Result<()> {
         .iter()
         .map(|(name, values)| (*name, Column::Float(values)))
         .collect();
-    ply::write(path, &["mesotex 1".into()], &columns, &user.mesh.triangles)
+    ply::write(path, &[MESH_MARK.into()], &columns, &user.mesh.triangles)
 }
 
 fn write_obj(path: &Path, user: &UserMesh, normals: &[Vec3]) -> Result<()> {

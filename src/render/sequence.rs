@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::format::exr::{self, Attribute, ExrImage};
 use crate::format::id::ContentId;
 use crate::format::image;
+use crate::format::ours::{Format, check_replaceable};
 use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::frame::{Frame, LayerGroup};
@@ -105,6 +106,7 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
         header_options: header_options(options)?,
     };
     let mut report = Report::default();
+    job.refuse_foreign_files(&frames)?;
     let wanted = job.choose(&frames, &mut report);
     job.warn_of_strangers(&frames, progress);
     if !wanted.is_empty() {
@@ -237,6 +239,16 @@ impl Job<'_> {
         self.inputs
             .folder
             .join(self.options.pattern.stem(frame.number))
+    }
+
+    /// Refuses to write over files under the frames' names that are not of this program.
+    fn refuse_foreign_files(&self, frames: &[PlannedFrame]) -> Result<()> {
+        for stem in frames.iter().map(|frame| self.stem(frame)) {
+            for (ending, format) in [("exr", Format::Frame), ("png", Format::Picture)] {
+                check_replaceable(&with_ending(&stem, ending), format)?;
+            }
+        }
+        Ok(())
     }
 
     /// Says so when the folder holds frames that this sweep will not replace.

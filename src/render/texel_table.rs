@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::btf::sample::{Pixels, Sample};
 use crate::error::{Error, Result};
+use crate::format::atomic::temporary_beside;
 use crate::format::npy::{self, Mapped};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
@@ -330,10 +331,7 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
         }
         let folder = allowance.folder.as_path();
         let create = || -> std::io::Result<tempfile::NamedTempFile> {
-            let mut file = tempfile::Builder::new()
-                .prefix(".shading-table")
-                .suffix(".npy")
-                .tempfile_in(folder)?;
+            let mut file = temporary_beside(&folder.join("shading-table.npy"))?;
             let mut header = Vec::new();
             npy::write_header::<T>(&mut header, &[length])?;
             file.write_all(&header)?;

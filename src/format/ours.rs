@@ -1,0 +1,170 @@
+//! Whether a file was written by this program: only such a file is replaced without being asked.
+//!
+//! Every format carries its mark where other readers pass over it. JSON has none; a JSON file of
+//! someone else is told by its form alone.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use zip::ZipArchive;
+
+use crate::error::{Error, Result};
+
+/// The line that marks meshes: a comment of PLY and OBJ.
+pub const MESH_MARK: &str = "mesotex 1";
+/// The keyword and the text of the PNG chunk that marks pictures.
+pub const PICTURE_MARK: [&str; 2] = ["Software", "mesotex"];
+/// The member that every archive of ours has.
+const ARCHIVE_MARK: &str = "meta.json";
+/// How much of a file is read for its mark.
+const START: u64 = 1 << 16;
+
+/// The formats this program writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// `.npz`.
+    Archive,
+    /// PLY, OBJ or GLB.
+    Mesh,
+    /// PNG.
+    Picture,
+    /// OpenEXR.
+    Frame,
+    /// JSON.
+    Json,
+}
+
+impl Format {
+    /// What a message calls the format.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Archive => ".npz archive",
+            Self::Mesh => "mesh",
+            Self::Picture => "picture",
+            Self::Frame => "frame",
+            Self::Json => "JSON file",
+        }
+    }
+}
+
+/// Whether the file at `path` is one of ours, or empty.
+pub fn is_ours(path: &Path, format: Format) -> io::Result<bool> {
+    let mut start = Vec::new();
+    File::open(path)?.take(START).read_to_end(&mut start)?;
+    if start.is_empty() {
+        return Ok(true);
+    }
+    Ok(match format {
+        Format::Archive => start.starts_with(b"PK") && has_member(path, ARCHIVE_MARK)?,
+        Format::Mesh => is_our_mesh(&start),
+        Format::Picture => start.starts_with(b"\x89PNG") && contains(&start, &picture_mark()),
+        Format::Frame => start.starts_with(&[0x76, 0x2f, 0x31, 1]) && contains(&start, b"mesotex:"),
+        Format::Json => matches!(start.trim_ascii_start().first(), Some(b'{' | b'[')),
+    })
+}
+
+/// Refuses to write over a file that is not of this program.
+pub fn check_replaceable(path: &Path, format: Format) -> Result<()> {
+    if !path.exists() || is_ours(path, format).map_err(Error::io(path, "read"))? {
+        return Ok(());
+    }
+    let name = format.name();
+    Err(Error::option(
+        "output",
+        format!("{} is there and no {name} of this program", path.display()),
+        "another output (or delete the file first)",
+    ))
+}
+
+fn is_our_mesh(start: &[u8]) -> bool {
+    let marked = |comment: &str| contains(start, format!("{comment}{MESH_MARK}\n").as_bytes());
+    match start {
+        [b'p', b'l', b'y', ..] => marked("\ncomment "),
+        [b'g', b'l', b'T', b'F', ..] => contains(start, b"\"generator\":\"mesotex\""),
+        _ => marked("# ") && start.starts_with(b"# "),
+    }
+}
+
+fn picture_mark() -> Vec<u8> {
+    PICTURE_MARK.join("\0").into_bytes()
+}
+
+fn has_member(path: &Path, name: &str) -> io::Result<bool> {
+    let archive = ZipArchive::new(File::open(path)?);
+    Ok(archive.is_ok_and(|archive| archive.index_for_name(name).is_some()))
+}
+
+fn contains(bytes: &[u8], part: &[u8]) -> bool {
+    bytes.windows(part.len()).any(|window| window == part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::gltf::{self, GltfMesh};
+    use crate::format::obj::{self, ObjMesh};
+    use crate::format::ply::{self, Column};
+    use crate::format::{image, npz};
+
+    #[test]
+    fn every_writer_leaves_its_mark() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let triangle = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        ply::write(
+            &at("a.ply"),
+            &[MESH_MARK.into()],
+            &[("x", Column::Float(&[0.0; 3]))],
+            &[],
+        )
+        .unwrap();
+        let mesh = ObjMesh {
+            positions: &triangle,
+            normals: &[],
+            uvs: None,
+            triangles: &[[0, 1, 2]],
+        };
+        obj::write(&at("a.obj"), &mesh).unwrap();
+        let mesh = GltfMesh {
+            positions: &triangle,
+            normals: &triangle,
+            triangles: &[[0, 1, 2]],
+        };
+        gltf::write(&at("a.glb"), &mesh).unwrap();
+        image::write_png(&at("a.png"), 2, 2, &[7; 4]).unwrap();
+        npz::write(&at("a.npz"), serde_json::Map::new(), |_| Ok(())).unwrap();
+        std::fs::write(at("empty"), "").unwrap();
+        for (name, format) in [
+            ("a.ply", Format::Mesh),
+            ("a.obj", Format::Mesh),
+            ("a.glb", Format::Mesh),
+            ("a.png", Format::Picture),
+            ("a.npz", Format::Archive),
+        ] {
+            assert!(is_ours(&at(name), format).unwrap(), "{name}");
+            assert!(is_ours(&at("empty"), format).unwrap());
+        }
+    }
+
+    #[test]
+    fn files_of_others_are_told_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        let foreign: [(&[u8], Format); 6] = [
+            (
+                b"ply\nformat ascii 1.0\ncomment a scan\nend_header\n",
+                Format::Mesh,
+            ),
+            (b"v 0 0 0\n# mesotex 1\n", Format::Mesh),
+            (b"solid cube\n", Format::Mesh),
+            (b"\x89PNG\r\n\x1a\n", Format::Picture),
+            (b"PK\x05\x06 no archive", Format::Archive),
+            (b"a letter", Format::Json),
+        ];
+        for (bytes, format) in foreign {
+            std::fs::write(&path, bytes).unwrap();
+            assert!(!is_ours(&path, format).unwrap(), "{format:?}");
+        }
+    }
+}
