@@ -94,6 +94,14 @@ impl DirectionSet {
     pub const FORMS: &'static str =
         "12x5, bonn81, bonn151, fibonacci:N, rings:THETA:COUNT[:OFFSET],… or FILE.csv";
 
+    /// The file of a set that is the user's own.
+    pub fn file(&self) -> Option<&PathBuf> {
+        match self {
+            Self::File(path) => Some(path),
+            _ => None,
+        }
+    }
+
     /// The directions, in the set's order; reads the file of [`Self::File`].
     pub fn directions(&self) -> Result<Vec<Direction>> {
         Ok(match self {

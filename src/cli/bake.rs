@@ -11,11 +11,13 @@ use crate::btf::bake::material::Material;
 use crate::btf::bake::presets::Preset;
 use crate::btf::bake::preview::write_preview;
 use crate::btf::bake::{BakeOptions, Baked, bake};
+use crate::btf::direction_set::DirectionSet;
 use crate::btf::sample::Sample;
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
-use crate::format::lock::OutputLock;
+use crate::format::ours::Format;
 
 /// Ray-trace a BTF from height, colour and roughness.
 #[derive(Debug, Args)]
@@ -67,8 +69,9 @@ impl Arguments {
             seed: session.seed(),
             ..self.options.clone()
         };
-        options.validate()?;
-        let (material, _locks) = self.material(session)?;
+        self.check()?;
+        let _locks = self.files()?.claim()?;
+        let material = self.material(session)?;
         let started = Instant::now();
         let baked = bake(&material, &options, &self.output, &session.progress())?;
         let seconds = started.elapsed().as_secs_f64();
@@ -84,38 +87,43 @@ impl Arguments {
         Ok(outcome)
     }
 
-    /// The right to write all outputs, which must be none of `inputs`.
-    fn claim(&self, session: &Session, inputs: &[&Path]) -> Result<Vec<OutputLock>> {
-        let outputs = [
-            Some(&self.output),
-            self.preview.as_ref(),
-            self.surface.as_ref(),
-        ];
-        let claim = |output: &PathBuf| session.claim(output, inputs);
-        outputs.into_iter().flatten().map(claim).collect()
+    /// What the command reads and writes.
+    pub fn files(&self) -> Result<Files> {
+        let maps = match &self.material {
+            Some(path) => read_recipe(path)?.files(),
+            None => Vec::new(),
+        };
+        let tables = [&self.options.views, &self.options.lights];
+        Ok(Files::default()
+            .read(&self.material)
+            .read(&maps)
+            .read(tables.into_iter().filter_map(DirectionSet::file))
+            .write("output", [&self.output], Product::Sample)
+            .write("preview", &self.preview, Product::File(Format::Picture))
+            .write("surface", &self.surface, Product::File(Format::Archive)))
     }
 
-    /// The material, and the right to write the outputs, which must be none of its files.
-    fn material(&self, session: &Session) -> Result<(Material, Vec<OutputLock>)> {
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        if self.preset.is_some() && self.maps != MapOptions::default() {
+            return Err(Error::option(
+                "preset",
+                "given with options of maps",
+                "a preset as it is, or a material with maps",
+            ));
+        }
+        self.maps.validate()?;
+        self.options.validate()
+    }
+
+    /// The material, at the size it is baked.
+    fn material(&self, session: &Session) -> Result<Material> {
         if let Some(preset) = self.preset {
-            if self.maps != MapOptions::default() {
-                return Err(Error::option(
-                    "preset",
-                    "given with options of maps",
-                    "a preset as it is, or a material with maps",
-                ));
-            }
-            let locks = self.claim(session, &[])?;
-            return Ok((preset.material(self.size, session.seed())?, locks));
+            return preset.material(self.size, session.seed());
         }
         let path = self.material.as_deref().unwrap_or(Path::new(""));
         let recipe = read_recipe(path)?;
-        let files = recipe.files();
-        let mut inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-        inputs.push(path);
-        let locks = self.claim(session, &inputs)?;
-        let material = maps::material(&recipe, &self.maps, self.size, &session.progress())?;
-        Ok((material, locks))
+        maps::material(&recipe, &self.maps, self.size, &session.progress())
     }
 
     fn outcome(&self, material: &Material, baked: &Baked, seconds: f64) -> Outcome {

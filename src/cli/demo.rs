@@ -40,7 +40,10 @@ impl Arguments {
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let scene = self.output.join("scene.toml");
         write_if_missing(&scene)?;
-        writing::write_mesh(&self.output.join("kettlebell.ply"), &kettlebell(VERTICES))?;
+        let mesh = self.output.join("kettlebell.ply");
+        if !mesh.exists() {
+            writing::write_mesh(&mesh, &kettlebell(VERTICES))?;
+        }
         let scene_run = run::Arguments {
             scene: scene.clone(),
             fresh: false,

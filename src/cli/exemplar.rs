@@ -12,6 +12,7 @@ use crate::btf::direction::Direction;
 use crate::btf::sample::{DType, Description, Layout};
 use crate::btf::writer::SampleWriter;
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::exemplar::knn_options::KnnOptions;
@@ -19,6 +20,7 @@ use crate::exemplar::neighbor_table;
 use crate::exemplar::plain_images::space_of_images;
 use crate::format::id::ContentId;
 use crate::format::image::{self, FloatImage};
+use crate::format::ours::Format;
 
 /// Make an exemplar of plain images.
 #[derive(Debug, Args)]
@@ -52,14 +54,23 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// What the command reads and writes.
+    pub fn files(&self) -> Files {
+        let [sample, space, table] = self.outputs();
+        Files::default()
+            .read(&self.images)
+            .write("output", [&sample], Product::Sample)
+            .write("output", [&space, &table], Product::File(Format::Archive))
+    }
+
+    fn outputs(&self) -> [PathBuf; 3] {
+        ["sample", "space.npz", "knn.npz"].map(|kind| with_kind(&self.output, kind))
+    }
+
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let outputs = ["sample", "space.npz", "knn.npz"].map(|kind| with_kind(&self.output, kind));
-        let inputs: Vec<&Path> = self.images.iter().map(PathBuf::as_path).collect();
-        let _locks = outputs
-            .iter()
-            .map(|output| session.claim(output, &inputs))
-            .collect::<Result<Vec<_>>>()?;
+        let _locks = self.files().claim()?;
+        let outputs = self.outputs();
         let [sample_path, space_path, table_path] = &outputs;
         let images = self.read_images()?;
         let weights = match self.weights.is_empty() {

@@ -6,9 +6,11 @@ use clap::Args;
 use serde_json::json;
 
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::exemplar::space::{self, Features};
+use crate::format::ours::Format;
 use crate::texton::vocabulary::StoredVocabulary;
 
 /// Turn a vocabulary into the surface texton space: dot products in place of appearance vectors.
@@ -27,9 +29,17 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// What the command reads and writes.
+    pub fn files(&self) -> Files {
+        let archive = Product::File(Format::Archive);
+        Files::default()
+            .read([&self.textons])
+            .write("output", [&self.output], archive)
+    }
+
     /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _lock = session.claim(&self.output, &[&self.textons])?;
+    pub fn run(&self, _session: &Session) -> Result<Outcome> {
+        let _locks = self.files().claim()?;
         let vocabulary = StoredVocabulary::open(&self.textons)?;
         let mut space = space::from_vocabulary(&vocabulary);
         space.write(&self.output, Some(&vocabulary.id))?;

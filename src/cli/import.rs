@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::btf::import::{ImportOptions, assemble, read_list};
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 
@@ -31,9 +32,19 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// What the command reads and writes.
+    pub fn files(&self) -> Result<Files> {
+        let list = read_list(&self.path)?;
+        let images: Vec<PathBuf> = list.images.into_iter().map(|image| image.path).collect();
+        Ok(Files::default()
+            .read([&self.path, &list.path])
+            .read(&images)
+            .write("output", [&self.output], Product::Sample))
+    }
+
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _lock = session.claim(&self.output, &[&self.path])?;
+        let _locks = self.files()?.claim()?;
         let list = read_list(&self.path)?;
         let sample = assemble::assemble(&list, &self.options, &self.output, session.progress())?;
         Ok(Outcome::default()

@@ -6,12 +6,14 @@ use clap::Args;
 use serde_json::json;
 
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::exemplar::KnnOptions;
 use crate::exemplar::knn_options::Search;
 use crate::exemplar::neighbor_table::{self, LevelSearch, NeighborTable};
 use crate::exemplar::space::Space;
+use crate::format::ours::Format;
 
 /// Find the k nearest neighbours of every texel, by the distance of their neighbourhoods.
 #[derive(Clone, Debug, Args)]
@@ -32,9 +34,17 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// What the command reads and writes.
+    pub fn files(&self) -> Files {
+        let archive = Product::File(Format::Archive);
+        Files::default()
+            .read([&self.space])
+            .write("output", [&self.output], archive)
+    }
+
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _lock = session.claim(&self.output, &[&self.space])?;
+        let _locks = self.files().claim()?;
         let space = Space::read(&self.space)?;
         let (mut table, searches) =
             neighbor_table::build_and_measure(&space, &self.options, session.progress())?;

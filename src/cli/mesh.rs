@@ -8,8 +8,11 @@ use glam::Vec3;
 use serde_json::{Value, json};
 
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::gltf::companions::companions;
+use crate::format::ours::Format;
 use crate::format::{image, json as json_file};
 use crate::mesh::cache;
 use crate::mesh::connection::Connection;
@@ -156,8 +159,9 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let surface_options = self.check(session)?;
-        let _lock = session.claim(&self.output, &[&self.input])?;
+        self.check()?;
+        let surface_options = self.surface_options(session.seed());
+        let _locks = self.files()?.claim()?;
         let cleaning = CleaningOptions {
             strict: self.options.strict,
             specks: self.options.specks,
@@ -192,14 +196,45 @@ impl Arguments {
         Ok(outcome.wrote(&self.output).next(next))
     }
 
-    fn check(&self, session: &Session) -> Result<SurfaceOptions> {
-        self.options.validate()?;
-        let surface = SurfaceOptions {
+    /// What the command reads and writes.
+    pub fn files(&self) -> Result<Files> {
+        let mesh = Product::File(Format::Mesh);
+        let mut files = Files::default()
+            .read([&self.input])
+            .read(&companions(&self.input)?)
+            .read(&self.surface.guide)
+            .write("output", [&self.output], mesh)
+            .write("report", &self.options.report, Product::File(Format::Json));
+        for folder in self
+            .options
+            .pictures
+            .iter()
+            .filter(|folder| folder.is_dir())
+        {
+            for name in picture_names(self.options.levels) {
+                let [ply, png] = picture_files(folder, &name);
+                files = files.write("pictures", [&ply], mesh).write(
+                    "pictures",
+                    [&png],
+                    Product::File(Format::Picture),
+                );
+            }
+        }
+        Ok(files)
+    }
+
+    fn surface_options(&self, seed: u64) -> SurfaceOptions {
+        SurfaceOptions {
             levels: self.options.levels,
-            seed: session.seed(),
+            seed,
             ..self.surface.clone()
-        };
-        surface.validate()?;
+        }
+    }
+
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        self.options.validate()?;
+        self.surface_options(0).validate()?;
         writing::check_name(&self.output)?;
         let as_ply = self
             .output
@@ -212,7 +247,7 @@ impl Arguments {
                 "an output that ends in .ply",
             ));
         }
-        Ok(surface)
+        Ok(())
     }
 
     fn wants_field(&self) -> bool {
@@ -402,38 +437,45 @@ fn draw(
     let bent = oriented.distortion(user);
     let mean = bent.iter().sum::<f32>() / bent.len() as f32;
     let mut all = vec![
-        (
-            "field".to_owned(),
-            pictures::field(
-                &user.mesh,
-                &oriented.rings,
-                &oriented.field,
-                &oriented.singular,
-            ),
+        pictures::field(
+            &user.mesh,
+            &oriented.rings,
+            &oriented.field,
+            &oriented.singular,
         ),
-        (
-            "distortion".to_owned(),
-            pictures::heat(&user.mesh, &bent, MOST_DISTORTION),
-        ),
+        pictures::heat(&user.mesh, &bent, MOST_DISTORTION),
     ];
-    let levels = surface.meshes.iter().enumerate();
-    all.extend(levels.map(|(number, mesh)| (format!("level{number}"), pictures::level(mesh))));
+    all.extend(surface.meshes.iter().map(pictures::level));
     let mut outcome = outcome
         .line(format!(
             "patches bend lengths by {:.2} % on the average",
             100.0 * mean
         ))
         .figure("mean_distortion", mean);
-    for (name, picture) in all {
-        for path in write_picture(folder, &name, &picture)? {
-            outcome = outcome.wrote(&path);
+    let names = picture_names(surface.meshes.len() as u32);
+    for (name, picture) in names.iter().zip(all) {
+        for path in write_picture(folder, name, &picture)? {
+            outcome = outcome.wrote(&path).put_inside([path]);
         }
     }
     Ok(outcome)
 }
 
+/// What the pictures of a surface of so many levels are called.
+fn picture_names(levels: u32) -> Vec<String> {
+    let levels = (0..levels).map(|level| format!("level{level}"));
+    ["field".to_owned(), "distortion".to_owned()]
+        .into_iter()
+        .chain(levels)
+        .collect()
+}
+
+fn picture_files(folder: &Path, name: &str) -> [PathBuf; 2] {
+    ["ply", "png"].map(|extension| folder.join(format!("{name}.{extension}")))
+}
+
 fn write_picture(folder: &Path, name: &str, picture: &Picture) -> Result<[PathBuf; 2]> {
-    let [ply, png] = ["ply", "png"].map(|extension| folder.join(format!("{name}.{extension}")));
+    let [ply, png] = picture_files(folder, name);
     picture.write(&ply)?;
     let pixels = preview::vertex_colors(&picture.mesh, &picture.colors, PICTURE)?;
     image::write_png(&png, PICTURE[0], PICTURE[1], &pixels)?;

@@ -13,6 +13,7 @@ mod knn;
 mod machine;
 mod mesh;
 mod outcome;
+mod outputs;
 mod render;
 mod run;
 mod session;
@@ -25,6 +26,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 
@@ -75,6 +77,38 @@ impl Command {
         }
     }
 
+    /// Refuses options that no input could satisfy.
+    fn check(&self) -> Result<()> {
+        match self {
+            Self::Bake(arguments) => arguments.check(),
+            Self::Textons(arguments) => arguments.options.validate(),
+            Self::Knn(arguments) => arguments.options.validate(),
+            Self::Exemplar(arguments) => arguments.knn.validate(),
+            Self::Mesh(arguments) => arguments.check(),
+            Self::Synth(arguments) => arguments.check(),
+            Self::Render(arguments) => arguments.options.validate(),
+            Self::Demo(_) | Self::Import(_) | Self::Info(_) | Self::Gram(_) | Self::Run(_) => {
+                Ok(())
+            }
+        }
+    }
+
+    /// What the command reads and writes.
+    fn files(&self) -> Result<Files> {
+        match self {
+            Self::Bake(arguments) => arguments.files(),
+            Self::Import(arguments) => arguments.files(),
+            Self::Textons(arguments) => Ok(arguments.files()),
+            Self::Gram(arguments) => Ok(arguments.files()),
+            Self::Knn(arguments) => Ok(arguments.files()),
+            Self::Exemplar(arguments) => Ok(arguments.files()),
+            Self::Mesh(arguments) => arguments.files(),
+            Self::Synth(arguments) => arguments.files(),
+            Self::Render(arguments) => Ok(arguments.files()),
+            Self::Demo(_) | Self::Info(_) | Self::Run(_) => Ok(Files::default()),
+        }
+    }
+
     fn run(&self, session: &Session) -> Result<Outcome> {
         match self {
             Self::Demo(arguments) => arguments.run(session),
@@ -107,7 +141,7 @@ pub fn main() -> ExitCode {
         Err(error) => {
             terminal::print_error(&error);
             ExitCode::from(match error {
-                Error::Option { .. } => 2,
+                Error::Option { .. } | Error::Faults { usage: true, .. } => 2,
                 _ => 1,
             })
         }

@@ -14,6 +14,8 @@ pub struct Outcome {
     pub figures: Map<String, Value>,
     /// Files and folders written.
     pub wrote: Vec<PathBuf>,
+    /// Every file put into the folders among them.
+    pub inside: Vec<PathBuf>,
     /// The command to type next.
     pub next: Option<String>,
 }
@@ -37,6 +39,13 @@ impl Outcome {
     #[must_use]
     pub fn wrote(mut self, path: &Path) -> Self {
         self.wrote.push(path.to_path_buf());
+        self
+    }
+
+    /// Names the files that were put into a folder.
+    #[must_use]
+    pub fn put_inside(mut self, paths: impl IntoIterator<Item = PathBuf>) -> Self {
+        self.inside.extend(paths);
         self
     }
 

@@ -6,16 +6,18 @@ use std::time::Instant;
 
 use clap::Args;
 
-use crate::btf::sample::Sample;
+use crate::btf::sample::{self, Sample};
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::image;
+use crate::format::ours::{Format, MESH_MARK, check_replaceable};
 use crate::format::ply::{self, Column};
 use crate::render::options::RenderOptions;
 use crate::render::sequence::{self, FrameFile, Inputs, Report};
-use crate::render::values::Animation;
+use crate::render::values::{Animation, Sweep};
 use crate::report::animation::write_gif;
 use crate::report::contact_sheet::{Picture, contact_sheet};
 use crate::surface_map::SurfaceTextonMap;
@@ -58,11 +60,8 @@ impl Arguments {
         self.options.validate()?;
         let sample = Sample::open(&self.sample)?;
         let map = SurfaceTextonMap::read(&self.map)?;
-        let inputs = [self.sample.as_path(), self.map.as_path()];
-        let _lock = session.claim(&self.lock_target(), &inputs)?;
-        if let Some(file) = &self.vertex_colors {
-            session.claim(file, &inputs).map(drop)?;
-        }
+        let _locks = self.files().claim()?;
+        self.check_overviews()?;
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let map_id = ContentId::of_file(&self.map)?;
         let inputs = Inputs {
@@ -80,18 +79,41 @@ impl Arguments {
         let start = Instant::now();
         let report = sequence::render(&inputs, &self.options, &session.progress())?;
         let seconds = start.elapsed().as_secs_f64();
-        let outcome = describe(outcome, &report, &map, seconds).wrote(&self.output);
+        let frames = report.files.iter().filter(|file| file.is_there);
+        let outcome = describe(outcome, &report, &map, seconds)
+            .wrote(&self.output)
+            .put_inside(frames.flat_map(|file| [file.frame.clone(), file.preview.clone()]));
         self.add_overviews(outcome, &report, session)
     }
 
-    /// Shards of one sweep write one folder side by side; any other two runs may not.
-    fn lock_target(&self) -> PathBuf {
-        let Some(shard) = self.options.shard else {
-            return self.output.clone();
+    /// What the command reads and writes.
+    pub fn files(&self) -> Files {
+        let table = match &self.options.sweep {
+            Sweep::File(path) => Some(path),
+            _ => None,
         };
-        let mut name = self.output.clone().into_os_string();
-        name.push(format!(".shard-{}-of-{}", shard.index, shard.count));
-        name.into()
+        let mut files = Files::default()
+            .read(&sample::files_of(&self.sample))
+            .read([&self.map])
+            .read(table)
+            .read(&self.options.camera_path)
+            .read(&self.options.environment)
+            .write("output", [&self.output], Product::Frames)
+            .write(
+                "vertex-colors",
+                &self.vertex_colors,
+                Product::File(Format::Mesh),
+            );
+        if let Some(shard) = self.options.shard {
+            // Shards of one sweep write one folder side by side; any other two runs may not.
+            let mut name = self.output.clone().into_os_string();
+            name.push(format!(".shard-{}-of-{}", shard.index, shard.count));
+            files.writes[0].lock = Some(name.into());
+            files.writes[1..]
+                .iter_mut()
+                .for_each(|colors| colors.lock = None);
+        }
+        files
     }
 
     fn write_vertex_colors(&self, inputs: &Inputs, file: &Path, session: &Session) -> Result<()> {
@@ -121,8 +143,27 @@ impl Arguments {
             .zip(&columns)
             .map(|(name, numbers)| (name, Column::Float(numbers)))
             .collect();
-        let comments = ["colors are linear Rec. 709".to_string()];
+        let comments = [MESH_MARK.into(), "colors are linear Rec. 709".into()];
         ply::write(file, &comments, &columns, &map.mesh.triangles)
+    }
+
+    /// Refuses to write the overviews over files of the user. A GIF has no mark of its own: it is ours where
+    /// the contact sheet is.
+    fn check_overviews(&self) -> Result<()> {
+        let (sheet, gif) = (self.contact_sheet(), self.moving_preview());
+        check_replaceable(&sheet, Format::Picture)?;
+        match self.options.animation != Animation::None && !sheet.exists() {
+            true => check_replaceable(&gif, Format::Picture),
+            false => Ok(()),
+        }
+    }
+
+    fn contact_sheet(&self) -> PathBuf {
+        self.output.join("contact.png")
+    }
+
+    fn moving_preview(&self) -> PathBuf {
+        self.output.join("sweep.gif")
     }
 
     /// Adds the contact sheet and the moving preview, once all frames are there.
@@ -138,15 +179,15 @@ impl Arguments {
                 "{missing} frames are for other shards; the last to finish draws the contact sheet"
             )));
         }
-        let sheet = self.output.join("contact.png");
+        let sheet = self.contact_sheet();
         let thumbnails = thumbnails(&report.files)?;
         let picture = contact_sheet(&thumbnails);
         image::write_png(&sheet, picture.width, picture.height, &picture.pixels)?;
-        let outcome = outcome.wrote(&sheet);
+        let outcome = outcome.wrote(&sheet).put_inside([sheet]);
         if self.options.animation == Animation::None {
             return Ok(outcome);
         }
-        let path = self.output.join("sweep.gif");
+        let path = self.moving_preview();
         session
             .progress()
             .begin("moving preview", report.files.len() as u64);
@@ -157,7 +198,7 @@ impl Arguments {
         });
         write_gif(&path, pictures, 24)?;
         session.progress().end();
-        Ok(outcome.wrote(&path))
+        Ok(outcome.wrote(&path).put_inside([path]))
     }
 }
 

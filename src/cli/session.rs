@@ -1,9 +1,7 @@
-//! What all commands share: their common options, threads, progress, interruption, and the
-//! checks on outputs before any work is done.
+//! What all commands share: their common options, threads, progress and interruption.
 
-use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -12,8 +10,6 @@ use clap::Args;
 use crate::cli::outcome::Outcome;
 use crate::cli::terminal::Terminal;
 use crate::error::{Error, Result};
-use crate::format::atomic::parent;
-use crate::format::lock::OutputLock;
 use crate::progress::{Event, Progress};
 
 /// Options of every command.
@@ -78,29 +74,21 @@ impl Session {
         Progress::new(&*self.listener, Some(&self.interrupted))
     }
 
-    /// Claims an output for this run: refuses an output that is an input, lies in a folder that
-    /// does not exist, or is being written by another run.
-    pub fn claim(&self, output: &Path, inputs: &[&Path]) -> Result<OutputLock> {
-        let same = |input: &&&Path| match (fs::canonicalize(input), fs::canonicalize(output)) {
-            (Ok(a), Ok(b)) => a == b,
-            _ => false,
-        };
-        if let Some(input) = inputs.iter().find(same) {
-            return Err(Error::option(
-                "output",
-                format!("{} is also an input", input.display()),
-                "another path",
-            ));
+    /// Prints a line of a report that is not finished yet, for a person.
+    pub fn say(&self, line: &str) -> Result<()> {
+        self.terminal.clear();
+        match self.common.json || self.common.quiet {
+            true => Ok(()),
+            false => print(&format!("{line}\n")),
         }
-        let folder = parent(output);
-        if !folder.is_dir() {
-            return Err(Error::option(
-                "output",
-                format!("the folder {} does not exist", folder.display()),
-                "an existing folder",
-            ));
+    }
+
+    /// Prints what a command that failed has done so far, for a program.
+    pub fn report_json(&self, outcome: &Outcome) -> Result<()> {
+        match self.common.json {
+            true => self.report(outcome),
+            false => Ok(()),
         }
-        OutputLock::acquire(output)
     }
 
     /// Prints a finished command's report, for a person or as JSON.
@@ -111,15 +99,17 @@ impl Session {
             (false, true) => return Ok(()),
             (false, false) => outcome.text(),
         };
-        let mut stdout = io::stdout().lock();
-        stdout
-            .write_all(text.as_bytes())
-            .and_then(|()| stdout.flush())
-            .map_err(Error::io(
-                &PathBuf::from("standard output"),
-                "write the report",
-            ))
+        print(&text)
     }
+}
+
+/// Prints on stdout, at once also when that is piped.
+fn print(text: &str) -> Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+        .map_err(Error::io(Path::new("standard output"), "write the report"))
 }
 
 /// Bytes of a thread's stack: as much as a process's first thread mostly has, for commands run in one.

@@ -4,12 +4,13 @@ mod pictures;
 mod report;
 mod target;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
 
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::report::{Report, Seconds};
@@ -17,7 +18,9 @@ use crate::cli::synth::target::{Target, TargetArguments};
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
+use crate::format::gltf::companions::companions;
 use crate::format::json;
+use crate::format::ours::Format;
 use crate::grid::TexCoord;
 use crate::index::TextonLabel;
 use crate::surface_map::SurfaceTextonMap;
@@ -65,7 +68,7 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _lock = session.claim(&self.output, &self.inputs())?;
+        let _locks = self.files()?.claim()?;
         let options = SynthesisOptions {
             seed: session.seed(),
             ..self.options.clone()
@@ -122,12 +125,23 @@ impl Arguments {
         written.and(drawn)
     }
 
-    fn inputs(&self) -> Vec<&Path> {
-        let mesh = self.target.mesh.as_deref();
-        [self.space.as_path(), self.table.as_path()]
-            .into_iter()
-            .chain(mesh)
-            .collect()
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        self.options.validate()?;
+        self.target.surface.validate()
+    }
+
+    /// What the command reads and writes.
+    pub fn files(&self) -> Result<Files> {
+        let mut files = Files::default()
+            .read([&self.space, &self.table])
+            .read(&self.target.surface.guide)
+            .write("output", [&self.output], Product::File(Format::Mesh))
+            .write("report", &self.report, Product::File(Format::Json));
+        if let Some(mesh) = &self.target.mesh {
+            files = files.read([mesh]).read(&companions(mesh)?);
+        }
+        Ok(self.pictures.files(files))
     }
 
     fn read_exemplar(&self, options: &SynthesisOptions) -> Result<(Space, NeighborTable)> {

@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::btf::sample::Sample;
+use crate::btf::sample::{self, Sample};
 use crate::cli::machine;
 use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::image::write_png;
 use crate::format::json;
+use crate::format::ours::Format;
 use crate::texton::picture::{self, Picture};
 use crate::texton::report::{AnalysisReport, LevelReport};
 use crate::texton::vocabulary::FoundVocabulary;
@@ -47,12 +49,20 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// What the command reads and writes.
+    pub fn files(&self) -> Files {
+        let picture = Product::File(Format::Picture);
+        Files::default()
+            .read(&sample::files_of(&self.sample))
+            .write("output", [&self.output], Product::File(Format::Archive))
+            .write("report", &self.report, Product::File(Format::Json))
+            .write("montage", &self.montage, picture)
+            .write("label-map", &self.label_map, picture)
+    }
+
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let outputs = std::iter::once(&self.output).chain(self.side_outputs());
-        let _locks = outputs
-            .map(|output| session.claim(output, &[&self.sample]))
-            .collect::<Result<Vec<_>>>()?;
+        let _locks = self.files().claim()?;
         let sample = Sample::open(&self.sample)?;
         let options = TextonOptions {
             seed: session.seed(),

@@ -180,6 +180,7 @@ mod tests {
     fn import(folder: &Path, images: Vec<MeasuredImage>) -> Sample {
         let list = ImageList {
             name: "set".into(),
+            path: "list.csv".into(),
             kind: "test",
             images,
         };
@@ -229,6 +230,7 @@ mod tests {
         image::write_png(&images[1].path, 1, 2, &[1; 6]).unwrap();
         let list = ImageList {
             name: "set".into(),
+            path: "list.csv".into(),
             kind: "test",
             images,
         };

@@ -33,6 +33,7 @@ pub fn read(path: &Path) -> Result<ImageList> {
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned(),
+        path: path.to_path_buf(),
         kind: "images with angles",
         images,
     })

@@ -19,6 +19,7 @@ pub fn read(path: &Path) -> Result<ImageList> {
         .map_err(|error| error.in_file(path))?;
     Ok(ImageList {
         name: name_of(path),
+        path: path.to_path_buf(),
         kind: "rti",
         images,
     })

@@ -94,6 +94,8 @@ pub struct MeasuredImage {
 pub struct ImageList {
     /// The source's own name.
     pub name: String,
+    /// The file that lists the images.
+    pub path: PathBuf,
     /// The kind of source, for `btf.json`.
     pub kind: &'static str,
     /// The images, in the source's order.

@@ -16,6 +16,8 @@ use crate::btf::sample::DESCRIPTION;
 use crate::cli::outcome::Outcome;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::atomic::folder::{is_set_aside, repair};
+use crate::format::lock::OutputLock;
 use crate::format::npy;
 
 /// What a file holds, and whether it is sound: every number is read and checked.
@@ -40,6 +42,7 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.repair(session)?;
         let kind = Kind::of(&self.path)?;
         if let (Some(_), false) = (&self.against, kind == Kind::Map) {
             return Err(Error::option(
@@ -56,6 +59,23 @@ impl Arguments {
             Kind::Array => array(&self.path),
             Kind::Image => image::describe(&self.path),
         }
+    }
+}
+
+impl Arguments {
+    /// Puts a sample back that an interrupted replacement left aside.
+    fn repair(&self, session: &Session) -> Result<()> {
+        if self.path.exists() || !is_set_aside(&self.path) {
+            return Ok(());
+        }
+        let _lock = OutputLock::acquire(&self.path)?;
+        if repair(&self.path)? {
+            session.progress().warn(format!(
+                "{}: a run was killed while it replaced this folder; the earlier one was put back",
+                self.path.display()
+            ));
+        }
+        Ok(())
     }
 }
 

@@ -1,25 +1,36 @@
 //! `mesotex run`: a scene file → every stage in order, skipping what is done.
+//!
+//! [`scene`] (from the [`document`]) says which stages there are, [`check`] holds them against the rules
+//! of their commands before the first one runs, [`record`] knows which are done.
 
+mod check;
+mod document;
+mod faults;
+mod known_files;
 mod record;
 pub mod scene;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::{Args, Parser};
-use serde_json::json;
+use clap::Args;
+use serde_json::{Value, json};
 
-use crate::cli::CommandLine;
 use crate::cli::outcome::Outcome;
+use crate::cli::run::check::Stage;
+use crate::cli::run::faults::Faults;
 use crate::cli::run::record::Record;
-use crate::cli::run::scene::{Scene, Stage};
+use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::lock::OutputLock;
 
 /// Run a whole scene, stage by stage; stages whose inputs and options did not change are skipped.
 ///
-/// A scene is a TOML file with a section a stage; a key is the name of that stage's option, and
-/// paths are relative to the scene file (docs/scenes.md).
+/// A scene is a TOML file with a section per stage; a key is the name of that stage's option, and
+/// paths are relative to the scene file (docs/scenes.md). The whole scene is checked before the first
+/// stage runs.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex run scene.toml
@@ -31,7 +42,7 @@ pub struct Arguments {
     /// Run every stage, even where nothing changed.
     #[arg(long)]
     pub fresh: bool,
-    /// Say what would be run and what skipped, and stop.
+    /// Check the scene, print the commands that would be run, and write nothing.
     #[arg(long)]
     pub dry_run: bool,
     #[command(flatten)]
@@ -41,22 +52,49 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let scene = Scene::read(&self.scene)?;
+        let text = fs::read_to_string(&self.scene).map_err(Error::io(&self.scene, "read"))?;
         let folder = self.scene.parent().unwrap_or(Path::new("")).to_path_buf();
-        let session = session.with_seed(self.common.seed.or(scene.seed));
         enter(&folder)?;
-        std::fs::create_dir_all(&scene.output).map_err(Error::io(&scene.output, "create"))?;
-        let _lock = session.claim(&scene.output.join("scene"), &[])?;
-        let stages = scene.stages()?;
+        let (scene, stages) = read(&self.scene, &text)?;
+        let session = session.with_seed(self.common.seed.or(scene.seed));
+        let open = || Record::open(&scene.output.join("run.json"));
+        if self.dry_run {
+            return Chain {
+                session: &session,
+                folder,
+                fresh: self.fresh,
+                record: open()?,
+            }
+            .plan(&stages);
+        }
+        fs::create_dir_all(&scene.output).map_err(Error::io(&scene.output, "create"))?;
+        let _lock = OutputLock::acquire(&scene.output.join("scene"))?;
+        let record = open()?;
+        if record.is_damaged {
+            session
+                .progress()
+                .warn("run.json: damaged, or of another version; every stage runs again");
+        }
         Chain {
             session: &session,
             folder,
             fresh: self.fresh,
-            dry_run: self.dry_run,
-            record: Record::open(&scene.output.join("run.json"))?,
+            record,
         }
         .run(&stages)
     }
+}
+
+/// The scene and its stages; all that is wrong with them is one error.
+fn read(path: &Path, text: &str) -> Result<(Scene, Vec<Stage>)> {
+    let mut faults = Faults::default();
+    let scene = Scene::parse(text, &mut faults);
+    let mut stages = Vec::new();
+    if !scene.name.is_empty() {
+        stages = check::stages(&scene, &mut faults);
+    }
+    faults.into_result(path)?;
+    Ok((scene, stages))
 }
 
 /// Makes the paths of a scene relative to its file.
@@ -72,60 +110,87 @@ struct Chain<'a> {
     session: &'a Session,
     folder: PathBuf,
     fresh: bool,
-    dry_run: bool,
     record: Record,
 }
 
 impl Chain<'_> {
+    /// Runs what is not done; every stage's report is said when it is finished.
     fn run(mut self, stages: &[Stage]) -> Result<Outcome> {
+        let mut reports = Vec::new();
+        for stage in stages {
+            let key = Record::key(&stage.words, self.session.seed());
+            if !self.fresh && self.record.is_done(&key, &stage.command.files()?)? {
+                self.session
+                    .say(&format!("{:<10} skipped, nothing changed", stage.name))?;
+                reports.push(json!({ "stage": stage.name, "skipped": true, "report": null }));
+                continue;
+            }
+            match self.run_stage(stage, &key) {
+                Ok(report) => {
+                    reports.push(json!({ "stage": stage.name, "skipped": false, "report": report }))
+                }
+                Err(error) => {
+                    let so_far = Outcome::default()
+                        .figure("stages", reports)
+                        .figure("failed", stage.name.as_str());
+                    self.session.report_json(&so_far)?;
+                    return Err(error);
+                }
+            }
+        }
+        self.record.close()?;
+        Ok(self.where_to_look(Outcome::default().figure("stages", reports), stages))
+    }
+
+    fn run_stage(&mut self, stage: &Stage, key: &str) -> Result<Value> {
+        let begun = Instant::now();
+        let report = stage.command.run(self.session)?;
+        // What a file names may have changed while the stage ran.
+        self.record
+            .note(key, &stage.command.files()?, &report.inside)?;
+        let mut text = format!("{:<10} {:.1} s", stage.name, begun.elapsed().as_secs_f64());
+        for line in &report.lines {
+            text += &format!("\n           {line}");
+        }
+        self.session.say(&text)?;
+        Ok(report.json(&[]))
+    }
+
+    /// Says what would be run, as commands to paste; writes nothing.
+    fn plan(mut self, stages: &[Stage]) -> Result<Outcome> {
         let mut outcome = Outcome::default();
         let mut reports = Vec::new();
+        if !self.folder.as_os_str().is_empty() {
+            outcome = outcome.line(format!("cd {}", quoted(&self.folder.to_string_lossy())));
+        }
         // Without running a stage, the record cannot vouch for those that read what it writes.
         let mut stale: Vec<&PathBuf> = Vec::new();
         for stage in stages {
-            let key = self.record.key(stage, self.session.seed());
-            let must = self.fresh || stage.inputs.iter().any(|input| stale.contains(&input));
-            let skip = !must && self.record.is_done(stage, &key)?;
-            if self.dry_run && !skip {
-                stale.extend(&stage.outputs);
-            }
-            let (line, report) = match (skip, self.dry_run) {
-                (true, _) => ("skipped, nothing changed".into(), json!(null)),
-                (false, true) => (
-                    format!("would run: mesotex {}", stage.words.join(" ")),
-                    json!(null),
-                ),
-                (false, false) => self.run_stage(stage, &key)?,
+            let files = stage.command.files()?;
+            let key = Record::key(&stage.words, self.session.seed());
+            let reads_stale = files
+                .reads
+                .iter()
+                .any(|input| stale.iter().any(|made| input.starts_with(made)));
+            let skip = !self.fresh && !reads_stale && self.record.is_done(&key, &files)?;
+            outcome = match skip {
+                true => outcome.line(format!("# {}: skipped, nothing changed", stage.name)),
+                false => {
+                    stale.extend(&stage.outputs);
+                    outcome
+                        .line(format!("# {}: would run", stage.name))
+                        .line(self.command_line(stage))
+                }
             };
-            outcome = outcome.line(format!("{:<10} {line}", stage.name));
-            reports.push(json!({ "stage": stage.name, "skipped": skip, "report": report }));
+            reports.push(json!({ "stage": stage.name, "skipped": skip, "command": self.command_line(stage) }));
         }
-        let outcome = outcome.figure("stages", reports);
-        if self.dry_run {
-            return Ok(outcome);
-        }
-        Ok(self.where_to_look(outcome, stages))
+        Ok(outcome.figure("stages", reports))
     }
 
-    fn run_stage(&mut self, stage: &Stage, key: &str) -> Result<(String, serde_json::Value)> {
-        let words = std::iter::once("mesotex").chain(stage.words.iter().map(String::as_str));
-        let command = CommandLine::try_parse_from(words).map_err(|error| {
-            Error::option(
-                format!("{} in the scene", stage.name),
-                error.render().to_string(),
-                format!("the options of `mesotex {} --help`", stage.words[0]),
-            )
-        })?;
-        let begun = Instant::now();
-        let report = command.command.run(self.session)?;
-        self.record.note(stage, key)?;
-        let line = format!("{:.1} s", begun.elapsed().as_secs_f64());
-        let detail: String = report
-            .lines
-            .iter()
-            .map(|line| format!("\n           {line}"))
-            .collect();
-        Ok((line + &detail, report.json(&[])))
+    /// The command of a stage as a line for a shell.
+    fn command_line(&self, stage: &Stage) -> String {
+        let words: Vec<_> = stage.words.iter().map(|word| quoted(word)).collect();
+        format!("mesotex {} --seed {}", words.join(" "), self.session.seed())
     }
 
     /// Names what a person wants to open: the outputs of the last stages.
@@ -134,9 +199,14 @@ impl Chain<'_> {
             outcome = outcome.wrote(&self.folder.join(output));
         }
         for stage in stages.iter().filter(|stage| stage.words[0] == "render") {
-            let sheet = self.folder.join(&stage.outputs[0]).join("contact.png");
+            let sheet = self.folder.join(&stage.output).join("contact.png");
             outcome = outcome.line(format!("look at {}", sheet.display()));
         }
         outcome
     }
+}
+
+/// A word as a shell takes it whole.
+fn quoted(word: &str) -> String {
+    shlex::try_quote(word).map_or_else(|_| word.to_owned(), |word| word.into_owned())
 }

@@ -2,7 +2,7 @@
 //!
 //! A stage is done when it was run with the same words by the same version, on inputs of the same
 //! content, and its outputs still hold what it wrote. The record is written after every stage, so
-//! that a killed run loses none.
+//! that a killed run loses none. Contents are compared by [`known_files`](super::known_files).
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,187 +10,232 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::btf::sample::DESCRIPTION;
-use crate::cli::run::scene::Stage;
+use crate::btf::sample;
+use crate::cli::outputs::{Files, Product};
+use crate::cli::run::known_files::KnownFiles;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::json;
+
+const FORMAT: &str = "mesotex-run";
+const VERSION: u32 = 2;
 
 /// The record of one scene.
 #[derive(Debug)]
 pub struct Record {
     path: PathBuf,
-    done: BTreeMap<String, Done>,
+    ledger: Ledger,
+    /// Whether the record was there but could not be read.
+    pub is_damaged: bool,
 }
 
-/// A finished stage.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
+struct Ledger {
+    format: String,
+    version: u32,
+    files: KnownFiles,
+    stages: BTreeMap<String, Done>,
+}
+
+/// A finished stage: the content of every file and folder it read, and of every file it wrote.
+#[derive(Debug, Serialize, Deserialize)]
 struct Done {
     inputs: BTreeMap<PathBuf, ContentId>,
     outputs: BTreeMap<PathBuf, ContentId>,
 }
 
+impl Default for Ledger {
+    fn default() -> Self {
+        Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            files: KnownFiles::default(),
+            stages: BTreeMap::new(),
+        }
+    }
+}
+
 impl Record {
-    /// Opens the record at `path`; a scene that was never run has an empty one.
+    /// Opens the record at `path`. A scene that was never run has an empty one; one that is damaged or of
+    /// another version is begun anew. A file that is no record is an error: it would be written over.
     pub fn open(path: &Path) -> Result<Self> {
-        let done = if path.exists() {
-            json::read(path)?
-        } else {
-            BTreeMap::new()
-        };
-        Ok(Self {
+        let mut record = Self {
             path: path.to_path_buf(),
-            done,
-        })
+            ledger: Ledger::default(),
+            is_damaged: false,
+        };
+        if !path.exists() {
+            return Ok(record);
+        }
+        match json::read::<Ledger>(path) {
+            Ok(ledger) if ledger.format == FORMAT && ledger.version == VERSION => {
+                record.ledger = ledger;
+            }
+            _ if is_record(path)? => record.is_damaged = true,
+            _ => {
+                return Err(Error::data("record", "no record of `mesotex run`")
+                    .expected("the record of this scene's earlier runs, or no file")
+                    .advice("move the file away, or give the scene another `output`")
+                    .in_file(path));
+            }
+        }
+        Ok(record)
     }
 
     /// What a stage is told apart by: version, seed and command line.
-    pub fn key(&self, stage: &Stage, seed: u64) -> String {
+    pub fn key(words: &[String], seed: u64) -> String {
         let version = env!("CARGO_PKG_VERSION");
-        format!("{version} --seed {seed} {}", stage.words.join(" "))
+        format!("{version} --seed {seed} {}", words.join(" "))
     }
 
     /// Whether nothing changed since the stage was run.
-    pub fn is_done(&self, stage: &Stage, key: &str) -> Result<bool> {
-        let Some(done) = self.done.get(key) else {
+    pub fn is_done(&mut self, key: &str, files: &Files) -> Result<bool> {
+        let Ledger {
+            files: known,
+            stages,
+            ..
+        } = &mut self.ledger;
+        let Some(done) = stages.get(key) else {
             return Ok(false);
         };
-        let there = stage
-            .inputs
-            .iter()
-            .chain(&stage.outputs)
-            .all(|path| path.exists());
-        Ok(there && *done == Self::state_of(stage)?)
-    }
-
-    /// Notes that the stage is done, and forgets older runs that wrote the same outputs.
-    pub fn note(&mut self, stage: &Stage, key: &str) -> Result<()> {
-        let state = Self::state_of(stage)?;
-        self.done
-            .retain(|_, done| !done.outputs.keys().eq(state.outputs.keys()));
-        self.done.insert(key.to_owned(), state);
-        json::write(&self.path, &self.done)
-    }
-
-    fn state_of(stage: &Stage) -> Result<Done> {
-        let ids = |paths: &[PathBuf]| -> Result<BTreeMap<PathBuf, ContentId>> {
-            paths
-                .iter()
-                .map(|path| Ok((path.clone(), content_of(path)?)))
-                .collect()
-        };
-        Ok(Done {
-            inputs: ids(&stage.inputs)?,
-            outputs: ids(&stage.outputs)?,
-        })
-    }
-}
-
-/// The id of a file's content, of a sample (whose description holds its array's id), of a material
-/// with the files it names, or of all files of a folder.
-fn content_of(path: &Path) -> Result<ContentId> {
-    let description = path.join(DESCRIPTION);
-    if description.is_file() {
-        return ContentId::of_file(&description);
-    }
-    if path.is_dir() {
-        return content_of_all(&files_of(path)?);
-    }
-    if path
-        .extension()
-        .is_some_and(|extension| extension == "toml")
-    {
-        return content_of_all(&files_named_in(path)?);
-    }
-    ContentId::of_file(path)
-}
-
-fn content_of_all(files: &[PathBuf]) -> Result<ContentId> {
-    let mut all = blake3::Hasher::new();
-    for file in files {
-        all.update(file.to_string_lossy().as_bytes());
-        all.update(ContentId::of_file(file)?.to_string().as_bytes());
-    }
-    Ok(ContentId::of_hash(&all.finalize()))
-}
-
-/// The visible files of a folder, sorted.
-fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).map_err(Error::io(folder, "read"))? {
-        let entry = entry.map_err(Error::io(folder, "read"))?;
-        let hidden = entry.file_name().to_string_lossy().starts_with('.');
-        if entry.path().is_file() && !hidden {
-            files.push(entry.path());
+        let mut reads = files.reads.clone();
+        reads.sort();
+        reads.dedup();
+        if !reads.iter().eq(done.inputs.keys()) {
+            return Ok(false);
         }
-    }
-    files.sort();
-    Ok(files)
-}
-
-/// A TOML file and every file it names, relative to itself.
-fn files_named_in(path: &Path) -> Result<Vec<PathBuf>> {
-    let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut files = vec![path.to_path_buf()];
-    if let Ok(table) = text.parse::<toml::Table>() {
-        let mut values: Vec<&toml::Value> = table.values().collect();
-        while let Some(value) = values.pop() {
-            match value {
-                toml::Value::String(name) if folder.join(name).is_file() => {
-                    files.push(folder.join(name))
-                }
-                toml::Value::Table(inner) => values.extend(inner.values()),
-                toml::Value::Array(inner) => values.extend(inner),
-                _ => {}
+        for (path, id) in done.inputs.iter().chain(&done.outputs) {
+            if !path.exists() || known.content_of(path)? != *id {
+                return Ok(false);
             }
         }
+        Ok(true)
     }
-    files.sort();
-    Ok(files)
+
+    /// Notes that the stage is done: it read and wrote `files`, and put `inside` into the folders among
+    /// them. Forgets older runs that wrote the same outputs.
+    pub fn note(&mut self, key: &str, files: &Files, inside: &[PathBuf]) -> Result<()> {
+        let outputs = written(files, inside);
+        self.ledger.files.let_settle(&outputs);
+        let done = Done {
+            inputs: self.contents_of(&files.reads)?,
+            outputs: self.contents_of(&outputs)?,
+        };
+        let main = files.writes.first().map(|output| output.path.clone());
+        self.ledger.stages.retain(|_, old| {
+            let writes_same =
+                |main: &PathBuf| old.outputs.keys().any(|path| path.starts_with(main));
+            !main.as_ref().is_some_and(writes_same)
+        });
+        self.ledger.stages.insert(key.to_owned(), done);
+        self.write()
+    }
+
+    /// Writes down what was learned of files by looking at them, where that saves the next run work.
+    pub fn close(&mut self) -> Result<()> {
+        match self.ledger.files.has_news() {
+            true => self.write(),
+            false => Ok(()),
+        }
+    }
+
+    fn write(&mut self) -> Result<()> {
+        let Ledger { files, stages, .. } = &mut self.ledger;
+        let named = |path: &Path| {
+            let mut all = stages
+                .values()
+                .flat_map(|done| [&done.inputs, &done.outputs]);
+            all.any(|list| list.contains_key(path))
+        };
+        files.forget_but(named);
+        json::write(&self.path, &self.ledger)
+    }
+
+    fn contents_of(&mut self, paths: &[PathBuf]) -> Result<BTreeMap<PathBuf, ContentId>> {
+        let known = &mut self.ledger.files;
+        paths
+            .iter()
+            .map(|path| Ok((path.clone(), known.content_of(path)?)))
+            .collect()
+    }
+}
+
+/// Every file a stage wrote.
+fn written(files: &Files, inside: &[PathBuf]) -> Vec<PathBuf> {
+    let own = files.writes.iter().flat_map(|output| match output.product {
+        Product::Sample => sample::files_of(&output.path).to_vec(),
+        Product::Frames => Vec::new(),
+        Product::File(_) => vec![output.path.clone()],
+    });
+    own.chain(inside.iter().cloned()).collect()
+}
+
+/// Whether a file says that it is a record, of whatever version and in whatever state.
+fn is_record(path: &Path) -> Result<bool> {
+    let text = fs::read(path).map_err(Error::io(path, "read"))?;
+    let says = |mark: &str| {
+        text.windows(mark.len())
+            .any(|window| window == mark.as_bytes())
+    };
+    // The first version had no name for itself; its keys began with version and seed.
+    Ok(text.is_empty() || says(FORMAT) || says("\"0.1.0 --seed "))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::format::ours::Format;
 
     #[test]
     fn a_stage_is_done_until_its_words_inputs_or_outputs_change() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        fs::write(at("in"), "1").unwrap();
-        fs::write(at("out"), "2").unwrap();
-        let stage = Stage {
-            name: "gram".into(),
-            words: vec!["gram".into()],
-            inputs: vec![at("in")],
-            outputs: vec![at("out")],
-        };
+        for (name, text) in [("in", "1"), ("out", "2"), ("frame", "3")] {
+            fs::write(at(name), text).unwrap();
+        }
+        let files = Files::default().read([&at("in")]).write(
+            "output",
+            [&at("out")],
+            Product::File(Format::Json),
+        );
+        let words = ["gram".to_owned()];
+        let key = Record::key(&words, 0);
         let mut record = Record::open(&at("run.json")).unwrap();
-        let key = record.key(&stage, 0);
-        assert!(!record.is_done(&stage, &key).unwrap());
-        record.note(&stage, &key).unwrap();
-        let record = Record::open(&at("run.json")).unwrap();
-        assert!(record.is_done(&stage, &key).unwrap());
-        assert!(!record.is_done(&stage, &record.key(&stage, 1)).unwrap());
-        for name in ["in", "out"] {
+        assert!(!record.is_done(&key, &files).unwrap());
+        record.note(&key, &files, &[at("frame")]).unwrap();
+        let reopened = || Record::open(&at("run.json")).unwrap();
+        assert!(reopened().is_done(&key, &files).unwrap());
+        assert!(!reopened().is_done(&Record::key(&words, 1), &files).unwrap());
+        for name in ["in", "out", "frame"] {
             let kept = fs::read(at(name)).unwrap();
             fs::write(at(name), "changed").unwrap();
-            assert!(!record.is_done(&stage, &key).unwrap(), "{name}");
+            assert!(!reopened().is_done(&key, &files).unwrap(), "{name}");
             fs::write(at(name), kept).unwrap();
         }
+        assert!(reopened().is_done(&key, &files).unwrap());
+        let more = files.clone().read([&at("frame")]);
+        assert!(!reopened().is_done(&key, &more).unwrap());
         fs::remove_file(at("out")).unwrap();
-        assert!(!record.is_done(&stage, &key).unwrap());
+        assert!(!reopened().is_done(&key, &files).unwrap());
     }
 
     #[test]
-    fn a_material_changes_with_its_maps() {
+    fn a_damaged_record_is_begun_anew_and_a_foreign_file_is_refused() {
         let folder = tempfile::tempdir().unwrap();
-        let material = folder.path().join("m.toml");
-        fs::write(&material, "[maps]\nheight = \"h.png\"\n").unwrap();
-        fs::write(folder.path().join("h.png"), "1").unwrap();
-        let before = content_of(&material).unwrap();
-        fs::write(folder.path().join("h.png"), "2").unwrap();
-        assert_ne!(content_of(&material).unwrap(), before);
+        let path = folder.path().join("run.json");
+        for text in [
+            "{\"format\": \"mesotex-run\", \"ver",
+            "{\"0.1.0 --seed 0 gram\": {}}",
+            "",
+        ] {
+            fs::write(&path, text).unwrap();
+            assert!(Record::open(&path).unwrap().is_damaged, "{text}");
+        }
+        fs::write(&path, "{\"distance\": \"10 km\"}").unwrap();
+        let refused = Record::open(&path).unwrap_err().to_string();
+        assert!(
+            refused.contains("run.json") && refused.contains("move the file away"),
+            "{refused}"
+        );
     }
 }

@@ -1,24 +1,30 @@
-//! A scene file (TOML) → the commands it stands for.
+//! A scene file (TOML) → the stages it stands for.
 //!
 //! A section is a stage and a key one of its options, so that a scene says just what the command
 //! line would; the files between the stages are named after the scene.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use serde::Deserialize;
-use toml::{Table, Value};
+use toml::Value;
 
-use crate::error::{Error, Result};
+use crate::cli::run::document::{Document, Key, Section};
+use crate::cli::run::faults::{Faults, Place, suggestion};
+
+/// Keys at the top of a scene.
+const TOP: [&str; 5] = ["name", "output", "seed", "sample", "surface"];
+/// Sections of a scene, in the order of their stages.
+const SECTIONS: [&str; 9] = [
+    "bake", "import", "exemplar", "textons", "gram", "knn", "mesh", "synth", "render",
+];
+/// Sections without effect beside `[exemplar]`, which does their work.
+const DONE_BY_EXEMPLAR: [&str; 3] = ["textons", "gram", "knn"];
 
 /// A scene, as its file says it; paths are relative to the file.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// What the outputs are called: NAME.sample, NAME.textons.npz …
     pub name: String,
     /// The folder of all outputs.
-    #[serde(default = "here")]
     pub output: PathBuf,
     /// Seed of everything drawn at random; `--seed` goes before it.
     pub seed: Option<u64>,
@@ -26,258 +32,347 @@ pub struct Scene {
     sample: Option<PathBuf>,
     /// A mesh that is used as it is; instead of `[mesh]`.
     surface: Option<PathBuf>,
-    bake: Option<Table>,
-    import: Option<Table>,
-    exemplar: Option<Table>,
-    #[serde(default)]
-    textons: Table,
-    #[serde(default)]
-    gram: Table,
-    #[serde(default)]
-    knn: Table,
-    mesh: Option<Table>,
-    #[serde(default)]
-    synth: Table,
-    #[serde(default)]
-    render: Vec<Table>,
+    /// The text it was read from.
+    pub document: Document,
 }
 
-fn here() -> PathBuf {
-    PathBuf::from(".")
-}
-
-/// One command of a scene.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Stage {
+/// One stage before its options are parsed: a command, its files, and the section of its options.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draft {
     /// What the user reads: the command, and for renderings their name.
     pub name: String,
-    /// The command line, without the program.
-    pub words: Vec<String>,
-    /// Files and folders it reads.
+    /// The command.
+    pub command: &'static str,
+    /// The key of the section that names the inputs; empty where other stages make them.
+    pub input_key: &'static str,
+    /// Its inputs.
     pub inputs: Vec<PathBuf>,
-    /// Files and folders it writes.
-    pub outputs: Vec<PathBuf>,
+    /// Its output.
+    pub output: PathBuf,
+    /// Its options.
+    pub section: Section,
 }
 
-impl Scene {
-    /// Reads a scene file.
-    pub fn read(path: &Path) -> Result<Self> {
-        let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
-        Self::parse(&text).map_err(|error| error.in_file(path))
-    }
-
-    fn parse(text: &str) -> Result<Self> {
-        let scene: Self = toml::from_str(text).map_err(|error| {
-            Error::data("scene", error.to_string().trim_end())
-                .expected("a scene as docs/scenes.md describes it")
-        })?;
-        let plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
-        if scene.name.is_empty() || !scene.name.chars().all(plain) {
-            return Err(Error::data("name", format!("`{}`", scene.name))
-                .expected("letters, digits, `-`, `_` and `.`"));
+impl Draft {
+    /// The command line, without the program and without the options in `left_out`.
+    pub fn words(&self, left_out: &[String]) -> Vec<String> {
+        let mut words = vec![self.command.to_owned()];
+        words.extend(self.inputs.iter().map(path_word));
+        words.extend(["-o".into(), path_word(&self.output)]);
+        for key in self.options().filter(|key| !left_out.contains(&key.name)) {
+            push_option(&mut words, &key.name, &key.value);
         }
-        Ok(scene)
+        words
     }
 
-    /// The commands of the scene, in order.
-    pub fn stages(&self) -> Result<Vec<Stage>> {
-        let mut stages = self.appearance_stages()?;
-        stages.extend(self.mesh_stage()?);
-        stages.push(self.synth_stage()?);
-        for table in &self.render {
-            stages.push(self.render_stage(table)?);
-        }
-        Ok(stages)
-    }
-
-    fn file(&self, suffix: &str) -> PathBuf {
-        let name = format!("{}.{suffix}", self.name);
-        if self.output == here() {
-            name.into()
-        } else {
-            self.output.join(name)
-        }
-    }
-
-    fn sample_path(&self) -> PathBuf {
-        self.sample.clone().unwrap_or_else(|| self.file("sample"))
-    }
-
-    fn surface_path(&self) -> Result<PathBuf> {
-        match (&self.surface, &self.mesh) {
-            (Some(surface), None) => Ok(surface.clone()),
-            (None, Some(_)) => Ok(self.file("mesh.ply")),
-            _ => Err(Error::data("scene", "no one source of the mesh")
-                .expected("either `surface = FILE` or a section [mesh]")),
-        }
-    }
-
-    fn appearance_stages(&self) -> Result<Vec<Stage>> {
-        let sources = [
-            self.bake.is_some(),
-            self.import.is_some(),
-            self.exemplar.is_some(),
-            self.sample.is_some(),
+    /// The keys that are options of the command.
+    pub fn options(&self) -> impl Iterator<Item = &Key> {
+        let own = [
+            self.input_key,
+            if self.command == "render" { "name" } else { "" },
         ];
-        if sources.iter().filter(|&&given| given).count() != 1 {
-            return Err(Error::data("scene", "no one source of the sample")
-                .expected("one of [bake], [import], [exemplar] or `sample = FOLDER`"));
-        }
-        if let Some(table) = &self.exemplar {
-            return Ok(vec![self.exemplar_stage(table)?]);
-        }
-        let mut stages = Vec::new();
-        if let Some(table) = &self.bake {
-            stages.push(self.sample_stage("bake", "material", table)?);
-        }
-        if let Some(table) = &self.import {
-            stages.push(self.sample_stage("import", "path", table)?);
-        }
-        let link = |command: &str, table, input: PathBuf, output| {
-            stage(command, table, &[], vec![input], output)
-        };
-        let (textons, space) = (self.file("textons.npz"), self.file("space.npz"));
-        stages.push(link(
-            "textons",
-            &self.textons,
-            self.sample_path(),
-            textons.clone(),
-        )?);
-        stages.push(link("gram", &self.gram, textons, space.clone())?);
-        stages.push(link("knn", &self.knn, space, self.file("knn.npz"))?);
-        Ok(stages)
-    }
-
-    /// `bake` or `import`: their one input is named in the section.
-    fn sample_stage(&self, command: &str, input: &str, table: &Table) -> Result<Stage> {
-        let inputs = named_inputs(command, input, table)?;
-        stage(command, table, &[input], inputs, self.file("sample"))
-    }
-
-    fn exemplar_stage(&self, table: &Table) -> Result<Stage> {
-        let inputs = named_inputs("exemplar", "images", table)?;
-        let base = self.file("sample").with_extension("");
-        let mut stage = stage("exemplar", table, &["images"], inputs, base)?;
-        stage.outputs = vec![
-            self.file("sample"),
-            self.file("space.npz"),
-            self.file("knn.npz"),
-        ];
-        Ok(stage)
-    }
-
-    fn mesh_stage(&self) -> Result<Option<Stage>> {
-        let output = self.surface_path()?;
-        let Some(table) = &self.mesh else {
-            return Ok(None);
-        };
-        let inputs = named_inputs("mesh", "input", table)?;
-        stage("mesh", table, &["input"], inputs, output).map(Some)
-    }
-
-    fn synth_stage(&self) -> Result<Stage> {
-        let inputs = vec![
-            self.file("space.npz"),
-            self.file("knn.npz"),
-            self.surface_path()?,
-        ];
-        stage("synth", &self.synth, &[], inputs, self.file("map.ply"))
-    }
-
-    fn render_stage(&self, table: &Table) -> Result<Stage> {
-        let name = match table.get("name") {
-            None => "frames",
-            Some(Value::String(name)) => name,
-            Some(other) => return Err(bad_value("render", "name", other, "a string")),
-        };
-        let inputs = vec![self.sample_path(), self.file("map.ply")];
-        let mut stage = stage("render", table, &["name"], inputs, self.file(name))?;
-        stage.name = format!("render {name}");
-        Ok(stage)
-    }
-}
-
-/// The command `command INPUTS… -o OUTPUT --key=value…`; keys in `own` are the scene's, not options.
-fn stage(
-    command: &str,
-    table: &Table,
-    own: &[&str],
-    inputs: Vec<PathBuf>,
-    output: PathBuf,
-) -> Result<Stage> {
-    let mut words = vec![command.to_owned()];
-    words.extend(
-        inputs
+        self.section
+            .keys
             .iter()
-            .map(|path| path.to_string_lossy().into_owned()),
-    );
-    words.extend(["-o".into(), output.to_string_lossy().into_owned()]);
-    for (key, value) in table.iter().filter(|(key, _)| !own.contains(&key.as_str())) {
-        push_option(&mut words, command, key, value)?;
+            .filter(move |key| !own.contains(&key.name.as_str()))
     }
-    Ok(Stage {
-        name: command.into(),
-        words,
-        inputs,
-        outputs: vec![output],
-    })
 }
 
-fn push_option(words: &mut Vec<String>, command: &str, key: &str, value: &Value) -> Result<()> {
+/// A path as a word of a command line: one that begins with `-` is no option.
+fn path_word(path: &PathBuf) -> String {
+    let text = path.to_string_lossy();
+    match text.starts_with('-') {
+        true => format!("./{text}"),
+        false => text.into_owned(),
+    }
+}
+
+fn push_option(words: &mut Vec<String>, key: &str, value: &Value) {
     match value {
         Value::Boolean(true) => words.push(format!("--{key}")),
         Value::Boolean(false) => {}
         Value::String(text) => words.push(format!("--{key}={text}")),
-        Value::Integer(number) => words.push(format!("--{key}={number}")),
-        Value::Float(number) => words.push(format!("--{key}={number}")),
-        Value::Array(values) => {
-            for value in values {
-                push_option(words, command, key, value)?;
+        Value::Array(values) => values
+            .iter()
+            .for_each(|value| push_option(words, key, value)),
+        other => words.push(format!("--{key}={other}")),
+    }
+}
+
+impl Scene {
+    /// Reads a scene from its text; what is wrong with it goes to `faults`.
+    pub fn parse(text: &str, faults: &mut Faults) -> Self {
+        let mut scene = Self {
+            output: ".".into(),
+            document: Document::parse(text, faults),
+            ..Self::default()
+        };
+        if faults.is_empty() {
+            scene.take_top(faults);
+            scene.check_sections(faults);
+        }
+        scene
+    }
+
+    fn take_top(&mut self, faults: &mut Faults) {
+        for key in &self.document.keys {
+            let place = Place::new(key.line, &key.name);
+            match (key.name.as_str(), &key.value) {
+                ("name", Value::String(name)) if is_plain(name) => self.name.clone_from(name),
+                ("name", other) => faults.data(&place, format!("`{other}`; {PLAIN}")),
+                ("output", Value::String(path)) => self.output = path.into(),
+                ("sample", Value::String(path)) => self.sample = Some(path.into()),
+                ("surface", Value::String(path)) => self.surface = Some(path.into()),
+                ("seed", Value::Integer(seed)) if *seed >= 0 => self.seed = Some(*seed as u64),
+                ("seed", other) => {
+                    faults.data(&place, format!("`{other}`; expected a number of 0 or more"))
+                }
+                (name, other) if TOP.contains(&name) => {
+                    faults.data(&place, format!("`{other}`; expected a path"));
+                }
+                (name, _) => {
+                    let known = TOP.iter().chain(&SECTIONS).copied();
+                    faults.data(&place, format!("unknown{}", suggestion(name, known)));
+                }
             }
         }
-        other => {
-            return Err(bad_value(
-                command,
-                key,
-                other,
-                "a number, string, boolean or list",
-            ));
+        if !self.document.keys.iter().any(|key| key.name == "name") {
+            faults.data(
+                &Place::new(0, ""),
+                "no `name`; expected `name = \"NAME\"`, which the outputs are called after",
+            );
         }
     }
-    Ok(())
+
+    fn check_sections(&self, faults: &mut Faults) {
+        for section in &self.document.sections {
+            let name = section.name.as_str();
+            if !SECTIONS.contains(&name) {
+                let known = SECTIONS.iter().chain(&TOP).copied();
+                faults.data(
+                    &section.head(),
+                    format!("unknown{}", suggestion(name, known)),
+                );
+            } else if name == "render" && !section.listed {
+                faults.data(&section.head(), "one pair of brackets; expected [[render]]");
+            } else if name != "render" && section.listed {
+                faults.data(
+                    &section.head(),
+                    format!("two pairs of brackets; expected one [{name}]"),
+                );
+            } else if self.has("exemplar") && DONE_BY_EXEMPLAR.contains(&name) {
+                faults.data(
+                    &section.head(),
+                    "without effect beside [exemplar]; its options stand there",
+                );
+            }
+        }
+        self.check_source(
+            "sample",
+            &["bake", "import", "exemplar"],
+            self.sample.is_some(),
+            faults,
+        );
+        self.check_source("surface", &["mesh"], self.surface.is_some(), faults);
+    }
+
+    /// Sample and mesh each come from one place: the key, or one of the sections.
+    fn check_source(&self, key: &str, sections: &[&str], has_key: bool, faults: &mut Faults) {
+        let named = sections.iter().filter(|name| self.has(name));
+        let mut given: Vec<String> = named.map(|name| format!("[{name}]")).collect();
+        given.extend(has_key.then(|| format!("`{key} = …`")));
+        if given.len() == 1 {
+            return;
+        }
+        let list: Vec<String> = sections.iter().map(|name| format!("[{name}]")).collect();
+        let found = match given.len() {
+            0 => format!("no source of the {key}"),
+            _ => format!("{} sources of the {key}: {}", given.len(), given.join(", ")),
+        };
+        let expected = format!("expected one of {} or `{key} = PATH`", list.join(", "));
+        faults.data(&Place::new(0, ""), format!("{found}; {expected}"));
+    }
+
+    fn has(&self, section: &str) -> bool {
+        self.section(section).is_some()
+    }
+
+    fn section(&self, name: &str) -> Option<&Section> {
+        self.document
+            .sections
+            .iter()
+            .find(|section| section.name == name)
+    }
+
+    fn file(&self, suffix: &str) -> PathBuf {
+        let name = format!("{}.{suffix}", self.name);
+        match self.output.as_os_str() == "." {
+            true => name.into(),
+            false => self.output.join(name),
+        }
+    }
+
+    /// The stages of the scene, in order.
+    pub fn drafts(&self, faults: &mut Faults) -> Vec<Draft> {
+        let sample = self.sample.clone().unwrap_or_else(|| self.file("sample"));
+        let surface = self
+            .surface
+            .clone()
+            .unwrap_or_else(|| self.file("mesh.ply"));
+        let (space, table, map) = (
+            self.file("space.npz"),
+            self.file("knn.npz"),
+            self.file("map.ply"),
+        );
+        let mut drafts = Vec::new();
+        for (command, key) in [("bake", "material"), ("import", "path")] {
+            drafts.extend(self.source(command, key, self.file("sample"), faults));
+        }
+        if self.has("exemplar") {
+            drafts.extend(self.source(
+                "exemplar",
+                "images",
+                self.file("sample").with_extension(""),
+                faults,
+            ));
+        } else {
+            let textons = self.file("textons.npz");
+            drafts.push(self.link("textons", vec![sample.clone()], textons.clone()));
+            drafts.push(self.link("gram", vec![textons], space.clone()));
+            drafts.push(self.link("knn", vec![space.clone()], table.clone()));
+        }
+        drafts.extend(self.source("mesh", "input", surface.clone(), faults));
+        drafts.push(self.link("synth", vec![space, table, surface], map.clone()));
+        for section in self
+            .document
+            .sections
+            .iter()
+            .filter(|section| section.name == "render")
+        {
+            let name = sequence_name(section, faults);
+            drafts.push(Draft {
+                name: format!("render {name}"),
+                command: "render",
+                input_key: "",
+                inputs: vec![sample.clone(), map.clone()],
+                output: self.file(&name),
+                section: section.clone(),
+            });
+        }
+        drafts
+    }
+
+    /// A stage whose inputs other stages make.
+    fn link(&self, command: &'static str, inputs: Vec<PathBuf>, output: PathBuf) -> Draft {
+        let empty = || Section {
+            name: command.into(),
+            ..Section::default()
+        };
+        Draft {
+            name: command.into(),
+            command,
+            input_key: "",
+            inputs,
+            output,
+            section: self.section(command).cloned().unwrap_or_else(empty),
+        }
+    }
+
+    /// A stage whose inputs its section names under `key`; none where the scene has no such section.
+    fn source(
+        &self,
+        command: &'static str,
+        key: &'static str,
+        output: PathBuf,
+        faults: &mut Faults,
+    ) -> Option<Draft> {
+        let section = self.section(command)?;
+        let inputs = named_inputs(section, key, faults);
+        if section.key(key).is_none() && section.key("preset").is_none() {
+            let preset = if command == "bake" {
+                " or `preset = NAME`"
+            } else {
+                ""
+            };
+            faults.data(
+                &section.head(),
+                format!("no `{key}`; expected `{key} = PATH`{preset}"),
+            );
+        }
+        Some(Draft {
+            input_key: key,
+            ..self.link(command, inputs, output)
+        })
+    }
+}
+
+const PLAIN: &str = "expected letters, digits, `-`, `_` and `.`";
+
+fn is_plain(name: &str) -> bool {
+    !name.is_empty()
+        && name
+            .chars()
+            .all(|c| c.is_alphanumeric() || "-_.".contains(c))
+}
+
+/// What a sequence of frames is called.
+fn sequence_name(section: &Section, faults: &mut Faults) -> String {
+    match section.key("name") {
+        None => "frames".into(),
+        Some(key) => match &key.value {
+            Value::String(name) if is_plain(name) => name.clone(),
+            other => {
+                faults.data(&section.place(key), format!("`{other}`; {PLAIN}"));
+                "frames".into()
+            }
+        },
+    }
 }
 
 /// The files a section names under `key`: a string or a list of strings, or none.
-fn named_inputs(command: &str, key: &str, table: &Table) -> Result<Vec<PathBuf>> {
-    let path = |value: &Value| match value {
-        Value::String(path) => Ok(PathBuf::from(path)),
-        other => Err(bad_value(command, key, other, "a path")),
+fn named_inputs(section: &Section, key: &str, faults: &mut Faults) -> Vec<PathBuf> {
+    let Some(key) = section.key(key) else {
+        return Vec::new();
     };
-    match table.get(key) {
-        None => Ok(Vec::new()),
-        Some(Value::Array(values)) => values.iter().map(path).collect(),
-        Some(value) => Ok(vec![path(value)?]),
+    let values = match &key.value {
+        Value::Array(values) => values.as_slice(),
+        value => std::slice::from_ref(value),
+    };
+    let mut inputs = Vec::new();
+    for value in values {
+        match value {
+            Value::String(path) => inputs.push(path.into()),
+            other => faults.data(&section.place(key), format!("`{other}`; expected a path")),
+        }
     }
-}
-
-fn bad_value(command: &str, key: &str, found: &Value, expected: &str) -> Error {
-    Error::data(format!("[{command}] {key}"), format!("`{found}`")).expected(expected)
+    inputs
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
     const SCENE: &str = "name = \"a\"\noutput = \"out\"\n[bake]\npreset = \"weave\"\nsize = 64\n\
         [textons]\ntextons = 20\nluminance = true\n[mesh]\ninput = \"b.obj\"\n\
         [[render]]\nname = \"sweep\"\nframes = 24\n[[render]]\n";
 
+    fn commands(text: &str) -> std::result::Result<Vec<String>, String> {
+        let mut faults = Faults::default();
+        let drafts = Scene::parse(text, &mut faults).drafts(&mut faults);
+        faults
+            .into_result(Path::new("scene.toml"))
+            .map_err(|error| error.to_string())?;
+        Ok(drafts
+            .iter()
+            .map(|draft| draft.words(&[]).join(" "))
+            .collect())
+    }
+
     #[test]
     fn sections_become_commands() {
-        let stages = Scene::parse(SCENE).unwrap().stages().unwrap();
-        let commands: Vec<String> = stages.iter().map(|stage| stage.words.join(" ")).collect();
         assert_eq!(
-            commands,
+            commands(SCENE).unwrap(),
             [
                 "bake -o out/a.sample --preset=weave --size=64",
                 "textons out/a.sample -o out/a.textons.npz --luminance --textons=20",
@@ -292,18 +387,34 @@ mod tests {
     }
 
     #[test]
+    fn names_that_begin_with_a_dash_are_no_options() {
+        let scene = SCENE.replace("b.obj", "--json").replace("\"a\"", "\"-a\"");
+        let scene = scene.replace("output = \"out\"\n", "");
+        let commands = commands(&scene).unwrap();
+        assert_eq!(commands[0], "bake -o ./-a.sample --preset=weave --size=64");
+        assert_eq!(commands[4], "mesh ./--json -o ./-a.mesh.ply");
+    }
+
+    #[test]
     fn incomplete_scenes_are_refused() {
-        let refused = |from: &str, to: &str| {
-            let scene = Scene::parse(&SCENE.replace(from, to));
-            scene
-                .and_then(|scene| scene.stages())
-                .unwrap_err()
-                .to_string()
-        };
-        assert!(refused("[bake]", "[baker]").contains("baker"));
-        assert!(refused("output = \"out\"", "sample = \"x\"").contains("source of the sample"));
-        assert!(refused("[mesh]\ninput = \"b.obj\"\n", "").contains("source of the mesh"));
-        assert!(refused("size = 64", "size = {}").contains("[bake] size"));
-        assert!(refused("name = \"a\"", "name = \"a/b\"").contains("a/b"));
+        let refused = |from: &str, to: &str| commands(&SCENE.replace(from, to)).unwrap_err();
+        assert!(
+            refused("[bake]", "[baker]").contains("line 3: [baker]: unknown; did you mean `bake`")
+        );
+        assert!(
+            refused("output = \"out\"", "sample = \"x\"")
+                .contains("2 sources of the sample: [bake], `sample")
+        );
+        assert!(refused("[mesh]\ninput = \"b.obj\"\n", "").contains("no source of the surface"));
+        assert!(refused("name = \"a\"", "name = \"a/b\"").contains("line 1: name: `\"a/b\"`"));
+        assert!(refused("name = \"sweep\"", "name = \"../up\"").contains("line 12: [render] name"));
+        assert!(refused("[[render]]\nname", "[render]\nname").contains("line"));
+        assert!(
+            refused("[bake]\npreset = \"weave\"", "[exemplar]\nimages = 3")
+                .contains("[textons]: without effect")
+        );
+        assert!(
+            refused("preset = \"weave\"\n", "").contains("`material = PATH` or `preset = NAME`")
+        );
     }
 }

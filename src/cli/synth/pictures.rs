@@ -7,11 +7,14 @@ use clap::Args;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::btf::sample::Sample;
+use crate::btf::sample::{self, Sample};
+use crate::cli::outputs::{Files, Product};
 use crate::cli::synth::target::Target;
 use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
 use crate::format::image::{encode_srgb8, write_png};
+use crate::format::ours::Format;
+use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::render::preview;
@@ -62,6 +65,31 @@ impl PictureArguments {
             .in_file(path))
     }
 
+    /// Adds what is read and written for the pictures.
+    pub fn files(&self, files: Files) -> Files {
+        let mut pictures = Vec::new();
+        if let Some(name) = &self.pictures {
+            pictures.extend(self.kinds().map(|kind| with_kind(name, kind.name())));
+        }
+        let sample = self.sample.as_deref().map(sample::files_of);
+        files
+            .read(sample.iter().flatten())
+            .write("pictures", &pictures, Product::File(Format::Picture))
+            .write(
+                "vertex-colors",
+                &self.vertex_colors,
+                Product::File(Format::Mesh),
+            )
+    }
+
+    /// The pictures that are drawn; one in the sample's colours where there is one.
+    fn kinds(&self) -> impl Iterator<Item = Kind> {
+        let color = self.sample.as_ref().map(|_| Kind::Color);
+        [Kind::Coordinate, Kind::Label, Kind::Energy]
+            .into_iter()
+            .chain(color)
+    }
+
     /// The distance of every site's neighbourhood, where a picture shows it; else none.
     pub fn energies(&self, inputs: Inputs<'_>, coords: &[TexCoord]) -> Result<Vec<f64>> {
         match self.pictures {
@@ -81,8 +109,7 @@ impl PictureArguments {
         let colors = self.sample.as_deref().map(|path| sample_colors(path, map));
         let colors = colors.transpose()?;
         if let Some(name) = &self.pictures {
-            let mut kinds = vec![Kind::Coordinate, Kind::Label, Kind::Energy];
-            kinds.extend(colors.as_ref().map(|_| Kind::Color));
+            let kinds: Vec<Kind> = self.kinds().collect();
             let draw = |&kind: &Kind| {
                 let path = with_kind(name, kind.name());
                 let colors = match kind {
@@ -202,5 +229,5 @@ fn write_vertex_colors(path: &Path, map: &SurfaceTextonMap, colors: &[[u8; 3]]) 
     for (name, numbers) in ["red", "green", "blue"].into_iter().zip(&channels) {
         columns.push((name, Column::UChar(numbers)));
     }
-    ply::write(path, &[], &columns, &map.mesh.triangles)
+    ply::write(path, &[MESH_MARK.into()], &columns, &map.mesh.triangles)
 }

@@ -1,0 +1,290 @@
+//! What a command reads and writes, said before it touches anything; and the right to write it.
+//!
+//! Nothing that a user owns is replaced: an output must be a free name, an empty file or folder, or
+//! something of its kind that this program made. A folder is never replaced when it holds an input, or
+//! lies in one.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::btf::writer::objection_to_replacing;
+use crate::error::{Error, Result};
+use crate::format::atomic::folder::repair;
+use crate::format::atomic::standing::Standing;
+use crate::format::atomic::{leftovers, parent};
+use crate::format::lock::OutputLock;
+use crate::format::ours::{Format, is_ours};
+
+/// Files and folders of one command.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Files {
+    /// What it reads: every file whose bytes count, and folders of which the list of files counts.
+    pub reads: Vec<PathBuf>,
+    /// What it writes.
+    pub writes: Vec<Output>,
+}
+
+/// One output of a command.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// The option that names it.
+    pub option: &'static str,
+    /// Where it goes.
+    pub path: PathBuf,
+    /// What it is.
+    pub product: Product,
+    /// What its lock is named after; `None` where several runs may write it side by side.
+    pub lock: Option<PathBuf>,
+}
+
+/// What is written at a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Product {
+    /// The folder of a BTF sample, replaced as a whole.
+    Sample,
+    /// A folder that frames are put into, one by one.
+    Frames,
+    /// A file.
+    File(Format),
+}
+
+impl Output {
+    /// An output that one run at a time writes.
+    pub fn new(option: &'static str, path: &Path, product: Product) -> Self {
+        Self {
+            option,
+            path: path.to_path_buf(),
+            product,
+            lock: Some(path.to_path_buf()),
+        }
+    }
+
+    fn refusal(&self, found: impl Into<String>, expected: &str) -> Error {
+        Error::option(
+            self.option,
+            format!("{}: {}", self.path.display(), found.into()),
+            expected,
+        )
+    }
+}
+
+impl Files {
+    /// Files that are read.
+    #[must_use]
+    pub fn read<'a>(mut self, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
+        self.reads.extend(paths.into_iter().cloned());
+        self
+    }
+
+    /// An output, where the option was given.
+    #[must_use]
+    pub fn write<'a>(
+        mut self,
+        option: &'static str,
+        paths: impl IntoIterator<Item = &'a PathBuf>,
+        product: Product,
+    ) -> Self {
+        let outputs = paths
+            .into_iter()
+            .map(|path| Output::new(option, path, product));
+        self.writes.extend(outputs);
+        self
+    }
+
+    /// Refuses outputs that would cost the user something, or that lie in a folder which neither exists
+    /// nor is one of `made_first`; writes nothing.
+    pub fn check(&self, made_first: &[&Path]) -> Result<()> {
+        for (place, output) in self.writes.iter().enumerate() {
+            let folder = parent(&output.path);
+            if !folder.is_dir() {
+                if made_first.contains(&folder) {
+                    continue;
+                }
+                let found = format!("the folder {} does not exist", folder.display());
+                return Err(Error::option(output.option, found, "an existing folder"));
+            }
+            if self.writes[..place]
+                .iter()
+                .any(|other| same(&other.path, &output.path))
+            {
+                return Err(output.refusal("given for two outputs", "another path"));
+            }
+            if self.reads.iter().any(|input| same(input, &output.path)) {
+                return Err(output.refusal("is also an input", "another path"));
+            }
+            self.check_standing(output)?;
+        }
+        Ok(())
+    }
+
+    /// Checks what stands where an output goes.
+    fn check_standing(&self, output: &Output) -> Result<()> {
+        let standing = Standing::of(&output.path).map_err(Error::io(&output.path, "write"))?;
+        match (output.product, standing) {
+            (_, Standing::Nothing(_)) | (Product::Frames, Standing::Folder(_)) => Ok(()),
+            (Product::Sample, Standing::Folder(folder)) => {
+                let objection = objection_to_replacing(&folder);
+                if let Some(found) = objection.map_err(Error::io(&folder, "read"))? {
+                    let expected = "a free name, an empty folder, or a sample to replace";
+                    return Err(output.refusal(found, expected));
+                }
+                self.check_apart(output, &folder)
+            }
+            (Product::File(format), Standing::File(file)) => {
+                if is_ours(&file, format).map_err(Error::io(&file, "read"))? {
+                    return Ok(());
+                }
+                let name = format.name();
+                Err(output.refusal(
+                    format!("a file is there that is no {name} of this program"),
+                    "a free name (or delete the file first)",
+                ))
+            }
+            (Product::File(_), standing) => {
+                Err(output.refusal(standing.describe(), "the name of a file"))
+            }
+            (Product::Sample | Product::Frames, standing) => {
+                Err(output.refusal(standing.describe(), "the name of a folder"))
+            }
+        }
+    }
+
+    /// Refuses to replace a folder that holds an input or lies in one.
+    fn check_apart(&self, output: &Output, folder: &Path) -> Result<()> {
+        let Ok(folder) = fs::canonicalize(folder) else {
+            return Ok(());
+        };
+        for input in &self.reads {
+            let Ok(read) = fs::canonicalize(input) else {
+                continue;
+            };
+            let found = if read.starts_with(&folder) {
+                format!("holds the input {}", input.display())
+            } else if folder.starts_with(&read) {
+                format!("lies in the input {}", input.display())
+            } else {
+                continue;
+            };
+            return Err(output.refusal(found, "a folder apart from all inputs"));
+        }
+        Ok(())
+    }
+
+    /// Claims every output for this run: checks them, removes what killed runs left beside them, and
+    /// locks them.
+    pub fn claim(&self) -> Result<Vec<OutputLock>> {
+        self.check(&[])?;
+        let mut locks = Vec::new();
+        for output in &self.writes {
+            if let Some(lock) = &output.lock {
+                locks.push(OutputLock::acquire(&end_of_link(lock))?);
+            }
+            let target = end_of_link(&output.path);
+            if output.product == Product::Sample {
+                repair(&target)?;
+            }
+            self.clear(&target, output.product);
+        }
+        Ok(locks)
+    }
+
+    fn clear(&self, target: &Path, product: Product) {
+        let names: Vec<&OsStr> = self
+            .writes
+            .iter()
+            .filter_map(|w| w.path.file_name())
+            .collect();
+        leftovers::remove(parent(target), &names);
+        if product == Product::Frames {
+            leftovers::remove(target, &[]);
+        }
+    }
+}
+
+/// Whether two paths name the same thing, there or not yet.
+fn same(a: &Path, b: &Path) -> bool {
+    match (fs::canonicalize(a), fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        (Err(_), Err(_)) => placed(a) == placed(b),
+        _ => false,
+    }
+}
+
+/// A path whose folder is free of links.
+fn placed(path: &Path) -> PathBuf {
+    let folder = fs::canonicalize(parent(path)).unwrap_or_else(|_| parent(path).to_path_buf());
+    folder.join(path.file_name().unwrap_or_default())
+}
+
+/// Where a link leads; any other path as it is.
+fn end_of_link(path: &Path) -> PathBuf {
+    match Standing::of(path) {
+        Ok(Standing::File(end) | Standing::Folder(end)) => end,
+        _ => path.to_path_buf(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample_at(folder: &Path) {
+        fs::create_dir_all(folder).unwrap();
+        fs::write(folder.join("btf.json"), "{\"format\": \"mesotex-btf\"}").unwrap();
+    }
+
+    fn refused(files: &Files) -> String {
+        files.claim().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_folder_is_replaced_only_apart_from_all_inputs() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        sample_at(&at("x.sample"));
+        let into = |reads: PathBuf| {
+            Files::default()
+                .read([&reads])
+                .write("output", [&at("x.sample")], Product::Sample)
+        };
+        into(at("elsewhere.lp")).claim().unwrap();
+        assert!(refused(&into(at("x.sample/btf.json"))).contains("holds the input"));
+        assert!(refused(&into(root.path().to_path_buf())).contains("lies in the input"));
+        let roundabout = at("x.sample/../x.sample/btf.json");
+        assert!(refused(&into(roundabout)).contains("holds the input"));
+    }
+
+    #[test]
+    fn a_free_name_in_an_input_folder_will_do() {
+        let root = tempfile::tempdir().unwrap();
+        let new = root.path().join("x.sample");
+        let files = Files::default().read([&root.path().to_path_buf()]);
+        files
+            .write("output", [&new], Product::Sample)
+            .claim()
+            .unwrap();
+    }
+
+    #[test]
+    fn files_of_others_and_repeated_outputs_are_refused() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        fs::write(at("scan.ply"), "ply\nformat ascii 1.0\nend_header\n").unwrap();
+        let mesh = Product::File(Format::Mesh);
+        let files = Files::default().write("output", [&at("scan.ply")], mesh);
+        assert!(refused(&files).contains("no mesh of this program"));
+        let twice = Files::default().write("output", [&at("a"), &at("./a")], mesh);
+        assert!(refused(&twice).contains("two outputs"));
+        let folder = Files::default().write(
+            "report",
+            [&root.path().to_path_buf()],
+            Product::File(Format::Json),
+        );
+        assert!(refused(&folder).contains("--report"));
+        let device =
+            Files::default().write("output", [&PathBuf::from("/dev/null")], Product::Sample);
+        assert!(refused(&device).contains("device"));
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,297 @@
+//! The whole scene, checked before its first stage: every option by the rules of its command, every
+//! file that must be there, every name that is used twice.
+
+use std::path::{Path, PathBuf};
+
+use clap::error::{ContextKind, ContextValue};
+use clap::{ArgAction, CommandFactory, Parser};
+use toml::Value;
+
+use crate::cli::outputs::Files;
+use crate::cli::run::document::Key;
+use crate::cli::run::faults::{Faults, Place, suggestion};
+use crate::cli::run::scene::{Draft, Scene};
+use crate::cli::{Command, CommandLine};
+use crate::error::Error;
+
+/// Options that are the scene's to say, or `run`'s own.
+const NOT_OF_A_STAGE: [&str; 7] = [
+    "output", "seed", "threads", "quiet", "json", "help", "version",
+];
+
+/// A stage ready to run.
+pub struct Stage {
+    /// What the user reads: the command, and for renderings their name.
+    pub name: String,
+    /// The command line, without the program.
+    pub words: Vec<String>,
+    /// The command line, parsed.
+    pub command: Command,
+    /// Its main output.
+    pub output: PathBuf,
+    /// All its outputs.
+    pub outputs: Vec<PathBuf>,
+}
+
+/// The stages of a scene; everything wrong with them goes to `faults`.
+pub fn stages(scene: &Scene, faults: &mut Faults) -> Vec<Stage> {
+    let mut stages = Vec::new();
+    let mut checked = Checked::default();
+    for draft in scene.drafts(faults) {
+        let Some(command) = command_of(&draft, faults) else {
+            continue;
+        };
+        let outputs = checked.take(scene, &draft, &command, faults);
+        stages.push(Stage {
+            name: draft.name.clone(),
+            words: draft.words(&[]),
+            command,
+            output: draft.output,
+            outputs,
+        });
+    }
+    checked.check_inputs_are_kept(faults);
+    stages
+}
+
+/// The command of a stage. Every option it cannot take is named; the rest are checked without it.
+fn command_of(draft: &Draft, faults: &mut Faults) -> Option<Command> {
+    let mut left_out = unknown_options(draft, faults);
+    loop {
+        let words = draft.words(&left_out);
+        let objection = match parse(&words) {
+            Ok(command) => return Some(command),
+            Err(objection) => objection,
+        };
+        let key = draft.options().find(|key| {
+            Some(&key.name) == objection.option.as_ref() && !left_out.contains(&key.name)
+        });
+        match key {
+            Some(key) => {
+                faults.option(&draft.section.place(key), objection.says);
+                left_out.push(key.name.clone());
+            }
+            None => {
+                faults.option(&draft.section.head(), objection.says);
+                return None;
+            }
+        }
+    }
+}
+
+/// What a command has against its options, and against which.
+struct Objection {
+    option: Option<String>,
+    says: String,
+}
+
+fn parse(words: &[String]) -> Result<Command, Objection> {
+    let words = std::iter::once("mesotex").chain(words.iter().map(String::as_str));
+    let command = CommandLine::try_parse_from(words).map_err(|error| Objection {
+        option: option_of(&error),
+        says: first_paragraph(&error),
+    })?;
+    let checked = command.command.check().map_err(|error| Objection {
+        option: match &error {
+            Error::Option { option, .. } => Some(option.clone()),
+            _ => None,
+        },
+        says: error.to_string(),
+    });
+    checked.map(|()| command.command)
+}
+
+/// The option that an error of the command line is about.
+fn option_of(error: &clap::Error) -> Option<String> {
+    let ContextValue::String(argument) = error.get(ContextKind::InvalidArg)? else {
+        return None;
+    };
+    let name = argument.strip_prefix("--")?;
+    let end = name.find(|c: char| !c.is_alphanumeric() && c != '-');
+    Some(name[..end.unwrap_or(name.len())].to_owned())
+}
+
+fn first_paragraph(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let text = text.split("\n\n").next().unwrap_or_default();
+    text.trim_start_matches("error: ").trim().to_owned()
+}
+
+/// Keys of a section that are no options of its command, or are set to what such an option cannot be.
+fn unknown_options(draft: &Draft, faults: &mut Faults) -> Vec<String> {
+    let root = CommandLine::command();
+    let Some(command) = root.find_subcommand(draft.command) else {
+        return Vec::new();
+    };
+    let known: Vec<_> = command
+        .get_arguments()
+        .filter_map(|argument| Some((argument.get_long()?, argument)))
+        .filter(|(name, _)| !NOT_OF_A_STAGE.contains(name))
+        .collect();
+    let mut wrong = Vec::new();
+    for key in draft.options() {
+        let argument = known.iter().find(|(name, _)| *name == key.name);
+        let says = match argument {
+            None => unknown(draft, key, known.iter().map(|(name, _)| *name)),
+            Some((_, argument)) => {
+                let is_flag = matches!(argument.get_action(), ArgAction::SetTrue);
+                match wrong_value(key, is_flag) {
+                    Some(says) => says,
+                    None => continue,
+                }
+            }
+        };
+        faults.option(&draft.section.place(key), says);
+        wrong.push(key.name.clone());
+    }
+    wrong
+}
+
+fn unknown<'a>(draft: &Draft, key: &Key, known: impl Iterator<Item = &'a str>) -> String {
+    let command = draft.command;
+    if NOT_OF_A_STAGE.contains(&key.name.as_str()) {
+        return format!(
+            "not for a stage to say; outputs and seed stand at the top of the scene, the rest is for `mesotex run --{}`",
+            key.name
+        );
+    }
+    let own = [
+        draft.input_key,
+        if command == "render" { "name" } else { "" },
+    ];
+    let known = known.chain(own.into_iter().filter(|name| !name.is_empty()));
+    let meant = suggestion(&key.name, known);
+    format!("no option --{} of `mesotex {command}`{meant}", key.name)
+}
+
+/// Why a value cannot be an option's: flags are true or false, and nothing else is.
+fn wrong_value(key: &Key, is_flag: bool) -> Option<String> {
+    let value = &key.value;
+    let fits = match value {
+        Value::Boolean(_) => is_flag,
+        Value::String(_) | Value::Integer(_) | Value::Float(_) => !is_flag,
+        Value::Array(values) => {
+            let plain = |value: &Value| {
+                matches!(
+                    value,
+                    Value::String(_) | Value::Integer(_) | Value::Float(_)
+                )
+            };
+            !is_flag && values.iter().all(plain)
+        }
+        Value::Table(_) | Value::Datetime(_) => false,
+    };
+    let expected = if is_flag {
+        "true or false"
+    } else {
+        "a number, a string or a list of them"
+    };
+    (!fits).then(|| format!("`{value}`; expected {expected}"))
+}
+
+/// What the stages seen so far read and write.
+#[derive(Default)]
+struct Checked {
+    made: Vec<(PathBuf, Place)>,
+    read: Vec<PathBuf>,
+}
+
+impl Checked {
+    /// Checks the files of the next stage; returns those it writes.
+    fn take(
+        &mut self,
+        scene: &Scene,
+        draft: &Draft,
+        command: &Command,
+        faults: &mut Faults,
+    ) -> Vec<PathBuf> {
+        let head = draft.section.head();
+        let files = match command.files() {
+            Ok(files) => files,
+            Err(error) => {
+                faults.error(&head, &error);
+                return Vec::new();
+            }
+        };
+        for input in &files.reads {
+            if self.makes(input) {
+                continue;
+            }
+            if !input.exists() {
+                faults.data(
+                    &place_of(scene, draft, input),
+                    format!("{} does not exist", input.display()),
+                );
+            }
+            self.read.push(input.clone());
+        }
+        if let Err(error) = self.beside_made(&files).check(&[&scene.output]) {
+            faults.error(&head, &error);
+        }
+        let outputs: Vec<PathBuf> = files.writes.into_iter().map(|output| output.path).collect();
+        for output in &outputs {
+            let twice = self.made.iter().find(|(path, _)| path == output);
+            if let Some((path, first)) = twice {
+                let says = format!(
+                    "{} is written by line {} already; choose another name",
+                    path.display(),
+                    first.line
+                );
+                faults.data(&head, says);
+            }
+            self.made.push((output.clone(), head.clone()));
+        }
+        outputs
+    }
+
+    /// Whether an earlier stage writes `path`, or the folder it lies in.
+    fn makes(&self, path: &Path) -> bool {
+        self.made.iter().any(|(made, _)| path.starts_with(made))
+    }
+
+    /// The files of a stage without those that earlier stages make.
+    fn beside_made(&self, files: &Files) -> Files {
+        let mut files = files.clone();
+        files.reads.retain(|input| !self.makes(input));
+        files
+    }
+
+    /// Refuses a scene of which one stage would write over what another reads.
+    fn check_inputs_are_kept(&self, faults: &mut Faults) {
+        for (output, place) in &self.made {
+            if self.read.contains(output) {
+                faults.data(
+                    place,
+                    format!(
+                        "{} would be written, but is an input of the scene",
+                        output.display()
+                    ),
+                );
+            }
+        }
+    }
+}
+
+/// The key of the scene that names an input, as far as it can be told.
+fn place_of(scene: &Scene, draft: &Draft, input: &Path) -> Place {
+    let names = |key: &&Key| match &key.value {
+        Value::String(path) => input.starts_with(path),
+        Value::Array(paths) => paths
+            .iter()
+            .any(|path| path.as_str().is_some_and(|path| input == Path::new(path))),
+        _ => false,
+    };
+    if let Some(key) = draft.section.keys.iter().find(names) {
+        return draft.section.place(key);
+    }
+    match scene
+        .document
+        .keys
+        .iter()
+        .filter(|key| key.name != "output")
+        .find(names)
+    {
+        Some(key) => Place::new(key.line, &key.name),
+        None => draft.section.head(),
+    }
+}
