@@ -1,12 +1,14 @@
 //! The whole chain as a user runs it: a scene, its record, its bytes, and what happens to files
 //! that are cut, mixed up or in the way.
 
-use std::collections::BTreeMap;
+mod program;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
+use program::{copy_of, files, refuse, succeed, write_obj};
 use tempfile::TempDir;
 
 const SCENE: &str = r#"
@@ -34,40 +36,9 @@ frames = 2
 size = "64x48"
 "#;
 
-fn mesotex(folder: &Path, words: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_mesotex"));
-    command.args(words).current_dir(folder).output().unwrap()
-}
-
-fn succeed(folder: &Path, words: &[&str]) -> String {
-    let output = mesotex(folder, words);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{words:?} failed:\n{error}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn refuse(folder: &Path, words: &[&str], code: i32) -> String {
-    let output = mesotex(folder, words);
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{words:?}: {error}");
-    assert!(!error.contains("panicked"), "{error}");
-    error
-}
-
 fn new_scene(threads: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let mesh = mesotex::mesh::builtin::kettlebell(2000);
-    let vertices: String = mesh
-        .positions
-        .iter()
-        .map(|p| format!("v {} {} {}\n", p.x, p.y, p.z))
-        .collect();
-    let faces: String = mesh
-        .triangles
-        .iter()
-        .map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1))
-        .collect();
-    fs::write(folder.path().join("kettlebell.obj"), vertices + &faces).unwrap();
+    write_obj(&folder.path().join("kettlebell.obj"), 2000);
     let scene = SCENE.replace("kettlebell.ply", "kettlebell.obj");
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     succeed(folder.path(), &["run", "scene.toml", "--threads", threads]);
@@ -78,34 +49,6 @@ fn new_scene(threads: &str) -> TempDir {
 fn finished() -> &'static Path {
     static FINISHED: OnceLock<TempDir> = OnceLock::new();
     FINISHED.get_or_init(|| new_scene("2")).path()
-}
-
-fn copy_of(folder: &Path) -> TempDir {
-    let copy = tempfile::tempdir().unwrap();
-    for (path, bytes) in files(folder) {
-        let target = copy.path().join(path);
-        fs::create_dir_all(target.parent().unwrap()).unwrap();
-        fs::write(target, bytes).unwrap();
-    }
-    copy
-}
-
-/// Every file below a folder, by its relative path.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(at) = folders.pop() {
-        for entry in fs::read_dir(at).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(folder).unwrap().to_path_buf();
-                found.insert(name, fs::read(path).unwrap());
-            }
-        }
-    }
-    found
 }
 
 #[test]
@@ -131,7 +74,10 @@ fn a_scene_runs_again_only_what_changed() {
     )
     .unwrap();
     let plan = succeed(folder.path(), &["run", "scene.toml", "--dry-run"]);
-    assert!(plan.contains("would run: mesotex render"), "{plan}");
+    assert!(
+        plan.contains("# render frames: would run\nmesotex render"),
+        "{plan}"
+    );
     assert_eq!(plan.matches("skipped").count(), 6, "{plan}");
     fs::write(
         folder.path().join("scene.toml"),
