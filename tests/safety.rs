@@ -236,7 +236,7 @@ fn decorated() -> TempDir {
 fn frames_and_overviews_replace_only_frames_and_overviews() {
     let root = decorated();
     let render = ["render", "x.sample", "k.map.ply", "--size", "32x24", "-o"];
-    let into = |folder: &str| [&render[..], &[folder]].concat();
+    let photos = [&render[..], &["photos"]].concat();
     for (name, says) in [
         ("contact.png", "no picture of this program"),
         ("frame.0001.png", "no picture of this program"),
@@ -245,15 +245,15 @@ fn frames_and_overviews_replace_only_frames_and_overviews() {
         let folder = root.path().join("photos");
         fs::create_dir(&folder).unwrap();
         fs::write(folder.join(name), "a photograph").unwrap();
-        let error = refuse_unchanged(root.path(), &into("photos"));
+        let error = refuse_unchanged(root.path(), &photos);
         assert!(error.contains(says), "{name}: {error}");
         fs::remove_dir_all(&folder).unwrap();
     }
     // Beside other files, frames are welcome; and they replace each other.
     fs::create_dir(root.path().join("photos")).unwrap();
     fs::write(root.path().join("photos/coast.jpg"), "a photograph").unwrap();
-    succeed(root.path(), &into("photos"));
-    succeed(root.path(), &into("photos"));
+    succeed(root.path(), &photos);
+    succeed(root.path(), &photos);
     assert_eq!(
         fs::read(root.path().join("photos/coast.jpg")).unwrap(),
         b"a photograph"

@@ -24,6 +24,7 @@ use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::atomic::leftovers;
 use crate::format::lock::OutputLock;
 
 /// Run a whole scene, stage by stage; stages whose inputs and options did not change are skipped.
@@ -69,6 +70,7 @@ impl Arguments {
         }
         fs::create_dir_all(&scene.output).map_err(Error::io(&scene.output, "create"))?;
         let _lock = OutputLock::acquire(&scene.output.join("scene"))?;
+        leftovers::remove(&scene.output, &[]);
         let record = open()?;
         if record.is_damaged {
             session

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::format::atomic::standing::Standing;
-use crate::format::atomic::{PARTIAL, hidden_name, parent};
+use crate::format::atomic::{PARTIAL, hidden_name, leftovers, parent};
 
 const REPLACED: &str = ".replaced";
 
@@ -42,7 +42,9 @@ impl FolderInProgress {
 
     /// The folder an interrupted run left behind, or an empty one; kept when dropped unfinished.
     pub fn resumable(target: &Path, objection: Objection) -> Result<Self> {
-        Self::at(target, objection, true)?.make()
+        let folder = Self::at(target, objection, true)?.make()?;
+        leftovers::remove(&folder.partial, &[]);
+        Ok(folder)
     }
 
     fn at(target: &Path, objection: Objection, keep_partial: bool) -> Result<Self> {
