@@ -101,5 +101,5 @@ fn texton_centres(bencher: divan::Bencher<'_, '_>, tileable: bool) {
 #[divan::bench(sample_count = 5)]
 fn texton_dot_products(bencher: divan::Bencher<'_, '_>) {
     let vectors = Array2::from_elem((TEXTONS, PLANES * 48), 0.5_f32);
-    bencher.bench(|| dot_products(&vectors));
+    bencher.bench(|| dot_products(&vectors).unwrap());
 }

@@ -68,7 +68,9 @@ fn baked(material: &Material, options: &BakeOptions) -> (tempfile::TempDir, Samp
 }
 
 fn mean(sample: &Sample, view: usize, light: usize) -> f64 {
-    let image = sample.image(view * sample.description().lights.len() + light);
+    let image = sample
+        .image(view * sample.description().lights.len() + light)
+        .unwrap();
     let sum: f64 = (0..image.len()).map(|i| f64::from(image.get(i))).sum();
     sum / image.len() as f64
 }
@@ -96,7 +98,7 @@ fn a_flat_lambertian_plane_is_albedo_cosine_over_pi() {
             let cos = sample.description().lights[light].cos_theta();
             for (channel, albedo) in [0.8, 0.5, 0.1].into_iter().enumerate() {
                 let wanted = albedo * cos / PI;
-                let found = f64::from(sample.image(image).get(3 * 17 + channel));
+                let found = f64::from(sample.image(image).unwrap().get(3 * 17 + channel));
                 assert!(
                     (found - wanted).abs() <= tolerance * wanted,
                     "{found} {wanted}"
@@ -124,7 +126,7 @@ fn a_sphere_cap_casts_the_shadow_of_a_sphere() {
         let (sin, cos) = elevation.to_radians().sin_cos();
         // The ray that touches the sphere meets the plane this far from its middle.
         let wanted = (radius - (radius - cap) * cos) / sin;
-        let image = sample.image(light);
+        let image = sample.image(light).unwrap();
         let dark = |col: u32| image.get(((48 * SIDE + col) * 3) as usize) == 0.0;
         let tip = (0..48).find(|&col| dark(col)).unwrap();
         let found = centre - f64::from(tip);
@@ -150,8 +152,9 @@ fn what_stands_above_the_mean_plane_moves_with_the_view() {
         .collect();
     let (_folder, sample) = baked(&material, &options("rings:45:1", "rings:0:1"));
     // Seen from +x at 45° (tan = 1): z = 2 is met two texels further towards the viewer.
-    let value =
-        |col: u32| sample.image(0).get((5 * SIDE + col) as usize * 3) * std::f32::consts::PI;
+    let value = |col: u32| {
+        sample.image(0).unwrap().get((5 * SIDE + col) as usize * 3) * std::f32::consts::PI
+    };
     for (col, wanted) in [(10, color(12)), (20, color(22)), (45, color(43))] {
         assert!(
             (value(col) - wanted).abs() < 1e-5,
@@ -283,7 +286,7 @@ fn soft_shadows_have_a_penumbra_and_keep_the_irradiance() {
             ..options("rings:0:1", "rings:45:1:180")
         };
         let (_folder, sample) = baked(&material, &soft);
-        let value = |col: u32| sample.image(0).get((16 * SIDE + col) as usize * 3);
+        let value = |col: u32| sample.image(0).unwrap().get((16 * SIDE + col) as usize * 3);
         let lit = 45_f32.to_radians().cos() / std::f32::consts::PI;
         assert!((value(28) - lit).abs() < 0.01 * lit, "{}", value(28));
         (12..28)

@@ -52,7 +52,9 @@ fn a_capture_keeps_its_sides_and_its_values() {
     );
     let sample = mesotex::btf::sample::Sample::open(&folder.path().join("x.sample")).unwrap();
     assert_eq!((sample.grid().width, sample.grid().height), (8, 6));
-    let value = |image: usize, row: usize, col: usize| sample.image(image).get((row * 8 + col) * 3);
+    let value = |image: usize, row: usize, col: usize| {
+        sample.image(image).unwrap().get((row * 8 + col) * 3)
+    };
     let white = std::f32::consts::FRAC_1_PI;
     // Lit from the right: the last column is white, the first black. Lit from above: the top row.
     assert!((value(0, 3, 7) - white).abs() < 1e-6 && value(0, 3, 0) == 0.0);

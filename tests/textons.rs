@@ -175,7 +175,7 @@ fn appearance_vectors(sample: &Sample, vocabulary: &Vocabulary) -> Array2<f64> {
     let mut vectors = Array2::zeros((grid.len(), vocabulary.representatives.len() * 3 * 48));
     for (at, &image) in vocabulary.representatives.iter().enumerate() {
         let mut numbers = vec![0.0; 3 * grid.len()];
-        sample.image(image as usize).copy_to(&mut numbers);
+        sample.image(image as usize).unwrap().copy_to(&mut numbers);
         for channel in 0..3 {
             let plane: Vec<f32> = numbers.iter().skip(channel).step_by(3).copied().collect();
             for texel in 0..grid.len() as i64 {

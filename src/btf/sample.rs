@@ -1,9 +1,10 @@
 //! A BTF sample on disk, `NAME.sample/`: `btf.json` describes, `radiance.npy` holds one image per
-//! (view, light) pair, mapped so that a sample larger than memory is read in slices.
+//! (view, light) pair, read in parts so that a sample larger than memory can be worked on.
 //!
 //! Values are linear Rec. 709 radiance for a directional light of unit irradiance at normal
 //! incidence (a white Lambertian plane has cos θ/π).
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use half::f16;
@@ -15,7 +16,7 @@ use crate::btf::direction::Direction;
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::is_set_aside;
 use crate::format::id::ContentId;
-use crate::format::npy::Mapped;
+use crate::format::npy::{ArrayFile, Element};
 use crate::format::{json, npy};
 use crate::grid::TexelGrid;
 
@@ -219,20 +220,28 @@ impl Description {
 
 #[derive(Debug)]
 enum Radiance {
-    F2(Mapped<f16>),
-    F4(Mapped<f32>),
+    F2(ArrayFile<f16>),
+    F4(ArrayFile<f32>),
 }
 
-/// The numbers of one image, as they are stored: row-major (height, width, RGB).
-#[derive(Clone, Copy, Debug)]
-pub enum Pixels<'a> {
+/// The numbers of one image or a part of it, as they are stored: row-major (height, width, RGB).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pixels {
     /// 16-bit floats.
-    F2(&'a [f16]),
+    F2(Vec<f16>),
     /// 32-bit floats.
-    F4(&'a [f32]),
+    F4(Vec<f32>),
 }
 
-impl Pixels<'_> {
+impl Pixels {
+    /// None yet, of a number type.
+    pub fn of_type(dtype: DType) -> Self {
+        match dtype {
+            DType::F2 => Self::F2(Vec::new()),
+            DType::F4 => Self::F4(Vec::new()),
+        }
+    }
+
     /// How many numbers.
     pub fn len(&self) -> usize {
         match self {
@@ -264,7 +273,7 @@ impl Pixels<'_> {
     }
 }
 
-/// A sample open for reading; its images stay on disk until touched.
+/// A sample open for reading; its images stay on disk until they are asked for.
 #[derive(Debug)]
 pub struct Sample {
     path: PathBuf,
@@ -299,8 +308,8 @@ impl Sample {
                 .in_file(&radiance_path));
         }
         let radiance = match description.dtype {
-            DType::F2 => Radiance::F2(Mapped::open(&radiance_path)?),
-            DType::F4 => Radiance::F4(Mapped::open(&radiance_path)?),
+            DType::F2 => Radiance::F2(ArrayFile::open(&radiance_path)?),
+            DType::F4 => Radiance::F4(ArrayFile::open(&radiance_path)?),
         };
         Ok(Self {
             path: path.to_path_buf(),
@@ -334,29 +343,30 @@ impl Sample {
         &self.description.id
     }
 
-    /// All numbers, image after image.
-    pub fn pixels(&self) -> Pixels<'_> {
-        match &self.radiance {
-            Radiance::F2(map) => Pixels::F2(map.as_slice()),
-            Radiance::F4(map) => Pixels::F4(map.as_slice()),
-        }
-    }
-
     /// The numbers of one image, row-major (height, width, RGB).
-    pub fn image(&self, image: usize) -> Pixels<'_> {
-        let length = self.grid().len() * self.description.channels as usize;
-        let range = image * length..(image + 1) * length;
-        match &self.radiance {
-            Radiance::F2(map) => Pixels::F2(&map.as_slice()[range]),
-            Radiance::F4(map) => Pixels::F4(&map.as_slice()[range]),
-        }
+    pub fn image(&self, image: usize) -> Result<Pixels> {
+        let mut pixels = Pixels::of_type(self.description.dtype);
+        self.read_texels(image, 0..self.grid().len(), &mut pixels)?;
+        Ok(pixels)
     }
 
-    /// Lets the system take back the memory of images read so far.
-    pub fn release(&self) {
-        match &self.radiance {
-            Radiance::F2(map) => map.release(),
-            Radiance::F4(map) => map.release(),
+    /// The numbers of some texels of an image, row-major, in place of what `pixels` held.
+    pub fn read_texels(
+        &self,
+        image: usize,
+        texels: Range<usize>,
+        pixels: &mut Pixels,
+    ) -> Result<()> {
+        let channels = self.description.channels as usize;
+        let first = (image * self.grid().len() + texels.start) * channels;
+        let count = texels.len() * channels;
+        match (&self.radiance, &mut *pixels) {
+            (Radiance::F2(file), Pixels::F2(numbers)) => fill(file, first, count, numbers),
+            (Radiance::F4(file), Pixels::F4(numbers)) => fill(file, first, count, numbers),
+            (Radiance::F2(_) | Radiance::F4(_), _) => {
+                *pixels = Pixels::of_type(self.description.dtype);
+                self.read_texels(image, texels, pixels)
+            }
         }
     }
 
@@ -381,4 +391,15 @@ impl Sample {
         .expected("finite and not negative")
         .in_file(&self.path.join(RADIANCE)))
     }
+}
+
+/// Reads `count` numbers from number `first` on.
+fn fill<T: Element>(
+    file: &ArrayFile<T>,
+    first: usize,
+    count: usize,
+    numbers: &mut Vec<T>,
+) -> Result<()> {
+    numbers.resize(count, T::zeroed());
+    file.read(first, numbers)
 }

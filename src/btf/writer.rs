@@ -10,7 +10,7 @@ use half::slice::HalfFloatSliceExt;
 use crate::btf::sample::{DESCRIPTION, DType, Description, FORMAT, RADIANCE};
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::FolderInProgress;
-use crate::format::id::ContentId;
+use crate::format::id::{ContentId, hash_file};
 use crate::format::{json, npy};
 
 /// In an unfinished folder: the description of what is being written there.
@@ -81,7 +81,7 @@ impl SampleWriter {
             .map_err(io("write"))?;
         file.set_len(header + images * image).map_err(io("write"))?;
         let mut writer = Self::over(target, folder, description, file);
-        writer.hasher.update_mmap_rayon(&path).map_err(io("read"))?;
+        hash_file(&mut writer.hasher, &path)?;
         writer.images_written = images as usize;
         Ok(writer)
     }
@@ -279,7 +279,7 @@ mod tests {
             let written = writer.finish().unwrap();
             let sample = Sample::open(&target).unwrap();
             assert_eq!(sample.description(), &written);
-            assert_eq!(sample.image(1).get(17), 0.5);
+            assert_eq!(sample.image(1).unwrap().get(17), 0.5);
             assert_eq!(
                 ContentId::of_file(&target.join(RADIANCE)).unwrap(),
                 written.id
@@ -307,7 +307,7 @@ mod tests {
         assert_eq!(second.images_written(), 1);
         second.push(&images[1]).unwrap();
         assert_eq!(second.finish().unwrap(), wanted);
-        assert_eq!(Sample::open(&target).unwrap().image(1).get(3), 0.5);
+        assert_eq!(Sample::open(&target).unwrap().image(1).unwrap().get(3), 0.5);
         // Another description starts anew; discarding leaves nothing.
         drop(SampleWriter::resume(&target, description(DType::F4)).unwrap());
         let other = SampleWriter::resume(&target, description(DType::F2)).unwrap();

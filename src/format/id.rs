@@ -1,11 +1,16 @@
 //! Ids: the first 128 bits of a BLAKE3 hash, as 32 hex digits.
 
 use std::fmt;
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+
+/// Bytes of a file that are hashed at once.
+const HASHED: usize = 4 << 20;
 
 /// The id of a file or of an array's content.
 #[derive(Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -25,12 +30,10 @@ impl ContentId {
         Self::of_hash(&blake3::Hasher::new().update_rayon(bytes).finalize())
     }
 
-    /// The id of a file's bytes, read mapped and in parallel.
+    /// The id of a file's bytes.
     pub fn of_file(path: &Path) -> Result<Self> {
         let mut hasher = blake3::Hasher::new();
-        hasher
-            .update_mmap_rayon(path)
-            .map_err(Error::io(path, "read"))?;
+        hash_file(&mut hasher, path)?;
         Ok(Self::of_hash(&hasher.finalize()))
     }
 
@@ -74,6 +77,39 @@ impl From<ContentId> for String {
     }
 }
 
+/// Adds a file's bytes to a hash: one part is hashed on all threads while the next is read.
+///
+/// A file that is shorter at the end than it was at the start is refused.
+pub fn hash_file(hasher: &mut blake3::Hasher, path: &Path) -> Result<()> {
+    let mut file = File::open(path).map_err(Error::io(path, "read"))?;
+    let length = file.metadata().map_err(Error::io(path, "read"))?.len();
+    let part = length.saturating_add(1).clamp(1 << 16, HASHED as u64) as usize;
+    let (mut held, mut next) = (Vec::with_capacity(part), Vec::new());
+    let mut read = |bytes: &mut Vec<u8>| {
+        bytes.clear();
+        (&mut file).take(part as u64).read_to_end(bytes)
+    };
+    let mut total = read(&mut held).map_err(Error::io(path, "read"))? as u64;
+    while held.len() == part {
+        let (count, ()) = rayon::join(
+            || read(&mut next),
+            || {
+                hasher.update_rayon(&held);
+            },
+        );
+        total += count.map_err(Error::io(path, "read"))? as u64;
+        std::mem::swap(&mut held, &mut next);
+    }
+    hasher.update_rayon(&held);
+    if total < length {
+        return Err(Error::data("length", format!("{total} bytes"))
+            .expected(format!("{length}, as it was when it was opened"))
+            .advice("the file shrank while it was read; make it again")
+            .in_file(path));
+    }
+    Ok(())
+}
+
 /// Refuses `found` when it is not the id that `wanted` asks for, unless `force`.
 ///
 /// `place` says where `found` stands, as `sample id`.
@@ -89,6 +125,26 @@ pub fn check_same(place: &str, found: &ContentId, wanted: &ContentId, force: boo
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn files_of_every_length_are_hashed_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        for length in [
+            0,
+            1,
+            HASHED - 1,
+            HASHED,
+            HASHED + 1,
+            2 * HASHED,
+            2 * HASHED + 5,
+        ] {
+            let bytes: Vec<u8> = (0..length).map(|at| (at % 251) as u8).collect();
+            std::fs::write(&path, &bytes).unwrap();
+            let id = ContentId::of_file(&path).unwrap();
+            assert_eq!(id, ContentId::of_bytes(&bytes), "{length}");
+        }
+    }
 
     #[test]
     fn ids_round_trip_as_text() {

@@ -9,6 +9,7 @@ use serde::de::DeserializeOwned;
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
+use crate::format::guard::guarded;
 
 /// The largest description read, in bytes; a real one is a few kilobytes.
 const LIMIT: u64 = 64 << 20;
@@ -22,7 +23,7 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
             .in_file(path));
     }
     let text = fs::read(path).map_err(Error::io(path, "read"))?;
-    parse(&text).map_err(|error| error.in_file(path))
+    guarded(path, || parse(&text))
 }
 
 /// Parses JSON bytes; a fault names line and column.

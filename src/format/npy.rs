@@ -1,18 +1,18 @@
 //! `.npy` arrays, as `numpy.load` opens them: C order, little endian, checked against the file's
-//! length before anything is allocated. Big arrays are mapped ([`Mapped`]).
+//! length before anything is allocated. Big arrays are read in parts ([`ArrayFile`]).
 
-use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::marker::PhantomData;
 use std::path::Path;
 
 use bytemuck::Pod;
-use memmap2::Mmap;
 use ndarray::{ArrayD, ArrayViewD, IxDyn};
 use npyz::{DType, NpyHeader, Order, WriterBuilder};
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
+use crate::format::guard::guarded;
+use crate::format::positioned::PositionedFile;
 
 /// A number type that arrays of this project hold.
 pub trait Element: Pod + npyz::AutoSerialize + Send + Sync {
@@ -132,7 +132,7 @@ pub fn decode<T: Element>(bytes: &[u8]) -> Result<ArrayD<T>> {
 /// Reads a whole array file.
 pub fn read<T: Element>(path: &Path) -> Result<ArrayD<T>> {
     let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
-    decode(&bytes).map_err(|error| error.in_file(path))
+    guarded(path, || decode(&bytes))
 }
 
 /// Writes the header of an array of `T` with these sides.
@@ -164,44 +164,34 @@ pub fn write<T: Element>(path: &Path, array: ArrayViewD<'_, T>) -> Result<()> {
 
 /// Reads the header of a file without its numbers.
 pub fn read_header(path: &Path) -> Result<Header> {
-    let file = File::open(path).map_err(Error::io(path, "read"))?;
-    let length = file.metadata().map_err(Error::io(path, "read"))?.len();
-    let mut start = Vec::new();
-    file.take(1 << 16)
-        .read_to_end(&mut start)
-        .map_err(Error::io(path, "read"))?;
-    parse_header(&start, length).map_err(|error| error.in_file(path))
+    header_of(&PositionedFile::open(path)?)
 }
 
-/// An array file mapped into memory: pages are read when touched.
+/// Bytes read to find a header.
+const HEADER: u64 = 1 << 16;
+
+fn header_of(file: &PositionedFile) -> Result<Header> {
+    let mut start = vec![0; HEADER.min(file.length()) as usize];
+    file.read_at(0, &mut start)?;
+    guarded(file.path(), || parse_header(&start, file.length()))
+}
+
+/// An array file open for reading in parts.
 #[derive(Debug)]
-pub struct Mapped<T> {
-    map: Mmap,
+pub struct ArrayFile<T> {
+    file: PositionedFile,
     header: Header,
     element: PhantomData<T>,
 }
 
-impl<T: Element> Mapped<T> {
-    /// Maps an array file of `T`.
+impl<T: Element> ArrayFile<T> {
+    /// Opens an array file of `T`.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::io(path, "read"))?;
-        #[allow(
-            unsafe_code,
-            reason = "mapping a file is the one way to read it in slices without copies; \
-            a file changed under a running process is outside every reader's promise"
-        )]
-        let map = unsafe { Mmap::map(&file) }.map_err(Error::io(path, "map"))?;
-        let start = &map[..map.len().min(1 << 16)];
-        let header = parse_header(start, map.len() as u64)
-            .and_then(|header| header.expect::<T>().map(|()| header))
-            .map_err(|error| error.in_file(path))?;
-        if header.data_offset % align_of::<T>() != 0 {
-            return Err(Error::data("npy header", "the numbers are not aligned")
-                .expected("a header padded to 64 bytes, as numpy.save writes it")
-                .in_file(path));
-        }
+        let file = PositionedFile::open(path)?;
+        let header = header_of(&file)?;
+        header.expect::<T>().map_err(|error| error.in_file(path))?;
         Ok(Self {
-            map,
+            file,
             header,
             element: PhantomData,
         })
@@ -212,28 +202,11 @@ impl<T: Element> Mapped<T> {
         &self.header.shape
     }
 
-    /// Lets the system take back the memory of pages read so far; they are read again when
-    /// touched. Without it a long pass over a large file counts as resident memory.
-    #[cfg(unix)]
-    pub fn release(&self) {
-        #[allow(
-            unsafe_code,
-            reason = "dropping clean pages of a read-only file mapping changes no byte of it"
-        )]
-        // A system that does not take the advice keeps the pages: nothing to report.
-        let _ = unsafe {
-            self.map
-                .unchecked_advise(memmap2::UncheckedAdvice::DontNeed)
-        };
-    }
-
-    /// Lets the system take back memory, where it offers that.
-    #[cfg(not(unix))]
-    pub fn release(&self) {}
-
-    /// All numbers, in C order.
-    pub fn as_slice(&self) -> &[T] {
-        bytemuck::cast_slice(&self.map[self.header.data_offset..])
+    /// Fills `numbers` from number `first` on, in C order.
+    pub fn read(&self, first: usize, numbers: &mut [T]) -> Result<()> {
+        let at = self.header.data_offset + first * size_of::<T>();
+        self.file
+            .read_at(at as u64, bytemuck::cast_slice_mut(numbers))
     }
 }
 
@@ -249,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn arrays_round_trip_and_map() {
+    fn arrays_round_trip_whole_and_in_parts() {
         let array = Array2::from_shape_fn((3, 5), |(r, c)| (r * 5 + c) as f32);
         let bytes = bytes_of(&array);
         assert_eq!(decode::<f32>(&bytes).unwrap(), array.clone().into_dyn());
@@ -257,9 +230,11 @@ mod tests {
         let path = folder.path().join("a.npy");
         write(&path, array.view().into_dyn()).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), bytes);
-        let mapped = Mapped::<f32>::open(&path).unwrap();
-        assert_eq!(mapped.shape(), [3, 5]);
-        assert_eq!(mapped.as_slice()[7], 7.0);
+        let file = ArrayFile::<f32>::open(&path).unwrap();
+        assert_eq!(file.shape(), [3, 5]);
+        let mut part = [0.0; 2];
+        file.read(7, &mut part).unwrap();
+        assert_eq!(part, [7.0, 8.0]);
     }
 
     #[test]

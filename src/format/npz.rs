@@ -4,10 +4,11 @@
 //! same bytes. Members are read where they lie, mapped. They may be deflated; an archive that expands
 //! beyond what deflate does to real data is refused before it fills the memory.
 
-use std::io::{self, Cursor, Read, Write};
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::{self, BufReader, Read, Write};
+use std::path::Path;
 
-use ndarray::{Array, ArrayView, Dimension};
+use ndarray::{Array, ArrayD, ArrayView, Dimension, IxDyn};
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -16,8 +17,10 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::error::{Error, Result};
 use crate::format::atomic::{self, Sink};
+use crate::format::guard::guarded;
 use crate::format::id::ContentId;
-use crate::format::stored_array::{Bytes, MappedFile, StoredArray};
+use crate::format::positioned::{PIECE, PositionedFile};
+use crate::format::stored_array::{Bytes, StoredArray};
 use crate::format::{json, npy};
 
 const META: &str = "meta.json";
@@ -25,10 +28,12 @@ const META: &str = "meta.json";
 /// Expanded bytes allowed for each byte of the file, beside [`EXPANSION_BASE`].
 const EXPANSION_FACTOR: u64 = 256;
 /// Expanded bytes allowed in any case.
-const EXPANSION_BASE: u64 = 256 << 20;
+const EXPANSION_BASE: u64 = 32 << 20;
+/// The largest `meta.json` read, in bytes; a real one is a few kilobytes.
+const MOST_META: u64 = 16 << 20;
+/// Bytes in which the header of an array is looked for.
+const HEADER: u64 = 1 << 16;
 
-/// Bytes checked by one task.
-const CHECKED: usize = 1 << 20;
 /// Bytes written and hashed at once.
 const WRITTEN: usize = 4 << 20;
 /// Fewer bytes are hashed sooner than another thread wakes up.
@@ -37,34 +42,26 @@ const FEW: usize = 1 << 19;
 /// An archive open for reading.
 #[derive(Debug)]
 pub struct Reader {
-    path: PathBuf,
-    file: MappedFile,
-    archive: ZipArchive<Cursor<MappedFile>>,
+    file: PositionedFile,
+    archive: ZipArchive<BufReader<File>>,
     /// Bytes that may still be expanded.
     allowance: u64,
 }
 
 impl Reader {
-    /// Opens an archive and checks its directory.
+    /// Opens an archive and checks its directory: no name stands in it twice, no two members share bytes.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = MappedFile::open(path)?;
-        let length = file.as_ref().len() as u64;
-        let archive = ZipArchive::new(Cursor::new(file.clone())).map_err(|error| {
-            Error::data("zip directory", error.to_string())
-                .expected("an .npz file")
-                .advice("the file is cut off or is no .npz")
-                .in_file(path)
-        })?;
-        if archive.has_duplicate_names() {
-            return Err(Error::data("zip directory", "a member stands in it twice").in_file(path));
-        }
+        let file = PositionedFile::open(path)?;
+        let opened = file.file().try_clone().map_err(Error::io(path, "read"))?;
+        let archive = guarded(path, || directory(opened))?;
+        let allowance = file
+            .length()
+            .saturating_mul(EXPANSION_FACTOR)
+            .saturating_add(EXPANSION_BASE);
         Ok(Self {
-            path: path.to_path_buf(),
             file,
             archive,
-            allowance: length
-                .saturating_mul(EXPANSION_FACTOR)
-                .saturating_add(EXPANSION_BASE),
+            allowance,
         })
     }
 
@@ -75,94 +72,212 @@ impl Reader {
 
     /// Reads `meta.json`.
     pub fn meta<T: DeserializeOwned>(&mut self) -> Result<T> {
-        let bytes = self.member(META)?;
-        json::parse(bytes.as_ref()).map_err(|error| self.at(META, error))
+        let bytes = match self.member(META)? {
+            Member::Stored(_, length, _) if length > MOST_META => {
+                return Err(self
+                    .fault(META, format!("{length} bytes"))
+                    .expected(format!("at most {MOST_META}")));
+            }
+            Member::Stored(start, length, checksum) => {
+                let mut bytes = vec![0; length as usize];
+                self.read_checked(META, start, &mut bytes, checksum)?;
+                bytes
+            }
+            Member::Expanded(bytes) => bytes,
+        };
+        guarded(self.file.path(), || json::parse(&bytes)).map_err(|error| self.at(META, error))
     }
 
     /// Reads an array of `T` with `D`'s number of sides.
     pub fn array<T: npy::Element, D: Dimension>(&mut self, name: &str) -> Result<Array<T, D>> {
-        let stored = self.stored::<T>(name)?;
-        let array = stored.to_array().map_err(|error| self.at(name, error))?;
+        let array = self.whole::<T>(name)?;
+        let shape = array.shape().to_vec();
         array.into_dimensionality().map_err(|_| {
             let expected = D::NDIM.map_or("another".into(), |n| n.to_string());
-            self.fault(name, format!("shape {:?}", stored.shape()))
+            self.fault(name, format!("shape {shape:?}"))
                 .expected(format!("{expected} sides"))
         })
     }
 
+    /// Reads a whole array, its checksum compared on the way.
+    fn whole<T: npy::Element>(&mut self, name: &str) -> Result<ArrayD<T>> {
+        let file = member_name(name);
+        let (start, length, checksum) = match self.member(&file)? {
+            Member::Stored(start, length, checksum) => (start, length, checksum),
+            Member::Expanded(bytes) => {
+                let read = guarded(self.file.path(), || npy::decode(&bytes));
+                return read.map_err(|error| self.at(name, error));
+            }
+        };
+        let mut head = vec![0; length.min(HEADER) as usize];
+        self.file.read_at(start, &mut head)?;
+        let header = guarded(self.file.path(), || {
+            let header = npy::parse_header(&head, length)?;
+            header.expect::<T>().map(|()| header)
+        });
+        let header = header.map_err(|error| self.at(name, error))?;
+        head.truncate(header.data_offset);
+        let mut numbers = vec![T::zeroed(); header.shape.iter().product()];
+        let bytes = bytemuck::cast_slice_mut(&mut numbers);
+        let found = self.read_hashed(start + head.len() as u64, bytes, crc_of(&head))?;
+        self.compare(&file, found, checksum)?;
+        ArrayD::from_shape_vec(IxDyn(&header.shape), numbers)
+            .map_err(|error| self.fault(name, error.to_string()))
+    }
+
     /// An array of `T` that stays in the file, where that holds it uncompressed.
     pub fn stored<T: npy::Element>(&mut self, name: &str) -> Result<StoredArray<T>> {
-        let bytes = self.member(&member_name(name))?;
-        StoredArray::new(bytes).map_err(|error| self.at(name, error))
+        let file = member_name(name);
+        let bytes = match self.member(&file)? {
+            Member::Stored(start, length, checksum) => {
+                self.check(&file, start, length, checksum)?;
+                Bytes::InFile(self.file.clone(), start..start + length)
+            }
+            Member::Expanded(bytes) => Bytes::Expanded(bytes),
+        };
+        let array = guarded(self.file.path(), || StoredArray::new(bytes));
+        array.map_err(|error| self.at(name, error))
     }
 
     /// A fault in member `name` of this archive.
     pub fn fault(&self, name: &str, found: impl Into<String>) -> Error {
-        Error::data(name, found).in_file(&self.path)
+        Error::data(name, found).in_file(self.file.path())
     }
 
-    fn at(&self, name: &str, error: Error) -> Error {
+    /// The same fault of data in member `name` of this archive.
+    pub fn at(&self, name: &str, error: Error) -> Error {
         match error {
             Error::Data(mut fault) => {
                 fault.place = format!("{name}: {}", fault.place);
-                Error::Data(fault).in_file(&self.path)
+                Error::Data(fault).in_file(self.file.path())
             }
             other => other,
         }
     }
 
-    /// A member's bytes, their checksum compared.
-    fn member(&mut self, name: &str) -> Result<Bytes> {
-        let Ok(member) = self.archive.by_name(name) else {
-            return Err(self
-                .fault(name, "missing")
-                .expected("a member of this name"));
-        };
-        if let (CompressionMethod::Stored, Some(start)) =
-            (member.compression(), member.data_start())
-        {
-            let (length, checksum) = (member.size(), member.crc32());
-            drop(member);
-            let end = usize::try_from(start.saturating_add(length)).unwrap_or(usize::MAX);
-            let range = start as usize..end;
-            let found = self.file.as_ref().get(range.clone()).map(checksum_of);
-            return match found {
-                Some(found) if found == checksum => Ok(Bytes::InFile(self.file.clone(), range)),
-                Some(_) => Err(self
-                    .fault(name, "its checksum is another")
-                    .advice("the file is damaged; make it again")),
-                None => Err(self.fault(name, "the file ends within it")),
-            };
+    /// Finds a member; a compressed one is expanded.
+    fn member(&mut self, name: &str) -> Result<Member> {
+        let path = self.file.path().to_path_buf();
+        let (archive, length, allowance) = (&mut self.archive, self.file.length(), self.allowance);
+        let member = guarded(&path, || find(archive, name, length, allowance))?;
+        if let Member::Expanded(bytes) = &member {
+            self.allowance -= bytes.len() as u64;
         }
-        let mut bytes = Vec::new();
-        let read = member.take(self.allowance + 1).read_to_end(&mut bytes);
-        read.map_err(|error| self.fault(name, error.to_string()))?;
-        if bytes.len() as u64 > self.allowance {
-            return Err(self
-                .fault(name, "it expands beyond all measure")
-                .expected(format!(
-                    "at most {EXPANSION_FACTOR} bytes a byte of the file"
-                )));
+        Ok(member)
+    }
+
+    /// Compares a stored member's checksum.
+    fn check(&self, name: &str, start: u64, length: u64, checksum: u32) -> Result<()> {
+        let pieces = length.div_ceil(PIECE as u64);
+        let parts: Vec<_> = (0..pieces)
+            .into_par_iter()
+            .map_init(Vec::new, |bytes: &mut Vec<u8>, piece| {
+                let at = piece * PIECE as u64;
+                bytes.resize((length - at).min(PIECE as u64) as usize, 0);
+                self.file.read_at(start + at, bytes)?;
+                Ok(crc_of(bytes))
+            })
+            .collect::<Result<_>>()?;
+        let mut whole = crc32fast::Hasher::new();
+        parts.iter().for_each(|part| whole.combine(part));
+        self.compare(name, whole.finalize(), checksum)
+    }
+
+    /// Fills `bytes` from the place `at` of the file, and compares the checksum of all of them.
+    fn read_checked(&self, name: &str, at: u64, bytes: &mut [u8], checksum: u32) -> Result<()> {
+        let found = self.read_hashed(at, bytes, crc32fast::Hasher::new())?;
+        self.compare(name, found, checksum)
+    }
+
+    /// Fills `bytes` from the place `at` of the file, on all threads; the checksum of what was `before`
+    /// and of them.
+    fn read_hashed(&self, at: u64, bytes: &mut [u8], before: crc32fast::Hasher) -> Result<u32> {
+        let parts: Vec<_> = bytes
+            .par_chunks_mut(PIECE)
+            .enumerate()
+            .map(|(piece, bytes)| {
+                self.file.read_at(at + (piece * PIECE) as u64, bytes)?;
+                Ok(crc_of(bytes))
+            })
+            .collect::<Result<_>>()?;
+        let mut whole = before;
+        parts.iter().for_each(|part| whole.combine(part));
+        Ok(whole.finalize())
+    }
+
+    fn compare(&self, name: &str, found: u32, checksum: u32) -> Result<()> {
+        if found == checksum {
+            return Ok(());
         }
-        self.allowance -= bytes.len() as u64;
-        Ok(Bytes::Expanded(bytes))
+        Err(self
+            .fault(name, "its checksum is another")
+            .advice("the file is damaged; make it again"))
     }
 }
 
-/// The CRC-32 of a member, its parts summed on all threads.
-fn checksum_of(bytes: &[u8]) -> u32 {
-    if bytes.len() <= CHECKED {
-        return crc32fast::hash(bytes);
-    }
-    let hash = |part: &[u8]| {
-        let mut hasher = crc32fast::Hasher::new();
-        hasher.update(part);
-        hasher
+/// The bytes of a member, or where they are.
+enum Member {
+    /// In the file: first byte, length, CRC-32.
+    Stored(u64, u64, u32),
+    /// Expanded in memory, its checksum compared.
+    Expanded(Vec<u8>),
+}
+
+/// Reads and checks an archive's directory.
+fn directory(file: File) -> Result<ZipArchive<BufReader<File>>> {
+    let fault = |found: String| {
+        Error::data("zip directory", found)
+            .expected("an .npz file")
+            .advice("the file is cut off or is no .npz")
     };
-    let parts: Vec<_> = bytes.par_chunks(CHECKED).map(hash).collect();
-    let mut whole = crc32fast::Hasher::new();
-    parts.iter().for_each(|part| whole.combine(part));
-    whole.finalize()
+    let mut archive =
+        ZipArchive::new(BufReader::new(file)).map_err(|error| fault(error.to_string()))?;
+    if archive.has_duplicate_names() {
+        return Err(fault("a member stands in it twice".into()));
+    }
+    match archive.has_overlapping_entries() {
+        Ok(false) => Ok(archive),
+        Ok(true) => Err(fault("members that share bytes".into())),
+        Err(error) => Err(fault(error.to_string())),
+    }
+}
+
+/// Finds a member in a file of `file_length` bytes, and expands a compressed one to at most `allowance`
+/// bytes.
+fn find(
+    archive: &mut ZipArchive<BufReader<File>>,
+    name: &str,
+    file_length: u64,
+    allowance: u64,
+) -> Result<Member> {
+    let Ok(member) = archive.by_name(name) else {
+        return Err(Error::data(name, "missing").expected("a member of this name"));
+    };
+    if let (CompressionMethod::Stored, Some(start)) = (member.compression(), member.data_start()) {
+        let (length, checksum) = (member.size(), member.crc32());
+        return match start.checked_add(length) {
+            Some(end) if end <= file_length => Ok(Member::Stored(start, length, checksum)),
+            _ => Err(Error::data(name, "the file ends within it")),
+        };
+    }
+    let mut bytes = Vec::new();
+    let read = member.take(allowance + 1).read_to_end(&mut bytes);
+    read.map_err(|error| Error::data(name, error.to_string()))?;
+    if bytes.len() as u64 > allowance {
+        return Err(
+            Error::data(name, "it expands beyond all measure").expected(format!(
+                "at most {EXPANSION_FACTOR} bytes per byte of the file"
+            )),
+        );
+    }
+    Ok(Member::Expanded(bytes))
+}
+
+/// A CRC-32 under way.
+fn crc_of(bytes: &[u8]) -> crc32fast::Hasher {
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(bytes);
+    hasher
 }
 
 fn member_name(array: &str) -> String {

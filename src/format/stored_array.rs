@@ -1,56 +1,44 @@
-//! An array that stays in the file it came from, mapped: no copy of it is made, and its pages are
-//! the system's to take back. Its numbers need not be aligned, as they are not in archives.
+//! An array that stays in the file it came from, read in parts: no copy of the whole is made. It may
+//! lie anywhere in the file, as arrays do in archives.
 
-use std::fs::File;
 use std::marker::PhantomData;
 use std::ops::Range;
-use std::path::Path;
-use std::sync::Arc;
 
-use memmap2::Mmap;
 use ndarray::{ArrayD, IxDyn};
+use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::format::npy::{Element, parse_header};
+use crate::format::positioned::{PIECE, PositionedFile};
 
-/// A file's bytes, mapped.
-#[derive(Clone, Debug)]
-pub struct MappedFile(Arc<Mmap>);
-
-impl MappedFile {
-    /// Maps a file.
-    pub fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::io(path, "read"))?;
-        #[allow(
-            unsafe_code,
-            reason = "mapping a file is the one way to read it in slices without copies; \
-            a file changed under a running process is outside every reader's promise"
-        )]
-        let map = unsafe { Mmap::map(&file) }.map_err(Error::io(path, "map"))?;
-        Ok(Self(Arc::new(map)))
-    }
-}
-
-impl AsRef<[u8]> for MappedFile {
-    fn as_ref(&self) -> &[u8] {
-        &self.0
-    }
-}
+/// Bytes in which a header is looked for.
+const HEADER: u64 = 1 << 16;
 
 /// Where an array's bytes are.
 #[derive(Clone, Debug)]
 pub enum Bytes {
-    /// A part of a file, which has it all.
-    InFile(MappedFile, Range<usize>),
+    /// A part of a file, which had it all when it was opened.
+    InFile(PositionedFile, Range<u64>),
     /// Expanded in memory.
     Expanded(Vec<u8>),
 }
 
-impl AsRef<[u8]> for Bytes {
-    fn as_ref(&self) -> &[u8] {
+impl Bytes {
+    fn len(&self) -> u64 {
         match self {
-            Self::InFile(file, range) => &file.as_ref()[range.clone()],
-            Self::Expanded(bytes) => bytes,
+            Self::InFile(_, range) => range.end - range.start,
+            Self::Expanded(bytes) => bytes.len() as u64,
+        }
+    }
+
+    /// Fills `out` from byte `at` on.
+    fn read(&self, at: u64, out: &mut [u8]) -> Result<()> {
+        match self {
+            Self::InFile(file, range) => file.read_at(range.start + at, out),
+            Self::Expanded(bytes) => {
+                out.copy_from_slice(&bytes[at as usize..][..out.len()]);
+                Ok(())
+            }
         }
     }
 }
@@ -67,7 +55,9 @@ pub struct StoredArray<T> {
 impl<T: Element> StoredArray<T> {
     /// The array in `bytes`, a whole `.npy` file.
     pub fn new(bytes: Bytes) -> Result<Self> {
-        let header = parse_header(bytes.as_ref(), bytes.as_ref().len() as u64)?;
+        let mut start = vec![0; HEADER.min(bytes.len()) as usize];
+        bytes.read(0, &mut start)?;
+        let header = parse_header(&start, bytes.len())?;
         header.expect::<T>()?;
         Ok(Self {
             bytes,
@@ -92,17 +82,21 @@ impl<T: Element> StoredArray<T> {
         self.len() == 0
     }
 
-    /// Some of its numbers, in C order.
-    pub fn numbers(&self, range: Range<usize>) -> impl ExactSizeIterator<Item = T> + '_ {
-        let bytes = &self.bytes.as_ref()[self.data_offset..];
-        let bytes = &bytes[range.start * size_of::<T>()..range.end * size_of::<T>()];
-        let numbers = bytes.chunks_exact(size_of::<T>());
-        numbers.map(bytemuck::pod_read_unaligned)
+    /// Fills `numbers` from number `first` on, in C order.
+    pub fn read(&self, first: usize, numbers: &mut [T]) -> Result<()> {
+        let at = self.data_offset + first * size_of::<T>();
+        self.bytes
+            .read(at as u64, bytemuck::cast_slice_mut(numbers))
     }
 
     /// A copy in memory.
     pub fn to_array(&self) -> Result<ArrayD<T>> {
-        let numbers = bytemuck::pod_collect_to_vec(&self.bytes.as_ref()[self.data_offset..]);
+        let mut numbers = vec![T::zeroed(); self.len()];
+        let each = PIECE / size_of::<T>();
+        numbers
+            .par_chunks_mut(each)
+            .enumerate()
+            .try_for_each(|(piece, numbers)| self.read(piece * each, numbers))?;
         ArrayD::from_shape_vec(IxDyn(&self.shape), numbers)
             .map_err(|error| Error::data("shape", error.to_string()))
     }
@@ -123,11 +117,13 @@ mod tests {
             let mut bytes = vec![7; padding];
             npy::encode(&mut bytes, array.view().into_dyn()).unwrap();
             std::fs::write(&path, &bytes).unwrap();
-            let file = MappedFile::open(&path).unwrap();
-            let part = Bytes::InFile(file, padding..bytes.len());
+            let file = PositionedFile::open(&path).unwrap();
+            let part = Bytes::InFile(file, padding as u64..bytes.len() as u64);
             let stored = StoredArray::<f32>::new(part).unwrap();
             assert_eq!((stored.shape(), stored.len()), (&[3, 4][..], 12));
-            assert_eq!(stored.numbers(5..8).collect::<Vec<_>>(), [5.0, 6.0, 7.0]);
+            let mut numbers = [0.0; 3];
+            stored.read(5, &mut numbers).unwrap();
+            assert_eq!(numbers, [5.0, 6.0, 7.0]);
             assert_eq!(stored.to_array().unwrap(), array.clone().into_dyn());
         }
         let other = Bytes::Expanded(std::fs::read(&path).unwrap()[3..].to_vec());

@@ -3,33 +3,41 @@
 //!
 //! In: a sample, the images to keep, in the order wanted. Out: per pyramid level an array
 //! [H, W, images, RGB] in the sample's number type. Level l + 1 holds 2×2 means of level l. A
-//! table larger than the allowance is built slab by slab in a temporary file and mapped.
+//! table larger than the allowance is built slab by slab in a temporary file.
 
-use std::io::Write;
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 
 use glam::Vec4;
 use half::f16;
 use rayon::prelude::*;
 
-use crate::btf::sample::{Pixels, Sample};
+use crate::btf::sample::{DType, Pixels, Sample};
 use crate::error::{Error, Result};
+<<<<<<< HEAD
 use crate::format::atomic::temporary_beside;
 use crate::format::npy::{self, Mapped};
+=======
+use crate::format::nameless::{Nameless, NamelessWriter};
+use crate::format::npy;
+>>>>>>> c0d6aca (format: files with a name are read in parts, not mapped; archives' members share no bytes)
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::progress::Progress;
 
 /// Texels transposed together: their numbers in one image are a few cache lines.
 const BLOCK: usize = 64;
+/// The most texels of an image read at once.
+const READ: usize = 1024;
+/// Images of which some texels are held while they are transposed.
+const GROUP: usize = 64;
 /// Bytes of the slab that is filled at a time when the table goes to disk.
 const SLAB: usize = 256 << 20;
 
 /// Where a table may live.
 #[derive(Clone, Debug)]
 pub struct Allowance {
-    /// Larger tables are mapped from disk.
+    /// Larger tables lie on disk.
     pub bytes: u64,
     /// Folder of the temporary files.
     pub folder: PathBuf,
@@ -112,15 +120,11 @@ impl Stored for f32 {
     }
 }
 
-/// Numbers in memory or mapped from a temporary file.
+/// Numbers in memory or in a temporary file.
 #[derive(Debug)]
 enum Buffer<T> {
     Owned(Vec<T>),
-    Mapped {
-        numbers: Mapped<T>,
-        /// Removes the file when dropped.
-        _file: tempfile::TempPath,
-    },
+    OnDisk(Nameless<T>),
 }
 
 impl<T: Stored> Deref for Buffer<T> {
@@ -130,7 +134,7 @@ impl<T: Stored> Deref for Buffer<T> {
     fn deref(&self) -> &[T] {
         match self {
             Self::Owned(numbers) => numbers,
-            Self::Mapped { numbers, .. } => numbers.as_slice(),
+            Self::OnDisk(numbers) => numbers.as_slice(),
         }
     }
 }
@@ -186,9 +190,9 @@ impl AnyTable {
             images,
             progress,
         };
-        Ok(match sample.pixels() {
-            Pixels::F2(_) => Self::Half(TexelTable::build(&source, mip, allowance)?),
-            Pixels::F4(_) => Self::Single(TexelTable::build(&source, mip, allowance)?),
+        Ok(match sample.description().dtype {
+            DType::F2 => Self::Half(TexelTable::build(&source, mip, allowance)?),
+            DType::F4 => Self::Single(TexelTable::build(&source, mip, allowance)?),
         })
     }
 
@@ -254,7 +258,7 @@ impl<T: Stored> TexelTable<T> {
     }
 
     fn is_mapped(&self) -> bool {
-        matches!(self.levels[0].numbers, Buffer::Mapped { .. })
+        matches!(self.levels[0].numbers, Buffer::OnDisk(_))
     }
 }
 
@@ -278,15 +282,21 @@ impl<T: Stored> Level<T> {
 }
 
 impl Source<'_> {
-    /// Fills the numbers of the texels from `first` on.
+    /// Fills the numbers of the texels from `first` on, some images at a time.
     fn transpose<T: Stored>(&self, first: usize, out: &mut [T]) -> Result<()> {
         let stride = self.images.len() * 3;
-        for (position, &image) in self.images.iter().enumerate() {
-            let pixels = self.sample.image(image as usize);
-            for (texel, out) in out.chunks_mut(stride).enumerate() {
-                for channel in 0..3 {
-                    let number = T::read(&pixels, (first + texel) * 3 + channel);
-                    out[position * 3 + channel] = number.ok_or_else(|| self.fault())?;
+        let texels = first..first + out.len() / stride;
+        let unread = Pixels::of_type(self.sample.description().dtype);
+        let mut held = vec![unread; GROUP.min(self.images.len())];
+        for (group, images) in self.images.chunks(GROUP).enumerate() {
+            for (&image, pixels) in images.iter().zip(&mut held) {
+                self.sample
+                    .read_texels(image as usize, texels.clone(), pixels)?;
+            }
+            for (block, out) in out.chunks_mut(BLOCK * stride).enumerate() {
+                for (position, pixels) in held[..images.len()].iter().enumerate() {
+                    let at = (group * GROUP + position) * 3;
+                    put(pixels, block * BLOCK, out, stride, at).ok_or_else(|| self.fault())?;
                 }
             }
         }
@@ -298,7 +308,7 @@ impl Source<'_> {
         let images = 0..self.sample.image_count();
         images
             .map(|image| {
-                let pixels = self.sample.image(image);
+                let pixels = self.sample.image(image)?;
                 let mut values = vec![0.0; pixels.len()];
                 pixels.copy_to(&mut values);
                 self.sample.check_image(image, &values)
@@ -308,12 +318,29 @@ impl Source<'_> {
     }
 }
 
+/// Puts an image's texels from `first` on to place `at` of each of `out`, `stride` numbers a texel;
+/// `None` when one is no radiance.
+fn put<T: Stored>(
+    pixels: &Pixels,
+    first: usize,
+    out: &mut [T],
+    stride: usize,
+    at: usize,
+) -> Option<()> {
+    for (texel, out) in out.chunks_mut(stride).enumerate() {
+        for channel in 0..3 {
+            out[at + channel] = T::read(pixels, (first + texel) * 3 + channel)?;
+        }
+    }
+    Some(())
+}
+
 /// Collects a level, in memory or in a temporary file.
 struct LevelWriter<'a, T> {
     grid: TexelGrid,
     stride: usize,
     memory: Vec<T>,
-    file: Option<(tempfile::NamedTempFile, &'a Path)>,
+    file: Option<(NamelessWriter, &'a Path)>,
 }
 
 impl<'a, T: Stored> LevelWriter<'a, T> {
@@ -330,6 +357,7 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
             return Ok(writer);
         }
         let folder = allowance.folder.as_path();
+<<<<<<< HEAD
         let create = || -> std::io::Result<tempfile::NamedTempFile> {
             let mut file = temporary_beside(&folder.join("shading-table.npy"))?;
             let mut header = Vec::new();
@@ -338,12 +366,16 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
             Ok(file)
         };
         let file = create().map_err(Error::io(folder, "write the shading table to"))?;
+=======
+        let file = NamelessWriter::create_in(folder)
+            .map_err(Error::io(folder, "write the shading table to"))?;
+>>>>>>> c0d6aca (format: files with a name are read in parts, not mapped; archives' members share no bytes)
         writer.file = Some((file, folder));
         Ok(writer)
     }
 
     /// Runs of texels to append one after the other.
-    fn slabs(&self) -> Vec<std::ops::Range<usize>> {
+    fn slabs(&self) -> Vec<Range<usize>> {
         let texels = self.grid.len();
         let each = match self.file {
             None => texels,
@@ -358,21 +390,25 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
     /// Appends the texels of a slab; `fill` is called for blocks of them, in parallel.
     fn append(
         &mut self,
-        slab: std::ops::Range<usize>,
-        fill: impl Fn(std::ops::Range<usize>, &mut [T]) -> Result<()> + Sync,
+        slab: Range<usize>,
+        fill: impl Fn(Range<usize>, &mut [T]) -> Result<()> + Sync,
     ) -> Result<()> {
         let start = self.memory.len();
+        let tasks = 4 * rayon::current_num_threads();
+        let read = (slab.len() / tasks)
+            .next_multiple_of(BLOCK)
+            .clamp(BLOCK, READ);
         self.memory
             .resize(start + slab.len() * self.stride, T::zeroed());
         self.memory[start..]
-            .par_chunks_mut(BLOCK * self.stride)
+            .par_chunks_mut(read * self.stride)
             .enumerate()
             .try_for_each(|(block, out)| {
-                let first = slab.start + block * BLOCK;
+                let first = slab.start + block * read;
                 fill(first..first + out.len() / self.stride, out)
             })?;
         if let Some((file, folder)) = &mut self.file {
-            file.write_all(bytemuck::cast_slice(&self.memory))
+            file.write(&self.memory)
                 .map_err(Error::io(folder, "write the shading table to"))?;
             self.memory.clear();
         }
@@ -384,14 +420,8 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
         let numbers = match self.file {
             None => Buffer::Owned(self.memory),
             Some((mut file, folder)) => {
-                file.write_all(bytemuck::cast_slice(&self.memory))
-                    .and_then(|()| file.flush())
-                    .map_err(Error::io(folder, "write the shading table to"))?;
-                let path = file.into_temp_path();
-                Buffer::Mapped {
-                    numbers: Mapped::open(&path)?,
-                    _file: path,
-                }
+                let finished = file.write(&self.memory).and_then(|()| file.finish());
+                Buffer::OnDisk(finished.map_err(Error::io(folder, "write the shading table to"))?)
             }
         };
         Ok(Level {

@@ -8,6 +8,7 @@ use std::ops::Range;
 use ndarray::{Array2, ArrayBase, ArrayView2, ArrayViewMut2, Data, Ix2, s};
 use rayon::prelude::*;
 
+use crate::error::Result;
 use crate::format::stored_array::StoredArray;
 use crate::texton::matrix::{Target, as_rows, multiply};
 use crate::texton::turning::turn;
@@ -21,8 +22,8 @@ const PANEL: usize = 2048;
 pub trait RowVectors: Sync {
     /// How many vectors, and numbers in each.
     fn sides(&self) -> (usize, usize);
-    /// Some components of one vector.
-    fn components(&self, row: usize, columns: Range<usize>) -> impl Iterator<Item = f32>;
+    /// Adds some components of one vector to `numbers`.
+    fn components(&self, row: usize, columns: Range<usize>, numbers: &mut Vec<f32>) -> Result<()>;
 }
 
 impl<S: Data<Elem = f32>> RowVectors for ArrayBase<S, Ix2>
@@ -33,8 +34,9 @@ where
         self.dim()
     }
 
-    fn components(&self, row: usize, columns: Range<usize>) -> impl Iterator<Item = f32> {
-        self.row(row).slice_move(s![columns]).into_iter().copied()
+    fn components(&self, row: usize, columns: Range<usize>, numbers: &mut Vec<f32>) -> Result<()> {
+        numbers.extend(self.row(row).slice_move(s![columns]));
+        Ok(())
     }
 }
 
@@ -46,14 +48,15 @@ impl RowVectors for StoredArray<f32> {
         }
     }
 
-    fn components(&self, row: usize, columns: Range<usize>) -> impl Iterator<Item = f32> {
-        let from = row * self.sides().1;
-        self.numbers(from + columns.start..from + columns.end)
+    fn components(&self, row: usize, columns: Range<usize>, numbers: &mut Vec<f32>) -> Result<()> {
+        let held = numbers.len();
+        numbers.resize(held + columns.len(), 0.0);
+        self.read(row * self.sides().1 + columns.start, &mut numbers[held..])
     }
 }
 
 /// Φ [rows, rows] of row vectors.
-pub fn dot_products(vectors: &impl RowVectors) -> Array2<f64> {
+pub fn dot_products(vectors: &impl RowVectors) -> Result<Array2<f64>> {
     let (count, length) = vectors.sides();
     let mut strips: Vec<Strip> = (0..count)
         .step_by(STRIP)
@@ -64,7 +67,7 @@ pub fn dot_products(vectors: &impl RowVectors) -> Array2<f64> {
         let panel = from..(from + PANEL).min(length);
         strips
             .par_iter_mut()
-            .for_each(|strip| strip.take(vectors, panel.clone()));
+            .try_for_each(|strip| strip.take(vectors, panel.clone()))?;
         tiles.par_iter_mut().for_each(|tile| {
             let [rows, columns] = [tile.row, tile.column].map(|at| strips[at].panel());
             let target = tile.products.view_mut();
@@ -76,7 +79,7 @@ pub fn dot_products(vectors: &impl RowVectors) -> Array2<f64> {
         let corner = [tile.row, tile.column].map(|at| strips[at].rows.start);
         tile.write(corner, products.view_mut());
     }
-    products
+    Ok(products)
 }
 
 /// Some vectors, and a panel of their components.
@@ -95,15 +98,15 @@ impl Strip {
         }
     }
 
-    fn take(&mut self, vectors: &impl RowVectors, panel: Range<usize>) {
+    fn take(&mut self, vectors: &impl RowVectors, panel: Range<usize>) -> Result<()> {
         self.numbers.clear();
         for row in self.rows.clone() {
-            let numbers = vectors.components(row, panel.clone());
-            self.numbers.extend(numbers);
+            vectors.components(row, panel.clone(), &mut self.numbers)?;
         }
         let (width, components) = (self.rows.len(), panel.len());
         self.wide.resize(components * width, 0.0);
         turn(&self.numbers, components, &mut self.wide, width, f64::from);
+        Ok(())
     }
 
     /// [components, vectors]: what the kernels read together lies together.
@@ -159,10 +162,10 @@ mod tests {
             Array2::from_shape_fn((300, 5000), |(r, c)| ((r * 31 + c * 17) % 101) as f32 / 7.0);
         let exact = vectors.mapv(f64::from);
         let exact = exact.dot(&exact.t());
-        for (a, b) in dot_products(&vectors).iter().zip(&exact) {
+        for (a, b) in dot_products(&vectors).unwrap().iter().zip(&exact) {
             assert!((a - b).abs() <= 1e-12 * b.abs());
         }
-        let products = dot_products(&vectors);
+        let products = dot_products(&vectors).unwrap();
         assert_eq!(products, products.t());
     }
 }

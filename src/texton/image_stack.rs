@@ -65,7 +65,6 @@ impl ImageStack<'_> {
         for (planes, grid) in levels.iter_mut().zip(&self.grids) {
             planes.par_chunks_mut(grid.len()).for_each(take_off_mean);
         }
-        self.sample.release();
         Ok(levels)
     }
 
@@ -75,7 +74,6 @@ impl ImageStack<'_> {
         planes
             .par_chunks_mut(self.grids[0].len())
             .for_each(take_off_mean);
-        self.sample.release();
         Ok(planes)
     }
 
@@ -85,17 +83,21 @@ impl ImageStack<'_> {
         planes
             .par_chunks_mut(image_length)
             .zip(images)
-            .try_for_each_init(Vec::new, |numbers, (planes, &image)| {
-                let pixels = self.sample.image(image as usize);
-                self.read_image(image as usize, pixels, numbers, planes)
-            })?;
+            .try_for_each_init(
+                || (Pixels::of_type(self.sample.description().dtype), Vec::new()),
+                |(pixels, numbers), (planes, &image)| {
+                    let texels = 0..self.grids[0].len();
+                    self.sample.read_texels(image as usize, texels, pixels)?;
+                    self.read_image(image as usize, pixels, numbers, planes)
+                },
+            )?;
         Ok(planes)
     }
 
     fn read_image(
         &self,
         image: usize,
-        pixels: Pixels<'_>,
+        pixels: &Pixels,
         numbers: &mut Vec<f32>,
         planes: &mut [f32],
     ) -> Result<()> {

@@ -156,11 +156,11 @@ fn sketch_levels(
     let mut sketches: Vec<(Coordinates<'_>, Probes)> = mixed
         .into_iter()
         .map(|MixedLevel { level, rows, .. }| {
-            let directions = sketch::orthonormal_rows(&rows);
+            let directions = sketch::orthonormal_rows(&rows)?;
             let probes = Probes::new(level.grid, level.bank);
-            (Coordinates::new(&level.filters, directions), probes)
+            Ok((Coordinates::new(&level.filters, directions), probes))
         })
-        .collect();
+        .collect::<Result<_>>()?;
     report.measure("sketch", || {
         panels.each("sketch", progress, |first, planes| {
             for ((coordinates, probes), planes) in sketches.iter_mut().zip(planes) {

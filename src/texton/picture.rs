@@ -67,7 +67,7 @@ pub fn frontal_image(sample: &Sample) -> usize {
 /// around them; most frequent textons first, row by row.
 pub fn montage(sample: &Sample, labels: &[u16], counts: &[u32]) -> Result<Picture> {
     let image = frontal_image(sample);
-    let pixels = sample.image(image);
+    let pixels = sample.image(image)?;
     let mut values = vec![0.0; pixels.len()];
     pixels.copy_to(&mut values);
     sample.check_image(image, &values)?;

@@ -11,6 +11,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 
+use crate::error::Result;
 use crate::grid::TexelGrid;
 use crate::texton::dot_products::dot_products;
 use crate::texton::matrix::{Target, as_rows, multiply_on_all_threads};
@@ -28,8 +29,8 @@ const RANK_TOLERANCE: f64 = 1e-9;
 const PROBES: usize = 24;
 
 /// An orthonormal basis [directions, components] of the rows' span.
-pub fn orthonormal_rows(rows: &Array2<f32>) -> Array2<f32> {
-    let (values, vectors) = eigen(dot_products(rows));
+pub fn orthonormal_rows(rows: &Array2<f32>) -> Result<Array2<f32>> {
+    let (values, vectors) = eigen(dot_products(rows)?);
     let largest = values.first().copied().unwrap_or(0.0);
     let kept = values
         .iter()
@@ -45,7 +46,7 @@ pub fn orthonormal_rows(rows: &Array2<f32>) -> Array2<f32> {
         basis.view_mut(),
         Target::Replace,
     );
-    basis
+    Ok(basis)
 }
 
 /// Eigenvalues, largest first, and eigenvectors as columns of a symmetric matrix.
@@ -169,7 +170,7 @@ pub struct Fidelity {
 impl Fidelity {
     /// Compares coordinates of probe texels [probes, directions] with their exact Gram matrix.
     pub fn measure(coordinates: ArrayView2<'_, f32>, exact: &Array2<f32>) -> Self {
-        let found = dot_products(&coordinates);
+        let found = dot_products(&coordinates).unwrap();
         let distance =
             |gram: &dyn Fn(usize, usize) -> f64, a, b| gram(a, a) + gram(b, b) - 2.0 * gram(a, b);
         let (mut exact_sum, mut found_sum, mut ratio_sum, mut pairs) = (0.0, 0.0, 0.0, 0.0);
@@ -229,7 +230,7 @@ mod tests {
             let mixtures = TexelMixtures::random(48, 48, place, &mut stream(1, "mix", 0, 0));
             let mut rows = Array2::zeros((48, 5 * FILTERS));
             mix_into(&filters, &mixtures, &planes.concat(), vec![rows.view_mut()]);
-            let mut sketch = Coordinates::new(&filters, orthonormal_rows(&rows));
+            let mut sketch = Coordinates::new(&filters, orthonormal_rows(&rows).unwrap());
             sketch.add(&planes[..2].concat(), 0);
             sketch.add(&planes[2..].concat(), 2);
             let coordinates = sketch.finish();

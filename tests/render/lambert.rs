@@ -91,7 +91,7 @@ fn a_flat_square_shows_each_measured_light() {
     for light in 0..directions.len() {
         let frame = read_frame(&folder.join(format!("frame.{:04}.exr", light + 1)));
         for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
-            let stored = f64::from(sample.image(light).get(channel));
+            let stored = f64::from(sample.image(light).unwrap().get(channel));
             let found = frame.channels[name][4 * 8 + 4];
             assert!(
                 (found - stored).abs() < 1e-3 * stored,

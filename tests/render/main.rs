@@ -416,7 +416,7 @@ fn oracle_color(
             } else {
                 (light.z / lowest).min(1.0)
             };
-            let image = sample.image(v * description.lights.len() + l);
+            let image = sample.image(v * description.lights.len() + l).unwrap();
             for (channel, sum) in color.iter_mut().enumerate() {
                 let value = f64::from(image.get(texel * 3 + channel));
                 *sum += view_weight * light_weight * scale * value;
@@ -527,7 +527,7 @@ fn stored_values_come_back_at_sampled_directions() {
                 text(&file),
             ],
         );
-        let image = sample.image(v * 12 + l);
+        let image = sample.image(v * 12 + l).unwrap();
         for (vertex, found) in vertex_colors(&file).into_iter().enumerate() {
             let texel = sample
                 .grid()
@@ -790,7 +790,7 @@ fn pixel_shading_shows_the_sample_between_vertices() {
         for pixel in 0..128 * 128 {
             let texel = (pixel / 128 / 4) * 32 + pixel % 128 / 4;
             for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
-                let wanted = f64::from(sample.image(0).get(texel * 3 + channel));
+                let wanted = f64::from(sample.image(0).unwrap().get(texel * 3 + channel));
                 squares += (frame.channels[name][pixel] - wanted).powi(2);
             }
         }

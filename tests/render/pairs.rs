@@ -98,7 +98,9 @@ fn scattered_pairs_are_weighted_by_both_angles() {
                     Some(_) => (light.z / lowest).min(1.0),
                 };
                 for (channel, wanted) in wanted.iter_mut().enumerate() {
-                    *wanted += weight * scale * f64::from(sample.image(k).get(texel * 3 + channel));
+                    *wanted += weight
+                        * scale
+                        * f64::from(sample.image(k).unwrap().get(texel * 3 + channel));
                 }
             }
             for (found, wanted) in found.into_iter().zip(wanted) {

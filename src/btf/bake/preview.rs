@@ -61,7 +61,7 @@ impl Canvas {
 
 /// Writes the picture of `sample`, which was baked from `material`.
 pub fn write_preview(material: &Material, sample: &Sample, path: &Path) -> Result<()> {
-    let sheet = contact_sheet(sample);
+    let sheet = contact_sheet(sample)?;
     let panels = [panel(material, false), panel(material, true)];
     let panels_width = 2 * panels[0].width + GAP;
     let width = sheet.width.max(panels_width);
@@ -73,7 +73,7 @@ pub fn write_preview(material: &Material, sample: &Sample, path: &Path) -> Resul
     canvas.write(path)
 }
 
-fn contact_sheet(sample: &Sample) -> Canvas {
+fn contact_sheet(sample: &Sample) -> Result<Canvas> {
     let description = sample.description();
     let (columns, rows) = (description.width as usize, description.height as usize);
     let views = spread(description.views.len());
@@ -84,7 +84,7 @@ fn contact_sheet(sample: &Sample) -> Canvas {
     );
     for (y, view) in views.iter().enumerate() {
         for (x, light) in lights.iter().enumerate() {
-            let stored = sample.image(view * description.lights.len() + light);
+            let stored = sample.image(view * description.lights.len() + light)?;
             let mut picture = Canvas::new(columns, rows);
             for (texel, pixel) in picture.pixels.iter_mut().enumerate() {
                 let channel = |c: usize| stored.get(3 * texel + c) * std::f32::consts::PI;
@@ -93,7 +93,7 @@ fn contact_sheet(sample: &Sample) -> Canvas {
             sheet.put(&picture, x * (columns + GAP), y * (rows + GAP));
         }
     }
-    sheet
+    Ok(sheet)
 }
 
 /// At most [`MOST`] indices below `count`, first and last among them.

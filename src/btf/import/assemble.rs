@@ -205,7 +205,9 @@ mod tests {
         ];
         let sample = import(folder.path(), images);
         assert_eq!(sample.description().layout, Layout::Product);
-        let greys: Vec<f32> = (0..4).map(|image| sample.image(image).get(0)).collect();
+        let greys: Vec<f32> = (0..4)
+            .map(|image| sample.image(image).unwrap().get(0))
+            .collect();
         let expected = [255u8, 64, 128, 0]
             .map(|grey| image::decode_srgb(f32::from(grey) / 255.0) * std::f32::consts::FRAC_1_PI);
         for (grey, expected) in greys.iter().zip(expected) {

@@ -91,8 +91,9 @@ impl Values {
         let each: Vec<Self> = (0..images)
             .into_par_iter()
             .map(|image| {
-                let mut numbers = vec![0.0; sample.image(image).len()];
-                sample.image(image).copy_to(&mut numbers);
+                let pixels = sample.image(image)?;
+                let mut numbers = vec![0.0; pixels.len()];
+                pixels.copy_to(&mut numbers);
                 sample.check_image(image, &numbers)?;
                 progress.advance(1)?;
                 Ok(Self::of_image(&numbers))

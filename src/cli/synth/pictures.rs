@@ -191,7 +191,7 @@ fn sample_colors(path: &Path, map: &SurfaceTextonMap) -> Result<Vec<[u8; 3]>> {
     let grid = sample.grid();
     let image = shown_image(&sample);
     let mut pixels = vec![0.0; grid.len() * 3];
-    sample.image(image).copy_to(&mut pixels);
+    sample.image(image)?.copy_to(&mut pixels);
     let (_, light) = sample.description().view_and_light(image);
     let cosine = sample.description().lights[light].cos_theta().max(0.1);
     let white = cosine as f32 / std::f32::consts::PI;
