@@ -4,6 +4,10 @@
 //! through `tiff`, OpenEXR through `exr`. Integers are scaled to [0, 1] and taken as sRGB, floats
 //! as linear; what the numbers mean is the caller's to say: colour is decoded with
 //! [`FloatImage::into_linear`], heights and roughness are used as they stand. Alpha is left out.
+//!
+//! The size in a header is believed only where the file's length can hold it: each format has a
+//! strongest compression. Decoded images up to 16 MiB are read in any case.
+//!
 //! Not handled: embedded ICC profiles, CMYK, palettes in TIFF, deep or subsampled EXR.
 
 mod openexr;
@@ -19,13 +23,14 @@ use png::{ColorType, Compression, Encoder, Filter};
 use crate::error::{Error, Result};
 use crate::format::atomic;
 use crate::format::ours::PICTURE_MARK;
+use crate::format::guard::guarded;
 
 /// The most texels an image may have: 16384 × 16384.
 const MOST_TEXELS: u64 = 1 << 28;
-/// Images this small are allocated whatever their header says, in bytes.
-const HARMLESS: u64 = 64 << 20;
-/// No compression of these formats shrinks an image further; more is a cut or forged header.
-const STRONGEST_COMPRESSION: u64 = 4096;
+/// Images this small are decoded whatever their header says, in decoded bytes.
+const HARMLESS: u64 = 16 << 20;
+/// Memory that a decoder may use beside the image, in bytes.
+const WORKING: u64 = 64 << 20;
 
 /// How an image's numbers stand for light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,15 +132,14 @@ impl FloatImage {
 
 /// Reads an image file; its format is known by its first bytes, not its name.
 pub fn read(path: &Path) -> Result<FloatImage> {
-    let read = || -> Result<FloatImage> {
+    guarded(path, || {
         let file_length = fs::metadata(path).map_err(Error::io(path, "read"))?.len();
         match first_bytes(path).map_err(Error::io(path, "read"))? {
             [0x76, 0x2f, 0x31, 0x01] => openexr::read(path, file_length),
             [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43] => tagged::read(path, file_length),
             _ => raster::read(path, file_length),
         }
-    };
-    read().map_err(|error| error.in_file(path))
+    })
 }
 
 fn first_bytes(path: &Path) -> io::Result<[u8; 4]> {
@@ -145,22 +149,38 @@ fn first_bytes(path: &Path) -> io::Result<[u8; 4]> {
     Ok([bytes[0], bytes[1], bytes[2], bytes[3]])
 }
 
-/// Refuses sides that are zero, too large, or beyond what a file of `file_length` bytes can hold.
-fn check_size(width: u64, height: u64, bytes_a_texel: u64, file_length: u64) -> Result<()> {
-    let fault = |expected: String| {
-        Err(Error::data("size", format!("{width} × {height}")).expected(expected))
-    };
-    let texels = width.saturating_mul(height);
-    if texels == 0 || texels > MOST_TEXELS {
-        return fault(format!("1 to {MOST_TEXELS} texels"));
+/// What the header of an image claims.
+#[derive(Clone, Copy)]
+struct Claim {
+    width: u64,
+    height: u64,
+    /// Bits of a texel before compression.
+    stored_bits: u64,
+    /// Bytes of a decoded texel.
+    decoded_bytes: u64,
+}
+
+impl Claim {
+    /// Refuses sides that are zero or too large, and more texels than a file of `file_length` bytes can
+    /// hold where compression makes at most `strongest` bytes of one: such a file is cut or forged.
+    /// Hands back the bytes of the decoded image.
+    fn check(self, strongest: u64, file_length: u64) -> Result<u64> {
+        let fault = |expected: String| {
+            Err(Error::data("size", format!("{} × {}", self.width, self.height)).expected(expected))
+        };
+        let texels = self.width.saturating_mul(self.height);
+        if texels == 0 || texels > MOST_TEXELS {
+            return fault(format!("1 to {MOST_TEXELS} texels"));
+        }
+        let decoded = texels.saturating_mul(self.decoded_bytes);
+        let stored = texels.saturating_mul(self.stored_bits) / 8;
+        if decoded > HARMLESS && stored / strongest > file_length {
+            return fault(format!(
+                "fewer texels in a file of {file_length} bytes: it is cut off or not what it claims"
+            ));
+        }
+        Ok(decoded)
     }
-    let bytes = texels * bytes_a_texel;
-    if bytes > HARMLESS && bytes / STRONGEST_COMPRESSION > file_length {
-        return fault(format!(
-            "fewer texels in a file of {file_length} bytes: it is cut off or not what it claims"
-        ));
-    }
-    Ok(())
 }
 
 /// A fault of a decoder, in its own words.
@@ -172,10 +192,10 @@ fn undecodable(error: impl std::fmt::Display) -> Error {
 /// Drops alpha (the last of 2 or 4 channels); returns 1 or 3 channels.
 fn without_alpha<T: Copy>(stored: u32, numbers: &[T], number: impl Fn(T) -> f32) -> Vec<f32> {
     let (stored, kept) = (stored as usize, color_channels(stored) as usize);
-    numbers
-        .chunks_exact(stored)
-        .flat_map(|texel| texel[..kept].iter().map(|&value| number(value)))
-        .collect()
+    let texels = numbers.chunks_exact(stored);
+    let mut out = Vec::with_capacity(texels.len() * kept);
+    out.extend(texels.flat_map(|texel| texel[..kept].iter().map(|&value| number(value))));
+    out
 }
 
 fn color_channels(stored: u32) -> u32 {

@@ -7,11 +7,12 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use crate::error::{Error, Result};
+use crate::format::guard::guarded;
 
 /// A compressed file may expand to this many times its size, beside [`EXPANSION_BASE`].
 const EXPANSION_FACTOR: u64 = 64;
 /// What any compressed file may expand to, in bytes.
-const EXPANSION_BASE: u64 = 64 << 20;
+const EXPANSION_BASE: u64 = 4 << 20;
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
 /// Reads a file; a gzip file is expanded.
@@ -25,8 +26,10 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     if !bytes.starts_with(&GZIP_MAGIC) {
         return Ok(bytes);
     }
-    let limit = length * EXPANSION_FACTOR + EXPANSION_BASE;
-    expand(&bytes, limit).map_err(|error| error.in_file(path))
+    let limit = length
+        .saturating_mul(EXPANSION_FACTOR)
+        .saturating_add(EXPANSION_BASE);
+    guarded(path, || expand(&bytes, limit))
 }
 
 fn expand(packed: &[u8], limit: u64) -> Result<Vec<u8>> {

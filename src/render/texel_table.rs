@@ -14,13 +14,8 @@ use rayon::prelude::*;
 
 use crate::btf::sample::{DType, Pixels, Sample};
 use crate::error::{Error, Result};
-<<<<<<< HEAD
-use crate::format::atomic::temporary_beside;
-use crate::format::npy::{self, Mapped};
-=======
 use crate::format::nameless::{Nameless, NamelessWriter};
 use crate::format::npy;
->>>>>>> c0d6aca (format: files with a name are read in parts, not mapped; archives' members share no bytes)
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::progress::Progress;
@@ -357,19 +352,8 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
             return Ok(writer);
         }
         let folder = allowance.folder.as_path();
-<<<<<<< HEAD
-        let create = || -> std::io::Result<tempfile::NamedTempFile> {
-            let mut file = temporary_beside(&folder.join("shading-table.npy"))?;
-            let mut header = Vec::new();
-            npy::write_header::<T>(&mut header, &[length])?;
-            file.write_all(&header)?;
-            Ok(file)
-        };
-        let file = create().map_err(Error::io(folder, "write the shading table to"))?;
-=======
         let file = NamelessWriter::create_in(folder)
             .map_err(Error::io(folder, "write the shading table to"))?;
->>>>>>> c0d6aca (format: files with a name are read in parts, not mapped; archives' members share no bytes)
         writer.file = Some((file, folder));
         Ok(writer)
     }

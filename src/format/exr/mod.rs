@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
+use crate::format::guard::guarded;
 
 /// How the pixels are compressed. All but `pxr24` keep every bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -296,12 +297,16 @@ fn attribute_length(bytes: &[u8]) -> Option<usize> {
 
 /// Reads a header's text attribute; `None` when the file is no EXR or has no such attribute.
 pub fn read_text_attribute(path: &Path, name: &str) -> Option<String> {
-    let meta = MetaData::read_from_file(path, false).ok()?;
-    let header = meta.headers.first()?;
-    match header.own_attributes.other.get(&text(name))? {
-        AttributeValue::Text(value) => Some(value.to_string()),
-        _ => None,
-    }
+    let read = guarded(path, || {
+        let meta = MetaData::read_from_file(path, false)
+            .map_err(|error| Error::data("EXR header", error.to_string()))?;
+        let own = meta.headers.first().map(|header| &header.own_attributes);
+        Ok(match own.and_then(|own| own.other.get(&text(name))) {
+            Some(AttributeValue::Text(value)) => Some(value.to_string()),
+            _ => None,
+        })
+    });
+    read.ok().flatten()
 }
 
 #[cfg(test)]

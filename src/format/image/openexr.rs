@@ -7,14 +7,23 @@ use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, read as reader};
 
 use crate::error::Result;
-use crate::format::image::{Encoding, FloatImage, Precision, check_size, undecodable};
+use crate::format::image::{Claim, Encoding, FloatImage, Precision, undecodable};
+
+/// Bytes that one byte of a file can stand for. PIZ does better on pictures of one colour; those are
+/// refused beyond the size that is always read.
+const STRONGEST_COMPRESSION: u64 = 4096;
 
 pub(super) fn read(path: &Path, file_length: u64) -> Result<FloatImage> {
     let meta = MetaData::read_from_file(path, false).map_err(undecodable)?;
     for header in &meta.headers {
-        let size = header.layer_size;
-        let bytes_a_texel = header.channels.bytes_per_pixel as u64;
-        check_size(size.0 as u64, size.1 as u64, bytes_a_texel, file_length)?;
+        let bytes = header.channels.bytes_per_pixel as u64;
+        let claim = Claim {
+            width: header.layer_size.0 as u64,
+            height: header.layer_size.1 as u64,
+            stored_bits: bytes * 8,
+            decoded_bytes: bytes,
+        };
+        claim.check(STRONGEST_COMPRESSION, file_length)?;
     }
     let image = reader()
         .no_deep_data()
@@ -22,6 +31,7 @@ pub(super) fn read(path: &Path, file_length: u64) -> Result<FloatImage> {
         .all_channels()
         .first_valid_layer()
         .all_attributes()
+        .non_parallel() // a panic in a thread of the decoder's own would end the process
         .from_file(path)
         .map_err(undecodable)?;
     let layer = image.layer_data;
@@ -61,7 +71,7 @@ fn plane(channel: &AnyChannel<FlatSamples>) -> Vec<f32> {
 }
 
 fn interleave(planes: &[Vec<f32>], texels: usize) -> Vec<f32> {
-    (0..texels)
-        .flat_map(|texel| planes.iter().map(move |plane| plane[texel]))
-        .collect()
+    let mut numbers = Vec::with_capacity(texels * planes.len());
+    numbers.extend((0..texels).flat_map(|texel| planes.iter().map(move |plane| plane[texel])));
+    numbers
 }

@@ -2,22 +2,48 @@
 
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::{Error, Result};
 use crate::format::image::{
-    Encoding, FloatImage, Precision, check_size, color_channels, undecodable, without_alpha,
+    Claim, Encoding, FloatImage, HARMLESS, Precision, WORKING, color_channels, undecodable,
+    without_alpha,
 };
+
+/// Bytes that one byte of a file can stand for.
+fn strongest_compression(format: ImageFormat) -> u64 {
+    match format {
+        // Deflate: runs of 258 bytes in 2 bits.
+        ImageFormat::Png => 1032,
+        // 64 numbers in a bit or two.
+        ImageFormat::Jpeg => 1024,
+        // LZW: at most 4095 numbers in 12 bits.
+        ImageFormat::Gif => 2730,
+        // Runs of 255 palette entries in 2 bytes.
+        ImageFormat::Bmp => 128,
+        // Old run lengths: a line in a few bytes.
+        _ => 4096,
+    }
+}
 
 pub(super) fn read(path: &Path, file_length: u64) -> Result<FloatImage> {
     let mut reader = ImageReader::open(path)
         .and_then(ImageReader::with_guessed_format)
         .map_err(Error::io(path, "read"))?;
-    reader.limits(Limits::no_limits()); // `check_size` is stricter
+    let strongest = reader.format().map_or(1, strongest_compression);
+    let mut limits = Limits::no_limits();
+    let most = file_length.saturating_mul(strongest).max(HARMLESS);
+    limits.max_alloc = Some(most.saturating_add(WORKING));
+    reader.limits(limits);
     let decoder = reader.into_decoder().map_err(undecodable)?;
     let (width, height) = decoder.dimensions();
-    let bytes_a_texel = u64::from(decoder.color_type().bytes_per_pixel());
-    check_size(width.into(), height.into(), bytes_a_texel, file_length)?;
+    let claim = Claim {
+        width: width.into(),
+        height: height.into(),
+        stored_bits: decoder.original_color_type().bits_per_pixel().into(),
+        decoded_bytes: decoder.color_type().bytes_per_pixel().into(),
+    };
+    claim.check(strongest, file_length)?;
     DynamicImage::from_decoder(decoder)
         .map_err(undecodable)
         .and_then(|image| floats(&image))

@@ -162,7 +162,60 @@ fn a_forged_size_is_refused_before_it_is_allocated() {
     fs::write(&path, &bytes).unwrap();
     let error = read(&path).unwrap_err().to_string();
     assert!(error.contains("16384 × 16384"), "{error}");
-    assert!(check_size(1 << 20, 1 << 20, 3, u64::MAX).is_err());
-    assert!(check_size(0, 5, 3, 100).is_err());
-    assert!(check_size(u64::MAX, 2, 3, 100).is_err());
+    let refused = |width, height, file_length| {
+        let claim = Claim {
+            width,
+            height,
+            stored_bits: 24,
+            decoded_bytes: 3,
+        };
+        claim.check(1032, file_length).is_err()
+    };
+    assert!(refused(1 << 20, 1 << 20, u64::MAX) && refused(0, 5, 100) && refused(u64::MAX, 2, 100));
+    assert!(
+        !refused(2048, 2048, 100) && refused(4096, 4096, 40_000) && !refused(4096, 4096, 50_000)
+    );
+}
+
+/// A GIF whose header claims 4096 × 4096 and whose one frame is a single pixel.
+#[test]
+fn a_gif_beyond_what_its_bytes_can_hold_is_refused() {
+    let folder = folder();
+    let path = folder.path().join("big.gif");
+    let mut bytes = b"GIF89a\0\x10\0\x10\x80\0\0\0\0\0\xff\xff\xff".to_vec();
+    bytes.extend(b",\0\0\0\0\x01\0\x01\0\0\x02\x02\x44\x01\0;");
+    fs::write(&path, &bytes).unwrap();
+    let error = read(&path).unwrap_err().to_string();
+    assert!(error.contains("4096 × 4096"), "{error}");
+}
+
+fn png_chunk(kind: &[u8; 4], content: &[u8]) -> Vec<u8> {
+    let mut checked = kind.to_vec();
+    checked.extend(content);
+    let mut crc = flate2::Crc::new();
+    crc.update(&checked);
+    let mut chunk = (content.len() as u32).to_be_bytes().to_vec();
+    chunk.extend(checked);
+    chunk.extend(crc.sum().to_be_bytes());
+    chunk
+}
+
+/// The png crate panics over it, which is no reason to take the program down.
+#[test]
+fn a_palette_of_a_broken_length_is_an_error_that_names_the_file() {
+    crate::format::guard::silence();
+    let folder = folder();
+    let path = folder.path().join("palette.png");
+    let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packed, &[0, 1]).unwrap();
+    let bytes = [
+        b"\x89PNG\r\n\x1a\n".to_vec(),
+        png_chunk(b"IHDR", b"\0\0\0\x01\0\0\0\x01\x08\x03\0\0\0"),
+        png_chunk(b"PLTE", &[1, 2, 3, 4]),
+        png_chunk(b"IDAT", &packed.finish().unwrap()),
+        png_chunk(b"IEND", b""),
+    ];
+    fs::write(&path, bytes.concat()).unwrap();
+    let error = read(&path).unwrap_err().to_string();
+    assert!(error.contains("palette.png"), "{error}");
 }
