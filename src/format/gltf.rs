@@ -1,24 +1,34 @@
 //! glTF 2.0, binary (.glb) or text (.gltf): the triangles of all nodes of the scene, in world
 //! space.
 //!
+//! A mesh may stand in many nodes, and accessors in many primitives, so a small file can describe a
+//! mesh of any size: what is read is bounded by the bytes of the file and its buffers.
+//!
 //! Not handled: compressed primitives (Draco, meshopt), sparse accessors, skins and morph targets
 //! (the rest pose is read).
 
+mod buffers;
 pub mod companions;
 
-use std::fs;
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
+use std::rc::Rc;
 
 use glam::{Mat3, Mat4, Vec3};
 use gltf::accessor::{Accessor, DataType, Dimensions};
-use gltf::buffer::Source;
 use gltf::mesh::{Mode, Primitive, Semantic};
 use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
+use crate::format::gltf::buffers::Buffers;
 use crate::format::polygon_mesh::PolygonMesh;
 use crate::format::{atomic, json};
+
+/// Vertices, and corners of triangles, that any file may describe.
+const MOST_ITEMS: usize = 1 << 20;
+/// Vertices, and corners of triangles, for each byte of the file and its buffers, beside [`MOST_ITEMS`].
+const ITEMS_PER_BYTE: usize = 4;
 
 /// Parses a glTF file's bytes; buffers outside lie beside `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
@@ -27,9 +37,10 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
         Error::data("glTF", error.to_string())
             .advice("the file is damaged, or asks for an extension we do not read")
     })?;
-    let buffers = buffers(&file, path)?;
+    let buffers = Buffers::read(&file, path)?;
     let mut reading = Reading {
-        buffers,
+        room: Room::new(bytes.len().saturating_add(buffers.outside)),
+        buffers: buffers.contents,
         mesh: PolygonMesh {
             splits_vertices: true,
             corner_uvs: Some(Vec::new()),
@@ -58,10 +69,9 @@ fn check_description(bytes: &[u8]) -> Result<()> {
         None => bytes,
     };
     let description: Value = json::parse(text)?;
-    let list = |value: &Value, name: &str| value[name].as_array().cloned().unwrap_or_default();
     let accessors = list(&description, "accessors").len() as u64;
     for mesh in list(&description, "meshes") {
-        for primitive in list(&mesh, "primitives") {
+        for primitive in list(mesh, "primitives") {
             let position = primitive["attributes"]["POSITION"].as_u64();
             if let Some(index) = position.filter(|&index| index >= accessors) {
                 return Err(Error::data("POSITION", format!("accessor {index}"))
@@ -70,6 +80,10 @@ fn check_description(bytes: &[u8]) -> Result<()> {
         }
     }
     Ok(())
+}
+
+fn list<'a>(value: &'a Value, name: &str) -> &'a [Value] {
+    value[name].as_array().map_or(&[], Vec::as_slice)
 }
 
 /// The JSON chunk of a binary file.
@@ -93,76 +107,54 @@ fn binary_description<'a>(bytes: &'a [u8], rest: &[u8]) -> Result<&'a [u8]> {
 /// Bytes before the JSON of a binary file: its own header and the chunk's.
 const GLB_HEADER: usize = 20;
 
-fn buffers(file: &gltf::Gltf, path: &Path) -> Result<Vec<Vec<u8>>> {
-    let read = |buffer: gltf::Buffer<'_>| {
-        let place = format!("buffer {}", buffer.index());
-        let bytes = match buffer.source() {
-            Source::Bin => file.blob.clone().unwrap_or_default(),
-            Source::Uri(uri) => uri_bytes(uri, path)?,
-        };
-        if bytes.len() < buffer.length() {
-            return Err(Error::data(place, format!("{} bytes", bytes.len()))
-                .expected(format!("{}", buffer.length())));
-        }
-        Ok(bytes)
-    };
-    file.buffers().map(read).collect()
+/// What a file may still describe.
+struct Room {
+    most: usize,
+    vertices: usize,
+    corners: usize,
 }
 
-/// The bytes of a `data:` address, or of a file beside the glTF.
-fn uri_bytes(uri: &str, path: &Path) -> Result<Vec<u8>> {
-    if let Some(data) = uri.strip_prefix("data:") {
-        let encoded = data
-            .split_once("base64,")
-            .map_or("", |(_, encoded)| encoded);
-        return decode_base64(encoded)
-            .ok_or_else(|| Error::data("buffer", "a data address").expected("base64"));
-    }
-    let beside = atomic::parent(path).join(uri);
-    if uri.contains("://")
-        || Path::new(uri).is_absolute()
-        || uri.split('/').any(|part| part == "..")
-    {
-        return Err(Error::data("buffer", format!("address `{uri}`"))
-            .expected("a file beside the glTF, or a data address"));
-    }
-    fs::read(&beside).map_err(Error::io(&beside, "read"))
-}
-
-fn decode_base64(encoded: &str) -> Option<Vec<u8>> {
-    let mut bytes = Vec::with_capacity(encoded.len() / 4 * 3);
-    let (mut held, mut bits) = (0u32, 0);
-    for symbol in encoded
-        .bytes()
-        .filter(|b| !b.is_ascii_whitespace() && *b != b'=')
-    {
-        let value = match symbol {
-            b'A'..=b'Z' => symbol - b'A',
-            b'a'..=b'z' => symbol - b'a' + 26,
-            b'0'..=b'9' => symbol - b'0' + 52,
-            b'+' | b'-' => 62,
-            b'/' | b'_' => 63,
-            _ => return None,
-        };
-        held = held << 6 | u32::from(value);
-        bits += 6;
-        if bits >= 8 {
-            bits -= 8;
-            bytes.push((held >> bits) as u8);
-            held &= (1 << bits) - 1;
+impl Room {
+    fn new(bytes: usize) -> Self {
+        let most = bytes
+            .saturating_mul(ITEMS_PER_BYTE)
+            .saturating_add(MOST_ITEMS)
+            .min(u32::MAX as usize / 2);
+        Self {
+            most,
+            vertices: most,
+            corners: most,
         }
     }
-    Some(bytes)
+
+    /// Takes the vertices and corners of a primitive, before they are allocated.
+    fn take(&mut self, vertices: usize, corners: usize) -> Result<()> {
+        let (vertices, corners) = (
+            self.vertices.checked_sub(vertices),
+            self.corners.checked_sub(corners),
+        );
+        let (Some(vertices), Some(corners)) = (vertices, corners) else {
+            return Err(Error::data("size", "more than its bytes account for")
+                .expected(format!(
+                    "at most {} vertices and as many corners in all nodes",
+                    self.most
+                ))
+                .advice("export the mesh once for each place where it stands, or fewer of them"));
+        };
+        (self.vertices, self.corners) = (vertices, corners);
+        Ok(())
+    }
 }
 
-struct Reading {
-    buffers: Vec<Vec<u8>>,
+struct Reading<'a> {
+    buffers: Vec<Rc<Cow<'a, [u8]>>>,
+    room: Room,
     mesh: PolygonMesh,
     visited: Vec<bool>,
     skipped: usize,
 }
 
-impl Reading {
+impl Reading<'_> {
     fn take_node(&mut self, node: &gltf::Node<'_>, parent: Mat4) -> Result<()> {
         // Depth first without recursion: a damaged file may nest without end.
         let mut waiting = vec![(node.clone(), parent)];
@@ -213,8 +205,14 @@ impl Reading {
             self.skipped += 1;
             return Ok(());
         };
+        let count = accessor.count();
+        let corners = primitive.indices().map_or(count, |list| list.count());
+        let corners = match mode {
+            Mode::Triangles => corners,
+            _ => corners.saturating_mul(3), // each adds a triangle
+        };
+        self.room.take(count, corners)?;
         let positions = self.floats::<3>(&accessor)?;
-        let count = positions.len();
         let uvs =
             self.optional::<2>(primitive.get(&Semantic::TexCoords(0)), count, [f32::NAN; 2])?;
         let normals = self.optional::<3>(primitive.get(&Semantic::Normals), count, [0.0; 3])?;
@@ -329,7 +327,10 @@ impl Reading {
             fault("no buffer view")
                 .advice("compressed meshes are not read; export without compression")
         })?;
-        let stride = view.stride().unwrap_or(size).max(1);
+        let stride = view.stride().unwrap_or(size);
+        if stride < size {
+            return Err(fault("items that overlap").expected(format!("a stride of {size} or more")));
+        }
         let whole = &self.buffers[view.buffer().index()];
         let end = view.offset().checked_add(view.length());
         let bytes = end
@@ -460,6 +461,7 @@ fn bounds(positions: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     const POSITIONS: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 
@@ -503,10 +505,40 @@ mod tests {
         assert!(error.contains("vertex index 200"), "{error}");
     }
 
+    /// Nodes that share one mesh of `vertices` positions without indices, all 0.
+    fn shared(nodes: usize, vertices: usize) -> Vec<u8> {
+        let mut text = json!({
+            "asset": { "version": "2.0" },
+            "scene": 0,
+            "scenes": [{ "nodes": (0..nodes).collect::<Vec<_>>() }],
+            "nodes": vec![json!({ "mesh": 0 }); nodes],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "count": vertices,
+                "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0] }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 12 * vertices }],
+            "buffers": [{ "byteLength": 12 * vertices }]
+        })
+        .to_string()
+        .into_bytes();
+        text.resize(text.len().next_multiple_of(4), b' ');
+        let chunk = |kind: &[u8], content: &[u8]| {
+            [&(content.len() as u32).to_le_bytes(), kind, content].concat()
+        };
+        let chunks = [
+            chunk(b"JSON", &text),
+            chunk(b"BIN\0", &vec![0; 12 * vertices]),
+        ]
+        .concat();
+        let length = (12 + chunks.len()) as u32;
+        [b"glTF\x02\0\0\0".as_slice(), &length.to_le_bytes(), &chunks].concat()
+    }
+
     #[test]
-    fn base64_decodes() {
-        assert_eq!(decode_base64("bWVzaA==").unwrap(), b"mesh");
-        assert_eq!(decode_base64("bW*z"), None);
+    fn what_nodes_share_is_bounded_by_the_file() {
+        let few = parse(&shared(3, 30), Path::new("a.glb")).unwrap();
+        assert_eq!(few.positions.len(), 90);
+        let many = parse(&shared(4000, 4000), Path::new("a.glb")).unwrap_err();
+        assert!(many.to_string().contains("in all nodes"), "{many}");
     }
 
     #[test]

@@ -17,6 +17,7 @@ use ply_rs_bw::writer::Writer;
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
+use crate::format::guard::guarded;
 
 /// Vertices, or faces, that are written at once.
 const WRITTEN: usize = 1024;
@@ -80,7 +81,7 @@ impl PlyFile {
 /// Reads a PLY file.
 pub fn read(path: &Path) -> Result<PlyFile> {
     let file = File::open(path).map_err(Error::io(path, "read"))?;
-    parse(BufReader::with_capacity(1 << 18, file)).map_err(|error| error.in_file(path))
+    guarded(path, || parse(BufReader::with_capacity(1 << 18, file)))
 }
 
 /// Parses a PLY file from any source.
@@ -96,6 +97,7 @@ pub fn parse(source: impl BufRead) -> Result<PlyFile> {
         ..PlyFile::default()
     };
     for element in header.elements.values() {
+        check_properties(element)?;
         let mut rows = Rows {
             parser: &parser,
             encoding: header.encoding,
@@ -110,6 +112,18 @@ pub fn parse(source: impl BufRead) -> Result<PlyFile> {
     }
     check_indices(&ply)?;
     Ok(ply)
+}
+
+/// Rows without properties are no bytes, so that nothing would end a count beyond all measure.
+fn check_properties(element: &ElementDef) -> Result<()> {
+    if element.count == 0 || !element.properties.is_empty() {
+        return Ok(());
+    }
+    Err(Error::data(
+        format!("element {}", element.name),
+        format!("{} rows without properties", element.count),
+    )
+    .expected("a property, or no rows"))
 }
 
 fn fault(place: impl Into<String>, error: &dyn std::fmt::Display) -> Error {
@@ -406,6 +420,20 @@ mod tests {
         assert_eq!(ply.column("red").unwrap(), [255.0, 0.0, 0.0, 7.0]);
         assert_eq!(ply.faces.iter().collect::<Vec<_>>(), [[0, 1, 2, 3]]);
         assert!(ply.require("z").unwrap_err().to_string().contains("`z`"));
+    }
+
+    #[test]
+    fn rows_without_properties_are_refused_at_once() {
+        for kind in ["vertex", "face", "nothing"] {
+            let text = format!(
+                "ply\nformat binary_little_endian 1.0\nelement {kind} {}\nend_header\n",
+                u64::MAX
+            );
+            let error = parse_text(&text).unwrap_err().to_string();
+            assert!(error.contains(&format!("element {kind}")), "{error}");
+        }
+        let none = "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n";
+        assert_eq!(parse_text(none).unwrap().vertex_count, 0);
     }
 
     #[test]
