@@ -7,6 +7,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
+use crate::format::guard::guarded;
 use crate::format::id::ContentId;
 use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column, PlyFile};
@@ -104,7 +105,7 @@ impl SurfaceTextonMap {
     /// Reads a map and checks every number a later stage relies on.
     pub fn read(path: &Path) -> Result<Self> {
         let file = ply::read(path)?;
-        Self::from_ply(&file).map_err(|error| error.in_file(path))
+        guarded(path, || Self::from_ply(&file))
     }
 
     fn from_ply(file: &PlyFile) -> Result<Self> {
@@ -113,6 +114,10 @@ impl SurfaceTextonMap {
         let s = checked_column(file, "s", 0.0..=f64::from(width).next_down())?;
         let t = checked_column(file, "t", f64::MIN_POSITIVE..=f64::from(height))?;
         let textons = checked_column(file, "texton", 0.0..=65535.0)?;
+        if let Some(vertex) = textons.iter().position(|label| label.fract() != 0.0) {
+            let place = format!("vertex {vertex}, property texton");
+            return Err(Error::data(place, textons[vertex].to_string()).expected("a whole number"));
+        }
         Ok(Self {
             mesh: TriangleMesh {
                 positions: vectors(file, ["x", "y", "z"])?,
@@ -124,8 +129,9 @@ impl SurfaceTextonMap {
                 .iter()
                 .zip(t)
                 .map(|(&s, &t)| TexCoord {
-                    s: s as f32,
-                    t: t as f32,
+                    // Doubles next to a border round beyond it.
+                    s: (s as f32).min((width as f32).next_down()),
+                    t: (t as f32).max(f32::MIN_POSITIVE),
                 })
                 .collect(),
             textons: textons
@@ -140,6 +146,11 @@ impl SurfaceTextonMap {
         })
     }
 }
+
+/// The longest side of a sample, in texels: texels are counted in 32 bits.
+const LONGEST: u32 = 65535;
+/// The largest coordinate of a vertex, as meshes have it: squares of distances stay finite.
+const FARTHEST: f64 = 1e15;
 
 /// The comment lines of a map.
 struct MapHeader {
@@ -171,12 +182,20 @@ impl MapHeader {
             .filter_map(|side| side.parse().ok())
             .collect();
         let exemplar = match numbers[..] {
-            [width, height] if width > 0 && height > 0 => [width, height],
-            _ => return Err(bad_comment("exemplar", sides, "two sides, 1 or more")),
+            [width, height]
+                if (1..=LONGEST).contains(&width) && (1..=LONGEST).contains(&height) =>
+            {
+                [width, height]
+            }
+            _ => return Err(bad_comment("exemplar", sides, "two sides, 1 to 65535")),
         };
         let texel: f64 = parse_comment("texel", word("texel")?, "a number above 0")?;
-        if !(texel > 0.0 && texel.is_finite()) {
-            return Err(bad_comment("texel", word("texel")?, "a number above 0"));
+        if !(1.0 / FARTHEST..=FARTHEST).contains(&texel) {
+            return Err(bad_comment(
+                "texel",
+                word("texel")?,
+                "a number from 1e-15 to 1e15",
+            ));
         }
         let id = |key| -> Result<ContentId> {
             let text = word(key)?;
@@ -218,8 +237,7 @@ fn checked_column<'a>(
 }
 
 fn vectors(file: &PlyFile, names: [&str; 3]) -> Result<Vec<Vec3>> {
-    let finite = f64::from(f32::MIN)..=f64::from(f32::MAX);
-    let [x, y, z] = names.map(|name| checked_column(file, name, finite.clone()));
+    let [x, y, z] = names.map(|name| checked_column(file, name, -FARTHEST..=FARTHEST));
     let vertices = x?.iter().zip(y?).zip(z?);
     Ok(vertices
         .map(|((&x, &y), &z)| DVec3::new(x, y, z).as_vec3())

@@ -41,7 +41,8 @@ impl Arguments {
     pub fn run(&self, _session: &Session) -> Result<Outcome> {
         let _locks = self.files().claim()?;
         let vocabulary = StoredVocabulary::open(&self.textons)?;
-        let mut space = space::from_vocabulary(&vocabulary);
+        let mut space =
+            space::from_vocabulary(&vocabulary).map_err(|error| error.in_file(&self.textons))?;
         space.write(&self.output, Some(&vocabulary.id))?;
         let mut outcome = Outcome::default();
         let mut levels = Vec::new();

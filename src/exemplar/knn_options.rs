@@ -8,7 +8,7 @@ use crate::grid::TexelGrid;
 /// The least separation of listed neighbours, as a share of the level's shorter side.
 const SEPARATION_SHARE: f64 = 0.05;
 /// The widest window, beyond any use.
-const WIDEST: u32 = 255;
+pub const WIDEST: u32 = 255;
 
 /// Texels up to which exact search is cheap: 128 × 128.
 const CHEAP_TEXELS: usize = 1 << 14;

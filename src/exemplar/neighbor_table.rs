@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::exemplar::greedy_choice::Choice;
-use crate::exemplar::knn_options::{KnnOptions, Search};
+use crate::exemplar::knn_options::{KnnOptions, Search, WIDEST};
 use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
 use crate::exemplar::space::Space;
 use crate::exemplar::table_rows::{Rows, assemble};
@@ -32,6 +32,13 @@ use crate::texton::vocabulary::as_map;
 pub const FORMAT: &str = "mesotex-knn";
 /// The version written, and the only one read.
 pub const VERSION: u32 = 1;
+
+/// Levels that any sample can have: beyond these, each is a single texel.
+const MOST_LEVELS: usize = 32;
+/// No sample has longer sides.
+const MOST_SEPARATION: u32 = 1 << 16;
+/// The largest weight of a sample: weighted distances stay finite.
+const LARGEST_WEIGHT: f32 = 1e3;
 
 /// The neighbourhood of a level: where its samples lie and what they weigh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -345,19 +352,21 @@ impl NeighborTable {
         let Some(id) = meta.id else {
             return Err(file.fault("meta.json: id", "missing"));
         };
-        if meta.levels.is_empty() || meta.k == 0 {
+        let count = meta.levels.len();
+        if !(1..=MOST_LEVELS).contains(&count) || meta.k == 0 {
             return Err(file
-                .fault(
-                    "meta.json",
-                    format!("{} levels, k {}", meta.levels.len(), meta.k),
-                )
-                .expected("at least 1 of each"));
+                .fault("meta.json", format!("{count} levels, k {}", meta.k))
+                .expected(format!("1 to {MOST_LEVELS} levels, k 1 or more")));
         }
         let levels = meta
             .levels
             .into_iter()
             .enumerate()
-            .map(|(at, level)| read_level(&mut file, at, level, meta.k))
+            .map(|(at, level)| {
+                let found = check_neighborhood(&level, at + 1 == count);
+                found.map_err(|error| file.at(&format!("meta.json: levels[{at}]"), error))?;
+                read_level(&mut file, at, level, meta.k)
+            })
             .collect::<Result<_>>()?;
         Ok(Self {
             levels,
@@ -402,6 +411,53 @@ impl TableLevel {
     }
 }
 
+/// Checks what `meta.json` says of a level: windows and weights that synthesis can work with.
+fn check_neighborhood(meta: &LevelMeta, is_coarsest: bool) -> Result<()> {
+    check_window("offsets", &meta.offsets, &meta.weights)?;
+    check_window("coarse_offsets", &meta.coarse_offsets, &meta.coarse_weights)?;
+    let fault =
+        |field, found: String, expected: &str| Err(Error::data(field, found).expected(expected));
+    if meta.offsets.is_empty() {
+        return fault("offsets", "none".into(), "at least 1");
+    }
+    if is_coarsest && !meta.coarse_offsets.is_empty() {
+        let found = format!("{} samples", meta.coarse_offsets.len());
+        return fault("coarse_offsets", found, "none: no level is coarser");
+    }
+    if meta.min_separation > MOST_SEPARATION {
+        let found = meta.min_separation.to_string();
+        return fault("min_separation", found, "at most 65536 texels");
+    }
+    Ok(())
+}
+
+/// Checks a window's offsets and weights; `field` names the offsets.
+fn check_window(field: &str, offsets: &[[i32; 2]], weights: &[f32]) -> Result<()> {
+    if offsets.len() != weights.len() {
+        let found = format!("{} offsets, {} weights", offsets.len(), weights.len());
+        return Err(Error::data(field, found).expected("one weight per offset"));
+    }
+    let reach = WIDEST / 2;
+    let within = |offset: &[i32; 2]| offset.iter().all(|step| step.unsigned_abs() <= reach);
+    if let Some(at) = offsets.iter().position(|offset| !within(offset)) {
+        let found = format!("{:?}", offsets[at]);
+        return Err(Error::data(format!("{field}[{at}]"), found)
+            .expected(format!("steps from −{reach} to {reach} texels")));
+    }
+    let most = (WIDEST * WIDEST) as usize;
+    if offsets.len() > most {
+        let found = format!("{} samples", offsets.len());
+        return Err(Error::data(field, found).expected(format!("at most {most}")));
+    }
+    let sound = |weight: &f32| *weight > 0.0 && *weight <= LARGEST_WEIGHT;
+    if let Some(at) = weights.iter().position(|weight| !sound(weight)) {
+        let found = weights[at].to_string();
+        return Err(Error::data(format!("weight {at} of {field}"), found)
+            .expected(format!("above 0, at most {LARGEST_WEIGHT:e}")));
+    }
+    Ok(())
+}
+
 fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> Result<TableLevel> {
     let (neighbors_name, distances_name) = (format!("L{at}/neighbors"), format!("L{at}/distances"));
     let neighbors = file.array::<u32, Ix2>(&neighbors_name)?;
@@ -431,22 +487,13 @@ fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> R
             .fault(&distances_name, format!("{value} at {place:?}"))
             .expected("finite and not negative"));
     }
-    if meta.offsets.len() != meta.weights.len()
-        || meta.coarse_offsets.len() != meta.coarse_weights.len()
-        || meta.offsets.is_empty()
-    {
+    if let Some(texel) = (0..texels).find(|&texel| neighbors[[texel, 0]] as usize != texel) {
         return Err(file
             .fault(
-                &format!("meta.json: levels[{at}]"),
-                format!(
-                    "{} offsets, {} weights; {} coarse offsets, {} weights",
-                    meta.offsets.len(),
-                    meta.weights.len(),
-                    meta.coarse_offsets.len(),
-                    meta.coarse_weights.len()
-                ),
+                &neighbors_name,
+                format!("texel {} at [{texel}, 0]", neighbors[[texel, 0]]),
             )
-            .expected("one weight an offset"));
+            .expected("the texel itself first"));
     }
     Ok(TableLevel {
         neighbors,

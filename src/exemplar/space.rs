@@ -8,7 +8,7 @@ use ndarray::{Array2, Array3, ArrayView2, Ix2, Ix3, s};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;
@@ -81,22 +81,39 @@ struct Meta {
 
 /// The space of a vocabulary: the textons' dot products in place of their appearance vectors.
 /// It has no id of its own until it is [written](Space::write).
-pub fn from_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Space {
-    Space {
-        levels: vocabulary.levels.iter().map(space_level).collect(),
+pub fn from_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Result<Space> {
+    let levels = vocabulary.levels.iter().enumerate();
+    Ok(Space {
+        levels: levels.map(space_level).collect::<Result<_>>()?,
         id: ContentId::of_bytes(&[]),
         sample: vocabulary.sample.clone(),
+    })
+}
+
+fn space_level<C: RowVectors>((at, level): (usize, &VocabularyLevel<C>)) -> Result<SpaceLevel> {
+    let gram = with_default_texton(&dot_products(&level.centroids)?);
+    match gram.iter().find(|value| !is_sound(**value)) {
+        None => Ok(SpaceLevel {
+            grid: level.grid,
+            features: Features::Textons {
+                labels: level.labels.clone(),
+                gram,
+            },
+        }),
+        Some(value) => Err(Error::data(
+            format!("L{at}/centroids"),
+            format!("a dot product of {value}"),
+        )
+        .expected(format!("at most {LARGEST:e}"))),
     }
 }
 
-fn space_level<C: RowVectors>(level: &VocabularyLevel<C>) -> SpaceLevel {
-    SpaceLevel {
-        grid: level.grid,
-        features: Features::Textons {
-            labels: level.labels.clone(),
-            gram: with_default_texton(&dot_products(&level.centroids)),
-        },
-    }
+/// The largest dot product or squared feature: distances of the widest neighbourhoods stay below the
+/// largest `f32`.
+const LARGEST: f32 = 1e30;
+
+fn is_sound(product: f32) -> bool {
+    product.abs() <= LARGEST
 }
 
 /// Φ with one more row and column: the default texton, the plain mean of the textons.
@@ -250,10 +267,14 @@ fn check_gram(file: &npz::Reader, name: &str, gram: ArrayView2<'_, f32>) -> Resu
         .iter()
         .fold(0.0_f32, |largest, v| largest.max(v.abs()));
     for ((row, col), &value) in gram.indexed_iter() {
-        if !value.is_finite() || (value - gram[[col, row]]).abs() > 1e-3 * scale {
+        let negative = row == col && value < 0.0;
+        if !is_sound(value) || negative || (value - gram[[col, row]]).abs() > 1e-3 * scale {
             return Err(file
                 .fault(name, format!("{value} at [{row}, {col}]"))
-                .expected("finite numbers, the same at [i, j] and [j, i]"));
+                .expected(format!(
+                    "numbers up to {LARGEST:e}, the same at [i, j] and [j, i], none on the diagonal \
+                     negative"
+                )));
         }
     }
     Ok(())
@@ -268,10 +289,11 @@ fn read_features(file: &mut npz::Reader, at: usize, tileable: bool) -> Result<Sp
             .fault(&name, format!("shape [{height}, {width}, {depth}]"))
             .expected("at least one texel and one number a texel"));
     }
-    if let Some(value) = features.iter().find(|value| !value.is_finite()) {
+    let sound = |value: &&f32| is_sound(**value * **value);
+    if let Some(value) = features.iter().find(|value| !sound(value)) {
         return Err(file
             .fault(&name, value.to_string())
-            .expected("finite numbers"));
+            .expected(format!("numbers whose squares are at most {LARGEST:e}")));
     }
     Ok(SpaceLevel {
         grid: grid_of(height, width, tileable),
@@ -288,7 +310,7 @@ fn check_pyramid(
 ) -> Result<()> {
     let grid = level.grid;
     let expected = finer.map_or(grid, |finer| finer.grid.coarser());
-    if grid == expected && !grid.is_empty() {
+    if grid == expected && !grid.is_empty() && u32::try_from(grid.len()).is_ok() {
         return Ok(());
     }
     Err(file

@@ -22,6 +22,9 @@ pub const VERSION: u32 = 1;
 
 /// Numbers that one task checks.
 const CHECKED: usize = 1 << 16;
+/// The largest number of an appearance vector: dot products of a million of them stay far below the
+/// largest `f32`. Measured ones are below 10⁵.
+const LARGEST: f32 = 1e12;
 
 /// The vocabulary of one level.
 #[derive(Clone, Debug, PartialEq)]
@@ -152,28 +155,34 @@ impl StoredVocabulary {
         let mut file = npz::Reader::open(path)?;
         let meta: Meta = file.meta()?;
         check_format(&file, &meta.format, meta.version)?;
-        let Some(id) = meta.id else {
+        let Some(id) = meta.id.clone() else {
             return Err(file.fault("meta.json: id", "missing"));
         };
         let representatives = file.array::<u32, Ix1>("representatives")?.to_vec();
         let filters = file.array::<f32, Ix3>("filters")?;
-        let components = representatives.len() * meta.channels as usize * filters.dim().0;
-        if meta.inertia.len() != meta.iterations.len() || meta.inertia.is_empty() {
-            return Err(file.fault(
-                "meta.json: inertia",
-                format!("{} levels", meta.inertia.len()),
-            ));
+        check_meta(&file, &meta)?;
+        let components = components(&file, &meta, &representatives, &filters)?;
+        let mut levels: Vec<VocabularyLevel<StoredArray<f32>>> = Vec::new();
+        for (&inertia, &iterations) in meta.inertia.iter().zip(&meta.iterations) {
+            let at = levels.len();
+            let level = VocabularyLevel {
+                inertia,
+                iterations,
+                ..read_level(&mut file, at, meta.tileable, components)?
+            };
+            let expected = levels
+                .last()
+                .map_or(level.grid, |finer| finer.grid.coarser());
+            if level.grid != expected {
+                return Err(file
+                    .fault(&format!("L{at}/labels"), sides(level.grid))
+                    .expected(format!(
+                        "{}: each level is half the one before",
+                        sides(expected)
+                    )));
+            }
+            levels.push(level);
         }
-        let levels = (0..meta.inertia.len())
-            .map(|at| {
-                let level = read_level(&mut file, at, meta.tileable, components)?;
-                Ok(VocabularyLevel {
-                    inertia: meta.inertia[at],
-                    iterations: meta.iterations[at],
-                    ..level
-                })
-            })
-            .collect::<Result<_>>()?;
         Ok(Self {
             levels,
             representatives,
@@ -202,6 +211,77 @@ fn check_format(file: &npz::Reader, format: &str, version: u32) -> Result<()> {
     Ok(())
 }
 
+fn sides(grid: TexelGrid) -> String {
+    format!("{} × {} texels", grid.height, grid.width)
+}
+
+/// Levels that any sample can have: beyond these, each is a single texel.
+const MOST_LEVELS: usize = 32;
+
+/// Checks the numbers of `meta.json`.
+fn check_meta(file: &npz::Reader, meta: &Meta) -> Result<()> {
+    let levels = meta.inertia.len();
+    if !(1..=MOST_LEVELS).contains(&levels) || levels != meta.iterations.len() {
+        return Err(file
+            .fault(
+                "meta.json: inertia, iterations",
+                format!("{levels} and {} levels", meta.iterations.len()),
+            )
+            .expected(format!("1 to {MOST_LEVELS}, as many of each")));
+    }
+    let sound = |inertia: &f64| *inertia >= 0.0 && inertia.is_finite();
+    if let Some(inertia) = meta.inertia.iter().find(|inertia| !sound(inertia)) {
+        return Err(file
+            .fault("meta.json: inertia", inertia.to_string())
+            .expected("finite and not negative"));
+    }
+    if !matches!(meta.channels, 1 | 3) {
+        return Err(file
+            .fault("meta.json: channels", meta.channels.to_string())
+            .expected("1 or 3"));
+    }
+    Ok(())
+}
+
+/// Numbers of an appearance vector.
+fn components(
+    file: &npz::Reader,
+    meta: &Meta,
+    representatives: &[u32],
+    filters: &Array3<f32>,
+) -> Result<usize> {
+    if filters.is_empty() || filters.iter().any(|tap| !tap.is_finite()) {
+        return Err(file
+            .fault("filters", format!("shape {:?}", filters.shape()))
+            .expected("filters of one finite tap or more"));
+    }
+    let images = representatives.len().checked_mul(meta.channels as usize);
+    let components = images.and_then(|planes| planes.checked_mul(filters.dim().0));
+    components.filter(|&count| count > 0).ok_or_else(|| {
+        file.fault(
+            "representatives",
+            format!("{} images", representatives.len()),
+        )
+        .expected("at least 1")
+    })
+}
+
+/// Checks that no texton is empty and that the members are the level's texels, none twice.
+fn check_counts(file: &npz::Reader, name: &str, counts: &[u32], texels: usize) -> Result<()> {
+    let members: u64 = counts.iter().map(|&count| u64::from(count)).sum();
+    if members == texels as u64 && !counts.contains(&0) {
+        return Ok(());
+    }
+    Err(file
+        .fault(
+            name,
+            format!("{members} members of {} textons", counts.len()),
+        )
+        .expected(format!(
+            "{texels}, one per texel, and no texton without members"
+        )))
+}
+
 fn read_level(
     file: &mut npz::Reader,
     at: usize,
@@ -228,10 +308,16 @@ fn read_level(
             .fault(&name("labels"), format!("label {label}"))
             .expected(format!("labels below {}", counts.len())));
     }
-    if let Some(value) = first_unsound(&centroids) {
+    check_counts(file, &name("counts"), &counts, labels.len())?;
+    if u32::try_from(labels.len()).is_err() {
+        return Err(file
+            .fault(&name("labels"), format!("{:?} texels", labels.dim()))
+            .expected("fewer than 2^32"));
+    }
+    if let Some(value) = first_unsound(&centroids)? {
         return Err(file
             .fault(&name("centroids"), value.to_string())
-            .expected("finite numbers"));
+            .expected(format!("numbers from −{LARGEST:e} to {LARGEST:e}")));
     }
     Ok(VocabularyLevel {
         grid: TexelGrid {
@@ -247,14 +333,20 @@ fn read_level(
     })
 }
 
-/// The first number that is not finite.
-fn first_unsound(numbers: &StoredArray<f32>) -> Option<f32> {
-    let unsound = |part: usize| {
-        let range = part * CHECKED..((part + 1) * CHECKED).min(numbers.len());
-        numbers.numbers(range).find(|value| !value.is_finite())
+/// The first number that is not finite or too large.
+fn first_unsound(numbers: &StoredArray<f32>) -> Result<Option<f32>> {
+    let unsound = |held: &mut Vec<f32>, part: usize| {
+        let first = part * CHECKED;
+        held.resize(CHECKED.min(numbers.len() - first), 0.0);
+        numbers.read(first, held)?;
+        Ok(held.iter().copied().find(|value| !(value.abs() <= LARGEST)))
     };
     let parts = numbers.len().div_ceil(CHECKED);
-    (0..parts).into_par_iter().find_map_first(unsound)
+    let found: Vec<Option<f32>> = (0..parts)
+        .into_par_iter()
+        .map_init(Vec::new, unsound)
+        .collect::<Result<_>>()?;
+    Ok(found.into_iter().flatten().next())
 }
 
 /// Labels as an image [height, width].
