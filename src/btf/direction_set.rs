@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::btf::direction::{Direction, SAME_DIRECTION};
 use crate::error::{Error, Result};
+use crate::format::guard::guarded;
 
 /// The most directions a set may have.
 const MOST: usize = 100_000;
@@ -159,7 +160,7 @@ fn read_csv(path: &Path) -> Result<Vec<Direction>> {
             .map_err(|_| Error::data("text", "bytes that are no UTF-8"))?;
         parse_csv(text)
     };
-    parse().map_err(|error| error.in_file(path))
+    guarded(path, parse)
 }
 
 /// The directions of a table with the columns theta_deg and phi_deg, among others; empty lines

@@ -15,7 +15,7 @@ mod mesh;
 mod outcome;
 mod outputs;
 mod render;
-mod run;
+pub mod run;
 mod session;
 mod synth;
 mod terminal;
@@ -29,6 +29,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::guard;
 
 /// Puts measured appearance on real geometry: BTF textons, synthesis on meshes, OpenEXR frames.
 #[derive(Debug, Parser)]
@@ -129,6 +130,7 @@ impl Command {
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
+    guard::silence();
     let command = CommandLine::parse().command;
     let result = Session::new(command.common()).and_then(|session| {
         // In a thread of the pool: one that waits outside is put to sleep and woken for every step that

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::{Vec2, Vec3};
 
 use crate::error::{Error, Result};
+use crate::format::guard::guarded;
 use crate::format::polygon_mesh::PolygonMesh;
 use crate::format::{gltf, obj, off, ply, source, stl};
 use crate::mesh::cleaning::{
@@ -57,9 +58,9 @@ pub fn read(path: &Path) -> Result<UserMesh> {
 /// Reads and cleans a mesh.
 pub fn read_with(path: &Path, options: &CleaningOptions) -> Result<UserMesh> {
     let bytes = source::read(path)?;
-    parse(&bytes, path)
-        .and_then(|file| clean(file, options))
-        .map_err(|error| error.in_file(path))
+    guarded(path, || {
+        parse(&bytes, path).and_then(|file| clean(file, options))
+    })
 }
 
 /// Parses a mesh file's bytes; the format is told by the file's name (`.gz` set aside).

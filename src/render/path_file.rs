@@ -12,6 +12,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::error::{Error, Result};
+use crate::format::guard::guarded;
 
 /// What a file says of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -121,12 +122,10 @@ pub fn read(path: &Path) -> Result<Vec<Row>> {
     let is_json = path
         .extension()
         .is_some_and(|ending| ending.eq_ignore_ascii_case("json"));
-    let rows = if is_json {
-        parse_json(&text)
-    } else {
-        parse_csv(&text)
-    };
-    let rows = rows.map_err(|error| error.in_file(path))?;
+    let rows = guarded(path, || match is_json {
+        true => parse_json(&text),
+        false => parse_csv(&text),
+    })?;
     if rows.is_empty() {
         return Err(Error::data("rows", "none")
             .expected("one a frame")

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use crate::btf::direction::Direction;
 use crate::btf::import::{ImageList, MeasuredImage};
 use crate::error::{Error, Result};
+use crate::format::guard::guarded;
 
 #[derive(Debug, Deserialize)]
 struct Row {
@@ -26,7 +27,7 @@ struct Row {
 pub fn read(path: &Path) -> Result<ImageList> {
     let file = File::open(path).map_err(Error::io(path, "read"))?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let images = parse(file, folder).map_err(|error| error.in_file(path))?;
+    let images = guarded(path, || parse(file, folder))?;
     Ok(ImageList {
         name: path
             .file_stem()

@@ -11,12 +11,13 @@ use glam::DVec3;
 use crate::btf::direction::Direction;
 use crate::btf::import::{ImageList, MeasuredImage};
 use crate::error::{Error, Result};
+use crate::format::guard::guarded;
 
 /// Reads a `.lp` file.
 pub fn read(path: &Path) -> Result<ImageList> {
     let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
-    let images = parse(&text, path.parent().unwrap_or(Path::new("")))
-        .map_err(|error| error.in_file(path))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let images = guarded(path, || parse(&text, folder))?;
     Ok(ImageList {
         name: name_of(path),
         path: path.to_path_buf(),

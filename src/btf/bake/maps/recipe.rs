@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::btf::bake::maps::normals::NormalY;
 use crate::error::{Error, Result};
+use crate::format::guard::guarded;
 
 /// The largest recipe read, in bytes.
 const LARGEST_FILE: u64 = 1 << 20;
@@ -193,7 +194,7 @@ pub(super) fn read(path: &Path) -> Result<Recipe> {
             .map_err(|_| Error::data("text", "bytes that are no UTF-8").expected("TOML"))?;
         parse(text)
     };
-    let mut recipe = parse().map_err(|error| error.in_file(path))?;
+    let mut recipe = guarded(path, parse)?;
     if recipe.name.is_empty() {
         recipe.name = default_name(path);
     }
