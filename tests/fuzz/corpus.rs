@@ -1,0 +1,468 @@
+//! Small sound files of every kind, made by code.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{Cursor, Write};
+use std::path::Path;
+
+use glam::Vec3;
+use half::f16;
+use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
+use mesotex::btf::direction::Direction;
+use mesotex::btf::sample::{DType, Description, Layout};
+use mesotex::btf::writer::SampleWriter;
+use mesotex::exemplar::knn_options::KnnOptions;
+use mesotex::exemplar::neighbor_table::{self, NeighborTable};
+use mesotex::exemplar::space::{Features, Space, SpaceLevel};
+use mesotex::format::exr::{self, Attribute, Compression, ExrImage, Numbers};
+use mesotex::format::gltf::{self, GltfMesh};
+use mesotex::format::id::ContentId;
+use mesotex::format::{npy, npz};
+use mesotex::grid::{TexCoord, TexelGrid};
+use mesotex::index::TextonLabel;
+use mesotex::mesh::builtin::kettlebell;
+use mesotex::mesh::reading::{CleaningOptions, UserMesh, clean, parse};
+use mesotex::mesh::triangle_mesh::TriangleMesh;
+use mesotex::progress::Progress;
+use mesotex::surface_map::SurfaceTextonMap;
+use ndarray::{Array, Array2};
+use serde_json::json;
+
+/// Columns and rows of the pictures.
+const SIDES: (u32, u32) = (13, 9);
+
+/// The bytes that `write` puts into a file of this name.
+pub fn file_bytes(name: &str, write: impl FnOnce(&Path)) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    write(&path);
+    fs::read(&path).unwrap()
+}
+
+fn color(x: u32, y: u32) -> Rgb<u8> {
+    Rgb([(x * 19) as u8, (y * 27) as u8, (x * y) as u8])
+}
+
+fn pictures() -> Vec<DynamicImage> {
+    let (width, height) = SIDES;
+    let gray = ImageBuffer::from_fn(width, height, |x, y| Luma([(x * y * 3) as u8]));
+    let rgba = ImageBuffer::from_fn(width, height, |x, y| {
+        let [r, g, b] = color(x, y).0;
+        Rgba([r, g, b, (x * 17) as u8])
+    });
+    let deep = ImageBuffer::from_fn(width, height, |x, y| Rgb([x as u16 * 5000, y as u16, 7]));
+    vec![
+        DynamicImage::ImageRgb8(ImageBuffer::from_fn(width, height, color)),
+        DynamicImage::ImageLuma8(gray),
+        DynamicImage::ImageRgba8(rgba),
+        DynamicImage::ImageRgb16(deep),
+    ]
+}
+
+fn encoded(picture: &DynamicImage, format: ImageFormat) -> Option<Vec<u8>> {
+    let mut bytes = Cursor::new(Vec::new());
+    picture.write_to(&mut bytes, format).ok()?;
+    Some(bytes.into_inner())
+}
+
+/// The pictures in a format, as many as it can hold.
+pub fn images(format: ImageFormat) -> Vec<Vec<u8>> {
+    let pictures = pictures();
+    let files = pictures
+        .iter()
+        .filter_map(|picture| encoded(picture, format));
+    files.collect()
+}
+
+/// PNG files, one with a palette.
+pub fn pngs() -> Vec<Vec<u8>> {
+    let chunk = |kind: &[u8; 4], content: &[u8]| {
+        let mut crc = flate2::Crc::new();
+        crc.update(kind);
+        crc.update(content);
+        let length = (content.len() as u32).to_be_bytes();
+        [&length, &kind[..], content, &crc.sum().to_be_bytes()].concat()
+    };
+    let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), Default::default());
+    packed.write_all(&[0, 0x1b, 0, 0xe4, 0, 0x1b]).unwrap();
+    let palette = [
+        b"\x89PNG\r\n\x1a\n".to_vec(),
+        chunk(b"IHDR", b"\0\0\0\x04\0\0\0\x03\x02\x03\0\0\0"),
+        chunk(b"PLTE", &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]),
+        chunk(b"tRNS", &[0, 128]),
+        chunk(b"IDAT", &packed.finish().unwrap()),
+        chunk(b"IEND", b""),
+    ];
+    let mut files = images(ImageFormat::Png);
+    files.push(palette.concat());
+    files
+}
+
+/// A Radiance picture.
+pub fn hdr() -> Vec<u8> {
+    let picture = ImageBuffer::from_fn(SIDES.0, SIDES.1, |x, y| {
+        Rgb([x as f32 * 0.3, y as f32, 1e-3])
+    });
+    encoded(&DynamicImage::ImageRgb32F(picture), ImageFormat::Hdr).unwrap()
+}
+
+/// TIFF files of each compression, integers and floats.
+pub fn tiffs() -> Vec<Vec<u8>> {
+    use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
+    let numbers: Vec<f32> = (0..SIDES.0 * SIDES.1).map(|k| k as f32 * 0.01).collect();
+    let compressions = [
+        Compression::Uncompressed,
+        Compression::Lzw,
+        Compression::Deflate(DeflateLevel::default()),
+        Compression::Packbits,
+    ];
+    let floats = compressions.map(|compression| {
+        let mut bytes = Cursor::new(Vec::new());
+        let mut encoder = TiffEncoder::new(&mut bytes)
+            .unwrap()
+            .with_compression(compression);
+        encoder
+            .write_image::<colortype::Gray32Float>(SIDES.0, SIDES.1, &numbers)
+            .unwrap();
+        bytes.into_inner()
+    });
+    let mut files = images(ImageFormat::Tiff);
+    files.extend(floats);
+    files
+}
+
+/// OpenEXR files of each compression.
+pub fn exrs() -> Vec<Vec<u8>> {
+    let count = (SIDES.0 * SIDES.1) as usize;
+    let halfs = |factor: f32| -> Numbers<'static> {
+        let numbers: Vec<f16> = (0..count)
+            .map(|k| f16::from_f32(k as f32 * factor))
+            .collect();
+        Numbers::Half(numbers.into())
+    };
+    let depths: Vec<f32> = (0..count).map(|k| (k as f32).sqrt()).collect();
+    let channels = BTreeMap::from([
+        ("R".to_owned(), halfs(0.1)),
+        ("G".to_owned(), halfs(0.2)),
+        ("B".to_owned(), halfs(0.0)),
+        ("Z".to_owned(), Numbers::Float(depths.into())),
+    ]);
+    let attributes = BTreeMap::from([
+        ("worldToCamera".to_owned(), Attribute::Matrix([0.5; 16])),
+        ("mesotex:options".to_owned(), Attribute::Text("{}".into())),
+    ]);
+    let picture = ExrImage {
+        size: [SIDES.0, SIDES.1],
+        channels,
+        attributes,
+    };
+    let compressions = [
+        Compression::None,
+        Compression::Rle,
+        Compression::Zips,
+        Compression::Zip,
+        Compression::Piz,
+        Compression::Pxr24,
+    ];
+    let mut files: Vec<Vec<u8>> = compressions
+        .iter()
+        .map(|&compression| exr::encode(&picture, compression).unwrap())
+        .collect();
+    files.push(file_bytes("a.exr", |path| {
+        ::exr::prelude::write_rgb_file(path, 20, 10, |x, y| (x as f32, y as f32, 0.5)).unwrap();
+    }));
+    files
+}
+
+/// An array file.
+pub fn array() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let array = Array2::from_shape_fn((5, 4), |(r, c)| (r * c) as f32);
+    npy::encode(&mut bytes, array.view().into_dyn()).unwrap();
+    bytes
+}
+
+fn grid(side: u32) -> TexelGrid {
+    TexelGrid {
+        width: side,
+        height: side,
+        tileable: true,
+    }
+}
+
+/// A texton vocabulary of two levels and tiny filters.
+pub fn vocabulary() -> Vec<u8> {
+    let meta = json!({
+        "format": "mesotex-textons", "version": 1, "tileable": true, "channels": 3,
+        "options": {}, "seed": 0, "inertia": [1.5, 0.5], "iterations": [3, 2],
+        "sample": ContentId::of_bytes(b"sample").to_string()
+    });
+    let labels = |side: usize| Array2::from_shape_fn((side, side), |(r, c)| ((r + c) % 2) as u16);
+    file_bytes("a.textons.npz", |path| {
+        npz::write(path, meta.as_object().unwrap().clone(), |file| {
+            for (at, side) in [4, 2].into_iter().enumerate() {
+                let half = (side * side / 2) as u32;
+                let centroids = Array2::from_shape_fn((2, 12), |(r, c)| (r + c) as f32);
+                file.array(&format!("L{at}/labels"), labels(side).view())?;
+                file.array(&format!("L{at}/centroids"), centroids.view())?;
+                file.array(&format!("L{at}/counts"), ndarray::aview1(&[half, half]))?;
+            }
+            file.array("representatives", ndarray::aview1(&[0_u32, 3]))?;
+            file.array("filters", Array::from_elem((2, 3, 3), 0.1_f32).view())
+        })
+        .unwrap();
+    })
+}
+
+/// A space of textons.
+pub fn space() -> Space {
+    let level = |side: u32| SpaceLevel {
+        grid: grid(side),
+        features: Features::Textons {
+            labels: (0..side * side).map(|k| (k * k % 5) as u16).collect(),
+            gram: Array2::from_shape_fn((6, 6), |(r, c)| if r == c { 2.0 } else { 0.25 }),
+        },
+    };
+    Space {
+        levels: vec![level(8), level(4)],
+        id: ContentId::of_bytes(b"space"),
+        sample: ContentId::of_bytes(b"sample"),
+    }
+}
+
+/// A space of features.
+pub fn features() -> Space {
+    let level = |side: u32| SpaceLevel {
+        grid: grid(side),
+        features: Features::Vectors(Array::from_shape_fn(
+            (side as usize, side as usize, 3),
+            |(r, c, k)| (r * 3 + c + k) as f32 * 0.1,
+        )),
+    };
+    Space {
+        levels: vec![level(4), level(2)],
+        ..space()
+    }
+}
+
+/// The bytes of a space.
+pub fn space_bytes(mut space: Space) -> Vec<u8> {
+    file_bytes("a.space.npz", |path| space.write(path, None).unwrap())
+}
+
+/// The neighbour table of [`space`] and its bytes.
+pub fn table() -> (NeighborTable, Vec<u8>) {
+    let options = KnnOptions {
+        k: 3,
+        neighborhood: 3,
+        coarse_neighborhood: 3,
+        ..KnnOptions::default()
+    };
+    let mut table = neighbor_table::build(&space(), &options, Progress::silent()).unwrap();
+    let bytes = file_bytes("a.knn.npz", |path| table.write(path, &options).unwrap());
+    (table, bytes)
+}
+
+/// A sample's `btf.json` and `radiance.npy`.
+pub fn sample(dtype: DType, layout: Layout) -> (Vec<u8>, Vec<u8>) {
+    let lights = [0.0, 0.5, 1.0].map(|theta| Direction::from_angles(theta, 2.0 * theta));
+    let description = Description {
+        format: "mesotex-btf".into(),
+        version: 1,
+        name: "weave".into(),
+        width: 4,
+        height: 3,
+        channels: 3,
+        dtype,
+        texel_mm: Some(0.1),
+        layout,
+        views: vec![Direction::from_angles(0.0, 0.0)],
+        lights: lights.to_vec(),
+        pairs: (layout == Layout::Pairs).then(|| vec![[0, 2], [0, 0]]),
+        tileable: true,
+        id: ContentId::of_bytes(b""),
+        source: json!({ "kind": "test" }),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.sample");
+    let images = description.image_count();
+    let mut writer = SampleWriter::create(&path, description).unwrap();
+    for image in 0..images {
+        writer.push(&[0.1 * image as f32; 36]).unwrap();
+    }
+    writer.finish().unwrap();
+    let read = |name: &str| fs::read(path.join(name)).unwrap();
+    (read("btf.json"), read("radiance.npy"))
+}
+
+/// A surface texton map.
+pub fn map() -> Vec<u8> {
+    let id = ContentId::of_bytes(b"x");
+    let map = SurfaceTextonMap {
+        mesh: TriangleMesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ONE],
+            triangles: vec![[0, 1, 2], [1, 3, 2]],
+        },
+        normals: vec![Vec3::Z; 4],
+        orientations: vec![Vec3::X; 4],
+        coords: vec![TexCoord { s: 0.5, t: 0.5 }; 4],
+        textons: vec![
+            TextonLabel(1),
+            TextonLabel(2),
+            TextonLabel(0),
+            TextonLabel::NONE,
+        ],
+        exemplar: [8, 8],
+        texel: 0.25,
+        seed: 7,
+        sample: id.clone(),
+        space: id,
+    };
+    file_bytes("a.map.ply", |path| map.write(path).unwrap())
+}
+
+/// A small closed mesh, read and cleaned.
+pub fn user_mesh() -> UserMesh {
+    let mesh = kettlebell(100);
+    let mut text = String::new();
+    for p in &mesh.positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &mesh.triangles {
+        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    let file = parse(text.as_bytes(), Path::new("a.obj")).unwrap();
+    clean(file, &CleaningOptions::default()).unwrap()
+}
+
+const CORNERS: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
+const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+
+/// A binary glTF file.
+pub fn glb() -> Vec<u8> {
+    let mesh = GltfMesh {
+        positions: &CORNERS,
+        normals: &[[0., 0., 1.]; 4],
+        triangles: &FACES,
+    };
+    file_bytes("a.glb", |path| gltf::write(path, &mesh).unwrap())
+}
+
+/// glTF in text: two nodes that share a mesh, its buffer in the file; a strip, its buffer beside it.
+pub fn gltf_texts() -> Vec<Vec<u8>> {
+    let with = |uri: &str, mode: u32| {
+        json!({
+            "asset": { "version": "2.0" },
+            "scene": 0,
+            "scenes": [{ "nodes": [0, 1] }],
+            "nodes": [{ "mesh": 0, "children": [2] }, { "mesh": 0, "translation": [2, 0, 0] },
+                { "mesh": 0, "scale": [1, -1, 1] }],
+            "meshes": [{ "primitives": [{ "mode": mode, "indices": 1,
+                "attributes": { "POSITION": 0, "TEXCOORD_0": 2 } }] }],
+            "accessors": [
+                { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+                    "min": [0, 0, 0], "max": [1, 1, 1] },
+                { "bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR" },
+                { "bufferView": 0, "byteOffset": 4, "componentType": 5126, "count": 4,
+                    "type": "VEC2" }
+            ],
+            "bufferViews": [{ "buffer": 0, "byteLength": 48, "byteStride": 12 },
+                { "buffer": 0, "byteOffset": 48, "byteLength": 24 }],
+            "buffers": [{ "byteLength": 72, "uri": uri }]
+        })
+        .to_string()
+        .into_bytes()
+    };
+    let data = format!("data:application/octet-stream;base64,{}", base64(&buffer()));
+    vec![with(&data, 4), with("a.bin", 5)]
+}
+
+/// The buffer of [`gltf_texts`].
+pub fn buffer() -> Vec<u8> {
+    let mut bytes: Vec<u8> = bytemuck::cast_slice(&CORNERS).to_vec();
+    for corner in FACES.as_flattened() {
+        bytes.extend((*corner as u16).to_le_bytes());
+    }
+    bytes
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let digit = |bits: u32| DIGITS[(bits & 63) as usize] as char;
+    let groups = bytes.chunks(3).flat_map(|group| {
+        let held = group
+            .iter()
+            .fold(0, |held, &byte| held << 8 | u32::from(byte));
+        let held = held << (8 * (3 - group.len()));
+        [18, 12, 6, 0].map(|shift| digit(held >> shift))
+    });
+    groups.collect()
+}
+
+/// PLY files: text and binary, both byte orders.
+pub fn plys() -> Vec<Vec<u8>> {
+    let text = "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 4\nproperty float x\n\
+        property float y\nproperty float z\nproperty float scale\nelement edge 1\nproperty int a\n\
+        element face 3\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0 1\n1 0 0 1\n0 1 0 2\n0 0 1 1\n9\n4 0 1 2 3\n3 0 1 3\n3 1 2 3\n";
+    let binary = |order: &str, number: fn(f64) -> [u8; 8], index: fn(u32) -> [u8; 4]| {
+        let mut bytes = format!(
+            "ply\nformat {order} 1.0\nelement vertex 4\nproperty double x\nproperty double y\n\
+             property double z\nelement face 4\nproperty list ushort uint vertex_index\nend_header\n"
+        )
+        .into_bytes();
+        for value in CORNERS.as_flattened() {
+            bytes.extend(number(f64::from(*value)));
+        }
+        for face in FACES {
+            bytes.extend(if order.contains("little") {
+                [3, 0]
+            } else {
+                [0, 3]
+            });
+            face.iter().for_each(|&corner| bytes.extend(index(corner)));
+        }
+        bytes
+    };
+    vec![
+        text.into(),
+        binary("binary_little_endian", f64::to_le_bytes, u32::to_le_bytes),
+        binary("binary_big_endian", f64::to_be_bytes, u32::to_be_bytes),
+        map(),
+    ]
+}
+
+/// STL files: binary and text.
+pub fn stls() -> Vec<Vec<u8>> {
+    let (mut text, mut binary) = ("solid a\n".to_owned(), vec![b' '; 80]);
+    binary.extend((FACES.len() as u32).to_le_bytes());
+    for face in FACES {
+        text += "facet normal 0 0 1\nouter loop\n";
+        binary.extend([0; 12]);
+        for [x, y, z] in face.map(|corner| CORNERS[corner as usize]) {
+            text += &format!("vertex {x} {y} {z}\n");
+            [x, y, z]
+                .iter()
+                .for_each(|v| binary.extend(v.to_le_bytes()));
+        }
+        text += "endloop\nendfacet\n";
+        binary.extend([0; 2]);
+    }
+    text += "endsolid a\n";
+    vec![text.into(), binary]
+}
+
+/// An OBJ file.
+pub const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n\
+    f 1/1/1 2/2/1 3/3/1\nf -4 -3 -1\nf 1//1 3//1 4//1\nf 2 3 \\\n 4\n";
+
+/// An OFF file.
+pub const OFF: &str =
+    "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+
+/// A gzip file of text.
+pub fn packed(text: &str) -> Vec<u8> {
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), Default::default());
+    packed.write_all(text.as_bytes()).unwrap();
+    packed.finish().unwrap()
+}

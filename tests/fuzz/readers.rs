@@ -1,0 +1,327 @@
+//! Every reader, with sound files to begin from and what must lie beside them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use image::ImageFormat;
+use mesotex::btf::bake::maps::read_recipe;
+use mesotex::btf::direction_set::DirectionSet;
+use mesotex::btf::import::read_list;
+use mesotex::btf::sample::{DType, Layout, Sample};
+use mesotex::cli::run::scene::Scene;
+use mesotex::error::Result;
+use mesotex::exemplar::neighbor_table::NeighborTable;
+use mesotex::exemplar::space::{Space, from_vocabulary};
+use mesotex::format::{exr, image as images, json, npy};
+use mesotex::grid::TexCoord;
+use mesotex::index::Level;
+use mesotex::mesh::field::guides::GuideFile;
+use mesotex::mesh::surface::prepare;
+use mesotex::mesh::surface_options::SurfaceOptions;
+use mesotex::mesh::{cache, reading};
+use mesotex::progress::Progress;
+use mesotex::render::path_file;
+use mesotex::surface_map::SurfaceTextonMap;
+use mesotex::synthesis::checkpoint::Checkpoint;
+use mesotex::synthesis::engine::{Inputs, LevelMap};
+use mesotex::synthesis::options::SynthesisOptions;
+use mesotex::synthesis::windows::Windows;
+use mesotex::texton::vocabulary::StoredVocabulary;
+
+use crate::corpus;
+use crate::mutation::Content;
+
+/// One reader.
+pub struct Reader {
+    /// What it reads.
+    pub name: &'static str,
+    /// What the file holds, for mutations that know.
+    pub content: Content,
+    /// Sound files.
+    pub files: Vec<Vec<u8>>,
+    /// Where the file lies in the folder.
+    file: &'static str,
+    /// Other files in the folder.
+    beside: Vec<(&'static str, Vec<u8>)>,
+    /// Reads a file as the program does.
+    pub read: Box<dyn Fn(&Path) -> Result<()>>,
+}
+
+impl Reader {
+    /// Puts what lies beside the file into a folder; where the file itself goes.
+    pub fn prepare(&self, folder: &Path) -> PathBuf {
+        let path = folder.join(self.file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        for (name, bytes) in &self.beside {
+            fs::write(folder.join(name), bytes).unwrap();
+        }
+        path
+    }
+
+    fn beside(mut self, name: &'static str, bytes: Vec<u8>) -> Self {
+        self.beside.push((name, bytes));
+        self
+    }
+}
+
+fn reader<T>(
+    name: &'static str,
+    content: Content,
+    file: &'static str,
+    files: Vec<Vec<u8>>,
+    read: impl Fn(&Path) -> Result<T> + 'static,
+) -> Reader {
+    Reader {
+        name,
+        content,
+        files,
+        file,
+        beside: Vec::new(),
+        read: Box::new(move |path| read(path).map(drop)),
+    }
+}
+
+/// All readers.
+pub fn readers() -> Vec<Reader> {
+    let mut readers = image_readers();
+    readers.extend(mesh_readers());
+    readers.extend(text_readers());
+    readers.extend(product_readers());
+    readers.extend(surface_readers());
+    readers
+}
+
+fn image_readers() -> Vec<Reader> {
+    let image = |name, content, files| reader(name, content, "a.image", files, images::read);
+    let bytes = Content::Bytes;
+    vec![
+        image("png", Content::Png, corpus::pngs()),
+        image("jpeg", bytes, corpus::images(ImageFormat::Jpeg)),
+        image("gif", bytes, corpus::images(ImageFormat::Gif)),
+        image("bmp", bytes, corpus::images(ImageFormat::Bmp)),
+        image("hdr", bytes, vec![corpus::hdr()]),
+        image("tiff", bytes, corpus::tiffs()),
+        image("exr", bytes, corpus::exrs()),
+        reader("exr header", bytes, "a.exr", corpus::exrs(), |path| {
+            Ok(exr::read_text_attribute(path, "mesotex:options"))
+        }),
+    ]
+}
+
+fn mesh_readers() -> Vec<Reader> {
+    let mesh = |name, content, file, files| reader(name, content, file, files, reading::read);
+    let (text, obj) = (Content::Text, corpus::OBJ);
+    vec![
+        mesh("ply", text, "a.ply", corpus::plys()),
+        mesh("obj", text, "a.obj", vec![obj.into()]),
+        mesh("off", text, "a.off", vec![corpus::OFF.into()]),
+        mesh("stl", text, "a.stl", corpus::stls()),
+        mesh("glb", Content::Glb, "a.glb", vec![corpus::glb()]),
+        mesh("gltf", Content::Json, "a.gltf", corpus::gltf_texts())
+            .beside("a.bin", corpus::buffer()),
+        mesh("gz", Content::Gzip, "a.obj.gz", vec![corpus::packed(obj)]),
+    ]
+}
+
+fn text_readers() -> Vec<Reader> {
+    let text = Content::Text;
+    let path_csv =
+        "light_azimuth,light_elevation,camera_x,camera_y,camera_z\n0,30,1,2,3\n9,4,5,6,7\n";
+    let path_json = r#"[{"frame": 1, "camera_azimuth": 20, "fov": 30, "target": [0, 1, 2]},
+        {"camera_azimuth": 25, "fov": 31, "up": [0, 1, 0]}]"#;
+    let angles =
+        "file,view_theta_deg,view_phi_deg,light_theta_deg,light_phi_deg\na.png,0,0,60,90\n";
+    let directions = "# two\ntheta_deg,phi_deg\n0,0\n45,120\n";
+    let material = "height = \"height.png\"\nwidth-mm = 50\nheight-mm = 2\nalbedo = [0.5, 0.4, 0.3]\n\
+        roughness = 0.4\n";
+    let scene = "name = \"small\"\n[bake]\npreset = \"weave\"\nsize = 32\n[textons]\ntextons = 24\n\
+        [mesh]\ninput = \"a.ply\"\n[synth]\nlevels = 2\n[[render]]\nframes = 2\nsize = \"64x48\"\n";
+    let guides = r#"{"guides": [{"vertex": 7, "direction": [1, 0, 0]},
+        {"point": [0, 1, 2], "direction": [0, 1, 0]}]}"#;
+    vec![
+        reader(
+            "lp",
+            text,
+            "a.lp",
+            vec![b"2\na.png 0 0 1\nb c.png 0.1 0.2 0.9\n".to_vec()],
+            read_list,
+        ),
+        reader("angles csv", text, "a.csv", vec![angles.into()], read_list),
+        reader(
+            "directions csv",
+            text,
+            "a.csv",
+            vec![directions.into()],
+            |path| DirectionSet::File(path.to_path_buf()).directions(),
+        ),
+        reader(
+            "path csv",
+            text,
+            "a.csv",
+            vec![path_csv.into()],
+            path_file::read,
+        ),
+        reader(
+            "path json",
+            Content::Json,
+            "a.json",
+            vec![path_json.into()],
+            path_file::read,
+        ),
+        reader(
+            "material",
+            text,
+            "a.toml",
+            vec![material.into()],
+            read_recipe,
+        ),
+        reader("scene", text, "a.toml", vec![scene.into()], |path| {
+            Scene::read(path)?.stages()
+        }),
+        reader(
+            "guides",
+            Content::Json,
+            "a.json",
+            vec![guides.into()],
+            |path| json::read::<GuideFile>(path),
+        ),
+    ]
+}
+
+fn product_readers() -> Vec<Reader> {
+    let zip = Content::Zip;
+    let (f2, pairs) = (
+        corpus::sample(DType::F2, Layout::Product),
+        corpus::sample(DType::F4, Layout::Pairs),
+    );
+    let spaces = vec![
+        corpus::space_bytes(corpus::space()),
+        corpus::space_bytes(corpus::features()),
+    ];
+    let text = Content::Text;
+    vec![
+        reader(
+            "npy",
+            text,
+            "a.npy",
+            vec![corpus::array()],
+            npy::read::<f32>,
+        ),
+        reader(
+            "textons",
+            zip,
+            "a.textons.npz",
+            vec![corpus::vocabulary()],
+            |path| from_vocabulary(&StoredVocabulary::open(path)?),
+        ),
+        reader("space", zip, "a.space.npz", spaces, Space::read),
+        reader("knn", zip, "a.knn.npz", vec![corpus::table().1], use_table),
+        reader(
+            "btf.json",
+            Content::Json,
+            "a.sample/btf.json",
+            vec![f2.0.clone()],
+            use_sample,
+        )
+        .beside("a.sample/radiance.npy", f2.1.clone()),
+        reader(
+            "btf.json pairs",
+            Content::Json,
+            "a.sample/btf.json",
+            vec![pairs.0],
+            use_sample,
+        )
+        .beside("a.sample/radiance.npy", pairs.1),
+        reader(
+            "radiance",
+            text,
+            "a.sample/radiance.npy",
+            vec![f2.1],
+            use_sample,
+        )
+        .beside("a.sample/btf.json", f2.0),
+        reader(
+            "map",
+            text,
+            "a.map.ply",
+            vec![corpus::map()],
+            SurfaceTextonMap::read,
+        ),
+    ]
+}
+
+/// Reads a table and lays out the windows it describes, as synthesis does.
+fn use_table(path: &Path) -> Result<()> {
+    let table = NeighborTable::read(path)?;
+    let space = corpus::space();
+    table.check_belongs_to(&space, true)?;
+    for (level, listed) in space.levels.iter().zip(&table.levels) {
+        let rows = vec![0; level.grid.len()];
+        Windows::new(level.grid, &rows, 0, &listed.neighborhood.offsets);
+        listed.whole(level.grid);
+    }
+    Ok(())
+}
+
+/// Opens the sample a file belongs to and reads all its images.
+fn use_sample(path: &Path) -> Result<()> {
+    let sample = Sample::open(path.parent().unwrap())?;
+    for image in 0..sample.image_count() {
+        let pixels = sample.image(image)?;
+        let mut values = vec![0.0; pixels.len()];
+        pixels.copy_to(&mut values);
+        sample.check_image(image, &values)?;
+    }
+    Ok(())
+}
+
+/// Caches of surfaces and checkpoints of syntheses.
+fn surface_readers() -> Vec<Reader> {
+    let options = SurfaceOptions {
+        levels: 2,
+        neighborhood: 3,
+        ..SurfaceOptions::default()
+    };
+    let user = corpus::user_mesh();
+    let surface = prepare(&user, &options, None, Progress::silent()).unwrap();
+    let cached = corpus::file_bytes("a.surface.npz", |path| {
+        cache::write(path, &surface).unwrap()
+    });
+    let (space, table) = (corpus::space(), corpus::table().0);
+    let load = move |path: &Path| {
+        let inputs = Inputs {
+            space: &space,
+            table: &table,
+            sites: &surface.hierarchy,
+        };
+        let output = path.with_file_name("a.map.ply");
+        Ok::<_, mesotex::error::Error>((
+            Checkpoint::new(&output, inputs, &SynthesisOptions::default()),
+            inputs.sites.levels[1].site_count,
+        ))
+    };
+    let kept = corpus::file_bytes(".a.map.ply.resume", |path| {
+        let (checkpoint, sites) = load(path).unwrap();
+        let map = LevelMap {
+            level: Level(1),
+            coords: vec![TexCoord { s: 0.5, t: 0.5 }; sites],
+        };
+        checkpoint.save(&map).unwrap();
+    });
+    vec![
+        reader(
+            "mesh cache",
+            Content::Zip,
+            "a.surface.npz",
+            vec![cached],
+            cache::read,
+        ),
+        reader(
+            "checkpoint",
+            Content::Zip,
+            ".a.map.ply.resume",
+            vec![kept],
+            move |path| load(path)?.0.load(),
+        ),
+    ]
+}
