@@ -186,7 +186,7 @@ fn cluster_sketch(
     progress: Progress<'_>,
 ) -> Result<Found> {
     let (texels, exact) = probes.finish();
-    let fidelity = Fidelity::measure(coordinates.select(Axis(0), &texels).view(), &exact);
+    let fidelity = Fidelity::measure(coordinates.select(Axis(0), &texels).view(), &exact)?;
     let points = sketch::principal(coordinates);
     let mut clustering = best_of(at, options, progress, |random| {
         let (clusters, steps) = (options.textons_at(at), options.max_iterations);

@@ -169,8 +169,8 @@ pub struct Fidelity {
 
 impl Fidelity {
     /// Compares coordinates of probe texels [probes, directions] with their exact Gram matrix.
-    pub fn measure(coordinates: ArrayView2<'_, f32>, exact: &Array2<f32>) -> Self {
-        let found = dot_products(&coordinates).unwrap();
+    pub fn measure(coordinates: ArrayView2<'_, f32>, exact: &Array2<f32>) -> Result<Self> {
+        let found = dot_products(&coordinates)?;
         let distance =
             |gram: &dyn Fn(usize, usize) -> f64, a, b| gram(a, a) + gram(b, b) - 2.0 * gram(a, b);
         let (mut exact_sum, mut found_sum, mut ratio_sum, mut pairs) = (0.0, 0.0, 0.0, 0.0);
@@ -187,7 +187,7 @@ impl Fidelity {
             }
         }
         let probes = exact.nrows() as f64;
-        Self {
+        Ok(Self {
             explained_variance: if exact_sum > 0.0 {
                 found_sum / exact_sum
             } else {
@@ -196,7 +196,7 @@ impl Fidelity {
             distortion: if pairs > 0.0 { ratio_sum / pairs } else { 0.0 },
             // Σ over pairs of distance² is probes² times the variance.
             lost_per_texel: ((exact_sum - found_sum) / (probes * probes)).max(0.0),
-        }
+        })
     }
 }
 
@@ -236,12 +236,12 @@ mod tests {
             let coordinates = sketch.finish();
             let vectors = oracle::appearance_vectors(grid, &bank, &planes);
             let exact = vectors.dot(&vectors.t()).mapv(|v| v as f32);
-            let fidelity = Fidelity::measure(coordinates.view(), &exact);
+            let fidelity = Fidelity::measure(coordinates.view(), &exact).unwrap();
             assert!(
                 (fidelity.explained_variance - 1.0).abs() < 1e-4,
                 "{fidelity:?}"
             );
-            let turned = Fidelity::measure(principal(coordinates).view(), &exact);
+            let turned = Fidelity::measure(principal(coordinates).view(), &exact).unwrap();
             assert!(turned.distortion.abs() < 1e-3, "{turned:?}");
         }
     }

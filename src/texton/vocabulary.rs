@@ -335,11 +335,12 @@ fn read_level(
 
 /// The first number that is not finite or too large.
 fn first_unsound(numbers: &StoredArray<f32>) -> Result<Option<f32>> {
+    let sound = |value: &f32| (-LARGEST..=LARGEST).contains(value);
     let unsound = |held: &mut Vec<f32>, part: usize| {
         let first = part * CHECKED;
         held.resize(CHECKED.min(numbers.len() - first), 0.0);
         numbers.read(first, held)?;
-        Ok(held.iter().copied().find(|value| !(value.abs() <= LARGEST)))
+        Ok(held.iter().copied().find(|value| !sound(value)))
     };
     let parts = numbers.len().div_ceil(CHECKED);
     let found: Vec<Option<f32>> = (0..parts)

@@ -142,7 +142,8 @@ fn fuzz_all(seed: u64, runs: u64) {
 
 /// Writes a line past the test harness, which would hold it back until the end.
 fn say(line: &str) {
-    writeln!(std::io::stderr(), "{line}").unwrap();
+    let mut stderr = std::io::stderr();
+    writeln!(stderr, "{line}").unwrap();
 }
 
 #[test]

@@ -31,6 +31,9 @@ use mesotex::texton::vocabulary::StoredVocabulary;
 use crate::corpus;
 use crate::mutation::Content;
 
+/// What reads a file.
+type Read = dyn Fn(&Path) -> Result<()>;
+
 /// One reader.
 pub struct Reader {
     /// What it reads.
@@ -44,7 +47,7 @@ pub struct Reader {
     /// Other files in the folder.
     beside: Vec<(&'static str, Vec<u8>)>,
     /// Reads a file as the program does.
-    pub read: Box<dyn Fn(&Path) -> Result<()>>,
+    pub read: Box<Read>,
 }
 
 impl Reader {
@@ -183,7 +186,7 @@ fn text_readers() -> Vec<Reader> {
             Content::Json,
             "a.json",
             vec![guides.into()],
-            |path| json::read::<GuideFile>(path),
+            json::read::<GuideFile>,
         ),
     ]
 }
