@@ -22,8 +22,8 @@ use png::{ColorType, Compression, Encoder, Filter};
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
-use crate::format::ours::PICTURE_MARK;
 use crate::format::guard::guarded;
+use crate::format::ours::PICTURE_MARK;
 
 /// The most texels an image may have: 16384 × 16384.
 const MOST_TEXELS: u64 = 1 << 28;

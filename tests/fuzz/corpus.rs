@@ -20,7 +20,6 @@ use mesotex::format::id::ContentId;
 use mesotex::format::{npy, npz};
 use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::TextonLabel;
-use mesotex::mesh::builtin::kettlebell;
 use mesotex::mesh::reading::{CleaningOptions, UserMesh, clean, parse};
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::progress::Progress;
@@ -321,15 +320,16 @@ pub fn map() -> Vec<u8> {
     file_bytes("a.map.ply", |path| map.write(path).unwrap())
 }
 
-/// A small closed mesh, read and cleaned.
+/// A small patch of surface, read and cleaned.
 pub fn user_mesh() -> UserMesh {
-    let mesh = kettlebell(100);
     let mut text = String::new();
-    for p in &mesh.positions {
-        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    for k in 0..16 {
+        let (x, y) = (k % 4, k / 4);
+        text += &format!("v {x} {y} {}\n", x * y % 3);
     }
-    for [a, b, c] in &mesh.triangles {
-        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    for k in 0..9 {
+        let first = 1 + k / 3 * 4 + k % 3;
+        text += &format!("f {first} {} {} {}\n", first + 1, first + 5, first + 4);
     }
     let file = parse(text.as_bytes(), Path::new("a.obj")).unwrap();
     clean(file, &CleaningOptions::default()).unwrap()

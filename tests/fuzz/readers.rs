@@ -8,10 +8,12 @@ use mesotex::btf::bake::maps::read_recipe;
 use mesotex::btf::direction_set::DirectionSet;
 use mesotex::btf::import::read_list;
 use mesotex::btf::sample::{DType, Layout, Sample};
+use mesotex::cli::run::faults::Faults;
 use mesotex::cli::run::scene::Scene;
-use mesotex::error::Result;
+use mesotex::error::{Error, Result};
 use mesotex::exemplar::neighbor_table::NeighborTable;
 use mesotex::exemplar::space::{Space, from_vocabulary};
+use mesotex::format::guard::guarded;
 use mesotex::format::{exr, image as images, json, npy};
 use mesotex::grid::TexCoord;
 use mesotex::index::Level;
@@ -178,9 +180,7 @@ fn text_readers() -> Vec<Reader> {
             vec![material.into()],
             read_recipe,
         ),
-        reader("scene", text, "a.toml", vec![scene.into()], |path| {
-            Scene::read(path)?.stages()
-        }),
+        reader("scene", text, "a.toml", vec![scene.into()], use_scene),
         reader(
             "guides",
             Content::Json,
@@ -189,6 +189,19 @@ fn text_readers() -> Vec<Reader> {
             json::read::<GuideFile>,
         ),
     ]
+}
+
+/// Reads a scene and the command lines it stands for.
+fn use_scene(path: &Path) -> Result<()> {
+    let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
+    guarded(path, || {
+        let mut faults = Faults::default();
+        let scene = Scene::parse(&text, &mut faults);
+        for draft in scene.drafts(&mut faults) {
+            draft.words(&[]);
+        }
+        faults.into_result(path)
+    })
 }
 
 fn product_readers() -> Vec<Reader> {
@@ -281,7 +294,7 @@ fn use_sample(path: &Path) -> Result<()> {
 /// Caches of surfaces and checkpoints of syntheses.
 fn surface_readers() -> Vec<Reader> {
     let options = SurfaceOptions {
-        levels: 2,
+        levels: 1,
         neighborhood: 3,
         ..SurfaceOptions::default()
     };
@@ -298,15 +311,15 @@ fn surface_readers() -> Vec<Reader> {
             sites: &surface.hierarchy,
         };
         let output = path.with_file_name("a.map.ply");
-        Ok::<_, mesotex::error::Error>((
+        Ok::<_, Error>((
             Checkpoint::new(&output, inputs, &SynthesisOptions::default()),
-            inputs.sites.levels[1].site_count,
+            inputs.sites.levels[0].site_count,
         ))
     };
     let kept = corpus::file_bytes(".a.map.ply.resume", |path| {
         let (checkpoint, sites) = load(path).unwrap();
         let map = LevelMap {
-            level: Level(1),
+            level: Level(0),
             coords: vec![TexCoord { s: 0.5, t: 0.5 }; sites],
         };
         checkpoint.save(&map).unwrap();

@@ -5,7 +5,7 @@
 
 mod check;
 mod document;
-mod faults;
+pub mod faults;
 mod known_files;
 mod record;
 pub mod scene;
@@ -25,6 +25,7 @@ use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::atomic::leftovers;
+use crate::format::guard::guarded;
 use crate::format::lock::OutputLock;
 
 /// Run a whole scene, stage by stage; stages whose inputs and options did not change are skipped.
@@ -89,14 +90,16 @@ impl Arguments {
 
 /// The scene and its stages; all that is wrong with them is one error.
 fn read(path: &Path, text: &str) -> Result<(Scene, Vec<Stage>)> {
-    let mut faults = Faults::default();
-    let scene = Scene::parse(text, &mut faults);
-    let mut stages = Vec::new();
-    if !scene.name.is_empty() {
-        stages = check::stages(&scene, &mut faults);
-    }
-    faults.into_result(path)?;
-    Ok((scene, stages))
+    guarded(path, || {
+        let mut faults = Faults::default();
+        let scene = Scene::parse(text, &mut faults);
+        let mut stages = Vec::new();
+        if !scene.name.is_empty() {
+            stages = check::stages(&scene, &mut faults);
+        }
+        faults.into_result(path)?;
+        Ok((scene, stages))
+    })
 }
 
 /// Makes the paths of a scene relative to its file.
