@@ -13,7 +13,7 @@ const BAKE: [&str; 9] = [
     "--preset",
     "weave",
     "--size",
-    "8",
+    "16",
     "--views",
     "fibonacci:3",
     "--lights",
@@ -249,6 +249,8 @@ fn frames_and_overviews_replace_only_frames_and_overviews() {
         assert!(error.contains(says), "{name}: {error}");
         fs::remove_dir_all(&folder).unwrap();
     }
+    let error = refuse_unchanged(root.path(), &[&render[..], &["x.sample"]].concat());
+    assert!(error.contains("also an input"), "{error}");
     // Beside other files, frames are welcome; and they replace each other.
     fs::create_dir(root.path().join("photos")).unwrap();
     fs::write(root.path().join("photos/coast.jpg"), "a photograph").unwrap();

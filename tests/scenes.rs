@@ -211,6 +211,40 @@ fn every_byte_that_a_stage_reads_or_wrote_counts() {
     assert_eq!(stale(scene.path()), [""; 0]);
 }
 
+/// Outputs that were written over are made again, whatever they hold now.
+#[test]
+fn outputs_changed_beyond_recognition_are_made_again() {
+    let scene = copy_of(finished());
+    let spoilt = [
+        "out/small.sample/btf.json",
+        "out/small.space.npz",
+        "out/small.mesh.ply",
+        "out/drawn.label.png",
+        "out/small.frames/frame.0001.exr",
+        "out/small.frames/contact.png",
+    ];
+    let whole: Vec<_> = spoilt
+        .iter()
+        .map(|file| fs::read(scene.path().join(file)).unwrap())
+        .collect();
+    for file in spoilt {
+        fs::write(scene.path().join(file), "spoilt").unwrap();
+    }
+    succeed(scene.path(), &["run", "scene.toml"]);
+    for (file, bytes) in spoilt.iter().zip(whole) {
+        assert!(
+            fs::read(scene.path().join(file)).unwrap() == bytes,
+            "{file}"
+        );
+    }
+    // What a user put into the sample's folder keeps the folder from being replaced.
+    fs::write(scene.path().join("out/small.sample/notes.txt"), "mine").unwrap();
+    fs::write(scene.path().join("out/small.sample/radiance.npy"), "spoilt").unwrap();
+    let error = refuse(scene.path(), &["run", "scene.toml"], 2);
+    assert!(error.contains("`notes.txt`"), "{error}");
+    assert!(scene.path().join("out/small.sample/btf.json").exists());
+}
+
 #[test]
 fn a_change_runs_what_depends_on_it_and_nothing_else() {
     let scene = copy_of(finished());

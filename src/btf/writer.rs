@@ -200,27 +200,30 @@ impl SampleWriter {
 /// Why the folder of a sample-to-be must not be replaced: it holds something that is no part of a
 /// sample. `None` for a sample of this program, finished or not, and for an empty folder.
 pub fn objection_to_replacing(folder: &Path) -> std::io::Result<Option<String>> {
-    let mut names = Vec::new();
-    for entry in fs::read_dir(folder)? {
-        names.push(entry?.file_name());
-    }
-    names.sort();
-    let parts = [DESCRIPTION, RADIANCE];
-    let foreign = names
-        .iter()
-        .find(|name| !parts.iter().any(|part| *name == part));
-    if let Some(name) = foreign {
-        let name = name.to_string_lossy();
+    if let Some(name) = foreign_member(folder)? {
         return Ok(Some(format!(
             "a folder that holds `{name}`, which is no part of a sample"
         )));
     }
-    if names.is_empty() || says_sample(&folder.join(DESCRIPTION)) {
+    if fs::read_dir(folder)?.next().is_none() || says_sample(&folder.join(DESCRIPTION)) {
         return Ok(None);
     }
     Ok(Some(format!(
         "a folder without a {DESCRIPTION} of this program"
     )))
+}
+
+/// Something in a folder that is no part of a sample; the first by name.
+pub fn foreign_member(folder: &Path) -> std::io::Result<Option<String>> {
+    let mut foreign = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let name = entry?.file_name();
+        if name != DESCRIPTION && name != RADIANCE {
+            foreign.push(name);
+        }
+    }
+    let first = foreign.into_iter().min();
+    Ok(first.map(|name| name.to_string_lossy().into_owned()))
 }
 
 fn says_sample(description: &Path) -> bool {

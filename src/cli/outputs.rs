@@ -93,12 +93,12 @@ impl Files {
     }
 
     /// Refuses outputs that would cost the user something, or that lie in a folder which neither exists
-    /// nor is one of `made_first`; writes nothing.
-    pub fn check(&self, made_first: &[&Path]) -> Result<()> {
+    /// nor is `made_first`; writes nothing. What stands at a path that is `vouched` for is known to be ours.
+    pub fn check(&self, made_first: Option<&Path>, vouched: impl Fn(&Path) -> bool) -> Result<()> {
         for (place, output) in self.writes.iter().enumerate() {
             let folder = parent(&output.path);
             if !folder.is_dir() {
-                if made_first.contains(&folder) {
+                if made_first == Some(folder) {
                     continue;
                 }
                 let found = format!("the folder {} does not exist", folder.display());
@@ -113,7 +113,9 @@ impl Files {
             if self.reads.iter().any(|input| same(input, &output.path)) {
                 return Err(output.refusal("is also an input", "another path"));
             }
-            self.check_standing(output)?;
+            if !vouched(&output.path) {
+                self.check_standing(output)?;
+            }
         }
         Ok(())
     }
@@ -174,7 +176,7 @@ impl Files {
     /// Claims every output for this run: checks them, removes what killed runs left beside them, and
     /// locks them.
     pub fn claim(&self) -> Result<Vec<OutputLock>> {
-        self.check(&[])?;
+        self.check(None, |_| false)?;
         let mut locks = Vec::new();
         for output in &self.writes {
             if let Some(lock) = &output.lock {

@@ -58,10 +58,10 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.options.validate()?;
-        let sample = Sample::open(&self.sample)?;
-        let map = SurfaceTextonMap::read(&self.map)?;
         let _locks = self.files().claim()?;
         self.check_overviews()?;
+        let sample = Sample::open(&self.sample)?;
+        let map = SurfaceTextonMap::read(&self.map)?;
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let map_id = ContentId::of_file(&self.map)?;
         let inputs = Inputs {
@@ -93,6 +93,7 @@ impl Arguments {
             _ => None,
         };
         let mut files = Files::default()
+            .read([&self.sample])
             .read(&sample::files_of(&self.sample))
             .read([&self.map])
             .read(table)

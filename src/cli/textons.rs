@@ -53,6 +53,7 @@ impl Arguments {
     pub fn files(&self) -> Files {
         let picture = Product::File(Format::Picture);
         Files::default()
+            .read([&self.sample])
             .read(&sample::files_of(&self.sample))
             .write("output", [&self.output], Product::File(Format::Archive))
             .write("report", &self.report, Product::File(Format::Json))

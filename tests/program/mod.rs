@@ -78,14 +78,10 @@ pub fn write_capture(folder: &Path) {
     fs::create_dir_all(folder).unwrap();
     let mut list = String::from("5\n");
     for light in 0..5u8 {
-        let grey = 40 + 30 * light;
-        mesotex::format::image::write_png(
-            &folder.join(format!("{light}.png")),
-            16,
-            16,
-            &[grey; 256],
-        )
-        .unwrap();
+        let pixel = |at: u32| (60 + 20 * (at % 5) + at / 16 * u32::from(light) * 2) as u8;
+        let pixels: Vec<u8> = (0..256).map(pixel).collect();
+        mesotex::format::image::write_png(&folder.join(format!("{light}.png")), 16, 16, &pixels)
+            .unwrap();
         let (y, x) = f64::from(light).sin_cos();
         list += &format!("{light}.png {} {} 0.8\n", 0.6 * x, 0.6 * y);
     }

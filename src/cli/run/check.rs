@@ -10,6 +10,7 @@ use toml::Value;
 use crate::cli::outputs::Files;
 use crate::cli::run::document::Key;
 use crate::cli::run::faults::{Faults, Place, suggestion};
+use crate::cli::run::record::Record;
 use crate::cli::run::scene::{Draft, Scene};
 use crate::cli::{Command, CommandLine};
 use crate::error::Error;
@@ -34,9 +35,13 @@ pub struct Stage {
 }
 
 /// The stages of a scene; everything wrong with them goes to `faults`.
-pub fn stages(scene: &Scene, faults: &mut Faults) -> Vec<Stage> {
+pub fn stages(scene: &Scene, record: &Record, faults: &mut Faults) -> Vec<Stage> {
     let mut stages = Vec::new();
-    let mut checked = Checked::default();
+    let mut checked = Checked {
+        record,
+        made: Vec::new(),
+        read: Vec::new(),
+    };
     for draft in scene.drafts(faults) {
         let Some(command) = command_of(&draft, faults) else {
             continue;
@@ -190,13 +195,13 @@ fn wrong_value(key: &Key, is_flag: bool) -> Option<String> {
 }
 
 /// What the stages seen so far read and write.
-#[derive(Default)]
-struct Checked {
+struct Checked<'a> {
+    record: &'a Record,
     made: Vec<(PathBuf, Place)>,
     read: Vec<PathBuf>,
 }
 
-impl Checked {
+impl Checked<'_> {
     /// Checks the files of the next stage; returns those it writes.
     fn take(
         &mut self,
@@ -225,7 +230,10 @@ impl Checked {
             }
             self.read.push(input.clone());
         }
-        if let Err(error) = self.beside_made(&files).check(&[&scene.output]) {
+        if let Err(error) = self
+            .beside_made(&files)
+            .check(Some(&scene.output), |path| self.record.wrote(path))
+        {
             faults.error(&head, &error);
         }
         let outputs: Vec<PathBuf> = files.writes.into_iter().map(|output| output.path).collect();

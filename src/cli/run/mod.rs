@@ -57,48 +57,42 @@ impl Arguments {
         let text = fs::read_to_string(&self.scene).map_err(Error::io(&self.scene, "read"))?;
         let folder = self.scene.parent().unwrap_or(Path::new("")).to_path_buf();
         enter(&folder)?;
-        let (scene, stages) = read(&self.scene, &text)?;
+        let (scene, stages, record) = read(&self.scene, &text)?;
         let session = session.with_seed(self.common.seed.or(scene.seed));
-        let open = || Record::open(&scene.output.join("run.json"));
-        if self.dry_run {
-            return Chain {
-                session: &session,
-                folder,
-                fresh: self.fresh,
-                record: open()?,
-            }
-            .plan(&stages);
-        }
-        fs::create_dir_all(&scene.output).map_err(Error::io(&scene.output, "create"))?;
-        let _lock = OutputLock::acquire(&scene.output.join("scene"))?;
-        leftovers::remove(&scene.output, &[]);
-        let record = open()?;
-        if record.is_damaged {
-            session
-                .progress()
-                .warn("run.json: damaged, or of another version; every stage runs again");
-        }
-        Chain {
+        let is_damaged = record.is_damaged;
+        let chain = Chain {
             session: &session,
             folder,
             fresh: self.fresh,
             record,
+        };
+        if self.dry_run {
+            return chain.plan(&stages);
         }
-        .run(&stages)
+        fs::create_dir_all(&scene.output).map_err(Error::io(&scene.output, "create"))?;
+        let _lock = OutputLock::acquire(&scene.output.join("scene"))?;
+        leftovers::remove(&scene.output, &[]);
+        if is_damaged {
+            session
+                .progress()
+                .warn("run.json: damaged, or of another version; every stage runs again");
+        }
+        chain.run(&stages)
     }
 }
 
-/// The scene and its stages; all that is wrong with them is one error.
-fn read(path: &Path, text: &str) -> Result<(Scene, Vec<Stage>)> {
+/// The scene, its stages, and what is known of earlier runs; all that is wrong with it is one error.
+fn read(path: &Path, text: &str) -> Result<(Scene, Vec<Stage>, Record)> {
     guarded(path, || {
         let mut faults = Faults::default();
         let scene = Scene::parse(text, &mut faults);
+        let record = Record::open(&scene.output.join("run.json"))?;
         let mut stages = Vec::new();
         if !scene.name.is_empty() {
-            stages = check::stages(&scene, &mut faults);
+            stages = check::stages(&scene, &record, &mut faults);
         }
         faults.into_result(path)?;
-        Ok((scene, stages))
+        Ok((scene, stages, record))
     })
 }
 
@@ -149,6 +143,7 @@ impl Chain<'_> {
 
     fn run_stage(&mut self, stage: &Stage, key: &str) -> Result<Value> {
         let begun = Instant::now();
+        self.record.make_way(&stage.command.files()?)?;
         let report = stage.command.run(self.session)?;
         // What a file names may have changed while the stage ran.
         self.record

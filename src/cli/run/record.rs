@@ -11,11 +11,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::btf::sample;
-use crate::cli::outputs::{Files, Product};
+use crate::btf::writer::{foreign_member, objection_to_replacing};
+use crate::cli::outputs::{Files, Output, Product};
 use crate::cli::run::known_files::KnownFiles;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::json;
+use crate::format::ours::{Format, is_ours};
 
 const FORMAT: &str = "mesotex-run";
 const VERSION: u32 = 2;
@@ -112,6 +114,33 @@ impl Record {
         Ok(true)
     }
 
+    /// Whether an earlier run wrote `path`, or the sample there.
+    pub fn wrote(&self, path: &Path) -> bool {
+        let description = path.join(sample::DESCRIPTION);
+        let mut stages = self.ledger.stages.values();
+        stages.any(|done| {
+            [path, &description]
+                .iter()
+                .any(|path| done.outputs.contains_key(*path))
+        })
+    }
+
+    /// Removes what earlier runs wrote for a stage and what was changed since beyond recognition: no
+    /// command would write over it.
+    pub fn make_way(&self, files: &Files) -> Result<()> {
+        for output in &files.writes {
+            let stages = self.ledger.stages.values();
+            let written = stages.flat_map(|done| done.outputs.keys());
+            let written = written.filter(|path| path.starts_with(&output.path) && path.is_file());
+            for path in written {
+                if is_strange(output, path)? {
+                    fs::remove_file(path).map_err(Error::io(path, "remove"))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Notes that the stage is done: it read and wrote `files`, and put `inside` into the folders among
     /// them. Forgets older runs that wrote the same outputs.
     pub fn note(&mut self, key: &str, files: &Files, inside: &[PathBuf]) -> Result<()> {
@@ -170,6 +199,27 @@ fn written(files: &Files, inside: &[PathBuf]) -> Vec<PathBuf> {
     own.chain(inside.iter().cloned()).collect()
 }
 
+/// Whether a file that is an output, or lies in one, could not be told from a user's.
+fn is_strange(output: &Output, path: &Path) -> Result<bool> {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let format = match (output.product, ending) {
+        (Product::File(format), _) => format,
+        (Product::Frames, Some("exr")) => Format::Frame,
+        (Product::Frames, Some("png")) => Format::Picture,
+        (Product::Frames, _) => return Ok(false),
+        (Product::Sample, _) => {
+            // A folder that holds more than a sample stays whole; the command refuses it.
+            let folder = &output.path;
+            let look = || {
+                Ok(foreign_member(folder)?.is_none() && objection_to_replacing(folder)?.is_some())
+            };
+            return look().map_err(Error::io(folder, "read"));
+        }
+    };
+    let is_ours = is_ours(path, format).map_err(Error::io(path, "read"))?;
+    Ok(!is_ours)
+}
+
 /// Whether a file says that it is a record, of whatever version and in whatever state.
 fn is_record(path: &Path) -> Result<bool> {
     let text = fs::read(path).map_err(Error::io(path, "read"))?;
@@ -184,7 +234,6 @@ fn is_record(path: &Path) -> Result<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::ours::Format;
 
     #[test]
     fn a_stage_is_done_until_its_words_inputs_or_outputs_change() {
