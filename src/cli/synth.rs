@@ -82,7 +82,8 @@ impl Arguments {
             sites: target.sites(),
         };
         let prepared = started.elapsed();
-        let coords = self.synthesize(inputs, &options, session)?;
+        let checkpoint = Checkpoint::new(&self.output, inputs, &options)?;
+        let coords = self.synthesize(inputs, &options, &checkpoint, session)?;
         let seconds = Seconds::new(prepared, started.elapsed());
         let (map, edges) = rayon::join(
             || surface_map(&space, &target, coords, options.seed),
@@ -103,6 +104,10 @@ impl Arguments {
         // The target is big and not needed any more: it is given back meanwhile.
         rayon::spawn(move || drop(target));
         let drawn = self.write(&map, &report, &plane, &energies)?;
+        // Until here an interrupted or failed run is continued with --resume.
+        if let Err(error) = checkpoint.remove() {
+            session.progress().warn(error.to_string());
+        }
         Ok(self.outcome(&report, seconds, &drawn))
     }
 
@@ -154,21 +159,27 @@ impl Arguments {
         Ok((space, table))
     }
 
-    /// Synthesizes level after level, each kept for a run that is interrupted.
+    /// Synthesizes level after level, each kept for a run that is interrupted. A level that cannot be
+    /// kept is told: the work goes on.
     fn synthesize(
         &self,
         inputs: Inputs<'_>,
         options: &SynthesisOptions,
+        checkpoint: &Checkpoint,
         session: &Session,
     ) -> Result<Vec<TexCoord>> {
-        let checkpoint = Checkpoint::new(&self.output, inputs, options);
+        let progress = session.progress();
         let begun = match self.resume {
-            true => checkpoint.load()?,
+            true => checkpoint.load(progress)?,
             false => None,
         };
-        let keep = |map: &_| checkpoint.save(map);
-        let map = synthesize(inputs, options, begun, keep, session.progress())?;
-        checkpoint.remove()?;
+        let keep = |map: &_| {
+            if let Err(error) = checkpoint.save(map) {
+                progress.warn(format!("{error}; the finished level is not kept"));
+            }
+            Ok(())
+        };
+        let map = synthesize(inputs, options, begun, keep, progress)?;
         Ok(map.coords)
     }
 

@@ -23,6 +23,7 @@ pub mod ours;
 pub mod ply;
 pub mod polygon_mesh;
 pub mod positioned;
+pub mod seal;
 pub mod source;
 pub mod stl;
 pub mod stored_array;

@@ -60,7 +60,7 @@ struct Level {
 
 /// Prepares a surface, or takes it from the folder `cache`, where it is then kept.
 ///
-/// A cache that cannot be read or written costs a warning, no more.
+/// A cache that cannot be read or written, or that does not hold what it should, costs a warning, no more.
 pub fn prepare(
     user: &UserMesh,
     options: &SurfaceOptions,
@@ -71,15 +71,16 @@ pub fn prepare(
     let Some(folder) = cache else {
         return prepare_afresh(user, options, progress);
     };
-    let file = cache::file(folder, &cache::key(user, options)?);
+    let wanted = cache::Wanted::new(user, options)?;
+    let file = wanted.file(folder);
     if file.exists() {
-        match cache::read(&file) {
+        match cache::read(&file, &wanted) {
             Ok(surface) => return Ok(surface),
-            Err(error) => progress.warn(format!("the cached surface is made again: {error}")),
+            Err(error) => progress.warn(format!("{error}; the cached surface is made again")),
         }
     }
     let surface = prepare_afresh(user, options, progress)?;
-    if let Err(error) = cache::write(&file, &surface) {
+    if let Err(error) = cache::write(&file, &wanted, &surface) {
         progress.warn(format!("the surface is not cached: {error}"));
     }
     Ok(surface)
@@ -413,18 +414,21 @@ mod tests {
             .collect();
         assert_eq!(files.len(), 1);
         let path = files[0].path();
-        assert!(cache::read(&path).is_ok());
+        let wanted = cache::Wanted::new(&user, &options).unwrap();
+        assert!(cache::read(&path, &wanted).is_ok());
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
         assert_eq!(run(), first);
-        assert!(cache::read(&path).is_ok());
+        assert!(cache::read(&path, &wanted).is_ok());
         let other = SurfaceOptions {
             texel: Some(0.1),
             ..options.clone()
         };
         assert_ne!(
-            cache::key(&user, &options).unwrap(),
-            cache::key(&user, &other).unwrap()
+            wanted.file(folder.path()),
+            cache::Wanted::new(&user, &other)
+                .unwrap()
+                .file(folder.path())
         );
     }
 

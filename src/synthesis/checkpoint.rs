@@ -1,5 +1,9 @@
 //! The checkpoint of an interrupted run: the last finished level, beside the output, keyed by what
 //! the run was given.
+//!
+//! A checkpoint is checked like any file. One of other inputs or options is an error: the user asked to go
+//! on with another run. One that is damaged, or of another version of the program, is of no use to anyone:
+//! the caller is told and the run begins anew.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,10 +15,12 @@ use crate::error::{Error, Result};
 use crate::format::atomic::{hidden_name, parent};
 use crate::format::id::ContentId;
 use crate::format::npz;
-use crate::grid::TexCoord;
+use crate::format::seal::{ENGINE, Seal};
+use crate::grid::{TexCoord, TexelGrid};
 use crate::index::Level;
 use crate::mesh::hierarchy::SiteHierarchy;
 use crate::mesh::stencil::Stencils;
+use crate::progress::Progress;
 use crate::synthesis::engine::{Inputs, LevelMap};
 use crate::synthesis::options::SynthesisOptions;
 
@@ -23,40 +29,83 @@ use crate::synthesis::options::SynthesisOptions;
 pub struct Checkpoint {
     path: PathBuf,
     run: ContentId,
+    levels: Vec<LevelSize>,
+}
+
+/// What a finished level must fit.
+#[derive(Clone, Copy, Debug)]
+struct LevelSize {
+    sites: usize,
+    grid: TexelGrid,
 }
 
 const FORMAT: &str = "mesotex-checkpoint";
-const VERSION: u32 = 1;
+/// Changes whenever the same run would give other numbers, or the file has another form.
+const VERSION: u32 = 2;
 
 #[derive(Deserialize)]
 struct Meta {
     format: String,
     version: u32,
+    engine: String,
     run: ContentId,
     level: u32,
+    seal: ContentId,
 }
 
 impl Checkpoint {
     /// The checkpoint of the run that writes `output` from these inputs and options.
-    pub fn new(output: &Path, inputs: Inputs<'_>, options: &SynthesisOptions) -> Self {
-        Self {
+    pub fn new(output: &Path, inputs: Inputs<'_>, options: &SynthesisOptions) -> Result<Self> {
+        let levels = inputs.space.levels.iter().zip(&inputs.sites.levels);
+        Ok(Self {
             path: parent(output).join(hidden_name(output, ".resume")),
-            run: run_id(inputs, options),
-        }
+            run: run_id(inputs, options)?,
+            levels: levels
+                .map(|(space, sites)| LevelSize {
+                    sites: sites.site_count,
+                    grid: space.grid,
+                })
+                .collect(),
+        })
     }
 
-    /// The level an interrupted run finished last; `None` when there was none. A checkpoint of other
-    /// inputs or options is an error.
-    pub fn load(&self) -> Result<Option<LevelMap>> {
+    /// The level an interrupted run finished last; `None` when there was none, or none that can be used,
+    /// which is told. A checkpoint of other inputs or options is an error.
+    pub fn load(&self, progress: Progress<'_>) -> Result<Option<LevelMap>> {
         if !self.path.exists() {
             return Ok(None);
         }
+        match self.read() {
+            Ok((run, map)) if run == self.run => Ok(Some(map)),
+            Ok(_) => Err(Error::data(
+                "meta.json, run",
+                "an interrupted run of other inputs or options",
+            )
+            .advice("give what that run was given, or leave out --resume")
+            .in_file(&self.path)),
+            Err(error @ Error::Data(_)) => {
+                progress.warn(format!(
+                    "{error}; the checkpoint is not used, the run begins anew"
+                ));
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The run and the level that the file holds, if it is sound.
+    fn read(&self) -> Result<(ContentId, LevelMap)> {
+        if !self.path.is_file() {
+            return Err(Error::data("checkpoint", "no plain file").in_file(&self.path));
+        }
         let mut reader = npz::Reader::open(&self.path)?;
         let meta: Meta = reader.meta()?;
-        if meta.format != FORMAT || meta.version != VERSION || meta.run != self.run {
+        let kind = (meta.format.as_str(), meta.version, meta.engine.as_str());
+        if kind != (FORMAT, VERSION, ENGINE) {
+            let found = format!("{} {} of mesotex {}", kind.0, kind.1, kind.2);
             return Err(reader
-                .fault("meta.json", "an interrupted run of other inputs or options")
-                .advice("give what that run was given, or leave out --resume"));
+                .fault("meta.json, format", found)
+                .expected(format!("{FORMAT} {VERSION} of mesotex {ENGINE}")));
         }
         let coords: Array2<f32> = reader.array("coords")?;
         if coords.ncols() != 2 {
@@ -66,26 +115,61 @@ impl Checkpoint {
             s: row[0],
             t: row[1],
         };
-        Ok(Some(LevelMap {
+        let map = LevelMap {
             level: Level(meta.level),
             coords: coords.rows().into_iter().map(coord).collect(),
-        }))
+        };
+        if seal(&meta.run, &map) != meta.seal {
+            return Err(reader.fault("seal", "it does not belong to what the file holds"));
+        }
+        if meta.run == self.run {
+            self.check(&map)
+                .map_err(|error| error.in_file(&self.path))?;
+        }
+        Ok((meta.run, map))
+    }
+
+    /// Whether a level can be one of this run's.
+    fn check(&self, map: &LevelMap) -> Result<()> {
+        let Some(size) = self.levels.get(map.level.index()) else {
+            return Err(Error::data("level", map.level.0.to_string())
+                .expected(format!("a level below {}", self.levels.len())));
+        };
+        if map.coords.len() != size.sites {
+            return Err(Error::data("coords", format!("{} sites", map.coords.len()))
+                .expected(size.sites.to_string()));
+        }
+        let (width, height) = (size.grid.width as f32, size.grid.height as f32);
+        let inside =
+            |at: &TexCoord| (0.0..=width).contains(&at.s) && (0.0..=height).contains(&at.t);
+        match map.coords.iter().position(|at| !inside(at)) {
+            None => Ok(()),
+            Some(site) => {
+                let TexCoord { s, t } = map.coords[site];
+                Err(
+                    Error::data(format!("coords, site {site}"), format!("({s}, {t})"))
+                        .expected(format!("a place on {width} × {height} texels")),
+                )
+            }
+        }
     }
 
     /// Keeps a finished level.
     pub fn save(&self, map: &LevelMap) -> Result<()> {
-        let numbers: Vec<f32> = map.coords.iter().flat_map(|at| [at.s, at.t]).collect();
+        let numbers = flat(map);
         let coords = ArrayView2::from_shape((map.coords.len(), 2), &numbers)
             .map_err(|error| Error::data("checkpoint", error.to_string()))?;
         let mut meta = serde_json::Map::new();
         meta.insert("format".into(), FORMAT.into());
         meta.insert("version".into(), VERSION.into());
+        meta.insert("engine".into(), ENGINE.into());
         meta.insert("run".into(), self.run.to_string().into());
         meta.insert("level".into(), map.level.0.into());
+        meta.insert("seal".into(), seal(&self.run, map).to_string().into());
         npz::write(&self.path, meta, |writer| writer.array("coords", coords)).map(drop)
     }
 
-    /// Takes the checkpoint away: the run is over.
+    /// Takes the checkpoint away: all that the run was to write is there.
     pub fn remove(&self) -> Result<()> {
         match fs::remove_file(&self.path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -96,11 +180,23 @@ impl Checkpoint {
     }
 }
 
+fn flat(map: &LevelMap) -> Vec<f32> {
+    map.coords.iter().flat_map(|at| [at.s, at.t]).collect()
+}
+
+fn seal(run: &ContentId, map: &LevelMap) -> ContentId {
+    let mut seal = Seal::new(FORMAT, VERSION, run);
+    seal.text("level", &map.level.0.to_string());
+    seal.list("coords", &flat(map));
+    seal.finish()
+}
+
 /// What a run depends on: the exemplar's ids, the options, and the sites.
-fn run_id(inputs: Inputs<'_>, options: &SynthesisOptions) -> ContentId {
+fn run_id(inputs: Inputs<'_>, options: &SynthesisOptions) -> Result<ContentId> {
+    let not_json = |error: serde_json::Error| Error::data("options", error.to_string());
     let mut hasher = blake3::Hasher::new();
-    let stated = (options, options.seed, &inputs.space.id, &inputs.table.id);
-    hasher.update(format!("{stated:?}").as_bytes());
+    let stated = (options, &inputs.space.id, &inputs.table.id);
+    hasher.update(&serde_json::to_vec(&stated).map_err(not_json)?);
     let SiteHierarchy { levels } = inputs.sites;
     // Neighbours come of the same patches, or grid, as the samples.
     for level in levels {
@@ -115,5 +211,202 @@ fn run_id(inputs: Inputs<'_>, options: &SynthesisOptions) -> ContentId {
             }
         }
     }
-    ContentId::of_hash(&hasher.finalize())
+    Ok(ContentId::of_hash(&hasher.finalize()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthesis::fixtures;
+    use rand::Rng;
+    use serde_json::{Map, Value, json};
+    use std::sync::Mutex;
+
+    const SITES: [usize; 2] = [40, 12];
+
+    fn checkpoint(folder: &Path) -> Checkpoint {
+        let grid = TexelGrid {
+            width: 8,
+            height: 6,
+            tileable: true,
+        };
+        Checkpoint {
+            path: folder.join(".out.resume"),
+            run: ContentId::of_bytes(b"run"),
+            levels: vec![
+                LevelSize {
+                    sites: SITES[0],
+                    grid,
+                },
+                LevelSize {
+                    sites: SITES[1],
+                    grid: grid.coarser(),
+                },
+            ],
+        }
+    }
+
+    fn level(number: u32) -> LevelMap {
+        let mut stream = crate::random::stream(7, "coords", number, 0);
+        let coord = |_| TexCoord {
+            s: stream.gen_range(0.0..4.0),
+            t: stream.gen_range(0.0..3.0),
+        };
+        LevelMap {
+            level: Level(number),
+            coords: (0..SITES[number as usize]).map(coord).collect(),
+        }
+    }
+
+    /// What is loaded, and what is told meanwhile.
+    fn load(checkpoint: &Checkpoint) -> (Result<Option<LevelMap>>, Vec<String>) {
+        let told = Mutex::new(Vec::new());
+        let listener = |event| {
+            if let crate::progress::Event::Warn(text) = event {
+                told.lock().unwrap().push(text);
+            }
+        };
+        let loaded = checkpoint.load(Progress::new(&listener, None));
+        (loaded, told.into_inner().unwrap())
+    }
+
+    fn assert_not_used(checkpoint: &Checkpoint, what: &str) {
+        let (loaded, told) = load(checkpoint);
+        assert!(loaded.unwrap().is_none(), "{what} was used");
+        let says = |words: &str| told.len() == 1 && told[0].contains(words);
+        assert!(
+            says(".out.resume") && says("begins anew"),
+            "{what}: {told:?}"
+        );
+    }
+
+    /// The file of a checkpoint, in parts that can be altered.
+    fn parts(checkpoint: &Checkpoint) -> (Map<String, Value>, Array2<f32>) {
+        let mut reader = npz::Reader::open(&checkpoint.path).unwrap();
+        let mut meta: Map<String, Value> = reader.meta().unwrap();
+        meta.remove("id");
+        (meta, reader.array("coords").unwrap())
+    }
+
+    fn write(checkpoint: &Checkpoint, meta: Map<String, Value>, coords: &Array2<f32>) {
+        npz::write(&checkpoint.path, meta, |w| w.array("coords", coords.view())).unwrap();
+    }
+
+    #[test]
+    fn a_level_comes_back_as_it_was_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = checkpoint(folder.path());
+        assert!(load(&checkpoint).0.unwrap().is_none());
+        for number in [1, 0] {
+            checkpoint.save(&level(number)).unwrap();
+            let (loaded, told) = load(&checkpoint);
+            assert_eq!((loaded.unwrap(), told.len()), (Some(level(number)), 0));
+        }
+        checkpoint.remove().unwrap();
+        checkpoint.remove().unwrap();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_checkpoint_with_anything_altered_is_told_and_not_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = checkpoint(folder.path());
+        checkpoint.save(&level(1)).unwrap();
+        let (meta, coords) = parts(&checkpoint);
+        let other_id = ContentId::of_bytes(b"other").to_string();
+        for (field, value) in [
+            ("format", json!("mesotex-surface")),
+            ("version", json!(VERSION - 1)),
+            ("engine", json!("0.0.9")),
+            ("run", json!(other_id)),
+            ("level", json!(0)),
+            ("level", json!(-1)),
+            ("seal", json!(other_id)),
+        ] {
+            let mut altered = meta.clone();
+            altered.insert(field.into(), value.clone());
+            write(&checkpoint, altered, &coords);
+            assert_not_used(&checkpoint, &format!("{field} {value}"));
+            let mut without = meta.clone();
+            without.remove(field);
+            write(&checkpoint, without, &coords);
+            assert_not_used(&checkpoint, &format!("no {field}"));
+        }
+        let mut stream = crate::random::stream(3, "altered", 0, 0);
+        for _ in 0..20 {
+            let mut altered = coords.clone();
+            let at = [stream.gen_range(0..SITES[1]), stream.gen_range(0..2)];
+            altered[at] = f32::from_bits(altered[at].to_bits() ^ (1 << stream.gen_range(0..32)));
+            write(&checkpoint, meta.clone(), &altered);
+            assert_not_used(&checkpoint, &format!("coords {at:?}"));
+        }
+        let fewer = coords.slice(ndarray::s![1.., ..]).to_owned();
+        write(&checkpoint, meta.clone(), &fewer);
+        assert_not_used(&checkpoint, "fewer coords");
+        write(&checkpoint, meta, &coords);
+        let bytes = fs::read(&checkpoint.path).unwrap();
+        fs::write(&checkpoint.path, &bytes[..bytes.len() / 2]).unwrap();
+        assert_not_used(&checkpoint, "half a file");
+        fs::remove_file(&checkpoint.path).unwrap();
+        fs::create_dir(&checkpoint.path).unwrap();
+        assert_not_used(&checkpoint, "a folder");
+    }
+
+    #[test]
+    fn sealed_levels_that_cannot_be_the_runs_are_told_and_not_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = checkpoint(folder.path());
+        type Change = (&'static str, fn(&mut LevelMap));
+        let changes: [Change; 6] = [
+            ("level", |map| map.level = Level(2)),
+            ("another level", |map| map.level = Level(0)),
+            ("NaN", |map| map.coords[3].s = f32::NAN),
+            ("left of the grid", |map| map.coords[3].s = -0.5),
+            ("above the grid", |map| map.coords[5].t = 3.5),
+            ("count", |map| map.coords.truncate(9)),
+        ];
+        for (what, change) in changes {
+            let mut map = level(1);
+            change(&mut map);
+            checkpoint.save(&map).unwrap();
+            assert_not_used(&checkpoint, what);
+        }
+    }
+
+    #[test]
+    fn a_checkpoint_of_another_run_is_an_error_with_advice() {
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = checkpoint(folder.path());
+        let other = Checkpoint {
+            run: ContentId::of_bytes(b"another"),
+            ..checkpoint.clone()
+        };
+        other.save(&level(1)).unwrap();
+        let error = load(&checkpoint).0.unwrap_err().to_string();
+        assert!(error.contains("leave out --resume"), "{error}");
+    }
+
+    #[test]
+    fn options_and_sites_tell_runs_apart() {
+        let (space, table) = fixtures::random_exemplar(1, 8, 1, true);
+        let id = |seed, sites_seed| {
+            let sites = SiteHierarchy {
+                levels: vec![fixtures::random_sites(sites_seed, 30, 4)],
+            };
+            let inputs = Inputs {
+                space: &space,
+                table: &table,
+                sites: &sites,
+            };
+            let options = SynthesisOptions {
+                seed,
+                ..SynthesisOptions::default()
+            };
+            Checkpoint::new(Path::new("out"), inputs, &options)
+                .unwrap()
+                .run
+        };
+        assert_eq!(id(1, 1), id(1, 1));
+        assert!(id(1, 1) != id(2, 1) && id(1, 1) != id(1, 2));
+    }
 }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::cli::session::Session;
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::{NeighborTable, Neighborhood};
+use crate::mesh::cache;
 use crate::mesh::hierarchy::SiteHierarchy;
 use crate::mesh::surface::{self, Surface};
 use crate::mesh::surface_options::SurfaceOptions;
@@ -169,16 +170,9 @@ fn prepare_mesh(
         seed: session.seed(),
         ..arguments.surface.clone()
     };
-    let cache = cache_folder(path);
+    let cache = cache::folder_of(path);
     surface::prepare(&user, &options, Some(&cache), session.progress())
         .map_err(|error| error.in_file(path))
-}
-
-/// `MESH.mesotex-cache/` beside the mesh.
-fn cache_folder(mesh: &Path) -> PathBuf {
-    let mut name = mesh.as_os_str().to_owned();
-    name.push(".mesotex-cache");
-    PathBuf::from(name)
 }
 
 /// Refuses a mesh so coarse that most sites see no other.
