@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
+use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::exemplar::KnnOptions;
 use crate::exemplar::knn_options::Search;
-use crate::exemplar::neighbor_table::{self, LevelSearch, NeighborTable};
+use crate::exemplar::neighbor_table::{self, LevelSearch, NeighborTable, bytes_to_build};
 use crate::exemplar::space::Space;
 use crate::format::ours::Format;
 
@@ -45,7 +46,15 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files().claim()?;
+        self.options.validate()?;
         let space = Space::read(&self.space)?;
+        let need = Need {
+            bytes: bytes_to_build(&space, &self.options, rayon::current_num_threads()),
+            work: format!("tables of {} neighbours", self.options.k),
+            option: "k",
+            advice: "a smaller --k, or fewer --threads".into(),
+        };
+        need.check()?;
         let (mut table, searches) =
             neighbor_table::build_and_measure(&space, &self.options, session.progress())?;
         table.write(&self.output, &self.options)?;

@@ -7,6 +7,7 @@ use clap::Args;
 use glam::Vec3;
 use serde_json::{Value, json};
 
+use crate::cli::machine::{self, Need};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -20,6 +21,7 @@ use crate::mesh::distortion::distortion;
 use crate::mesh::field::Field;
 use crate::mesh::field::guides::{Canvas, guided_field};
 use crate::mesh::field::singularities::{Singularity, singularities};
+use crate::mesh::memory;
 use crate::mesh::patches::Patches;
 use crate::mesh::pictures::{self, Picture};
 use crate::mesh::quality::{evenness, hausdorff};
@@ -49,8 +51,6 @@ const DISTORTION_RADIUS: f32 = 5.0;
 const MOST_DISTORTION: f32 = 0.1;
 /// Pixels of a picture.
 const PICTURE: [u32; 2] = [1280, 960];
-/// Bytes a retiled vertex needs at the most, all working lists counted.
-const BYTES_A_VERTEX: u64 = 2500;
 
 /// What is done to a mesh.
 #[derive(Clone, Debug, PartialEq, Args)]
@@ -107,33 +107,14 @@ impl MeshOptions {
 
 /// Refuses more vertices than this machine has memory for, where that is known.
 fn check_memory(vertices: usize) -> Result<()> {
-    let told = fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let available = told
-        .lines()
-        .find_map(|line| line.strip_prefix("MemAvailable:"))
-        .and_then(|rest| {
-            rest.trim()
-                .trim_end_matches("kB")
-                .trim()
-                .parse::<u64>()
-                .ok()
-        });
-    match available {
-        Some(kilobytes) if vertices as u64 * BYTES_A_VERTEX > kilobytes * 1024 => {
-            Err(Error::option(
-                "vertices",
-                format!(
-                    "{vertices} need about {} MB",
-                    (vertices as u64 * BYTES_A_VERTEX) >> 20
-                ),
-                format!(
-                    "at most {}, for the memory there is",
-                    kilobytes * 1024 / BYTES_A_VERTEX
-                ),
-            ))
-        }
-        _ => Ok(()),
-    }
+    let available = machine::available_memory().map_or(u64::MAX, |size| size.0);
+    let need = Need {
+        bytes: memory::bytes_to_retile(vertices),
+        work: format!("{vertices} vertices"),
+        option: "vertices",
+        advice: format!("{} vertices", memory::vertices_retiled_in(available)),
+    };
+    need.check()
 }
 
 /// Clean a mesh, retile it evenly, give it an orientation field.

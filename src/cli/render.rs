@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::btf::sample::{self, Sample};
+use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -15,12 +16,14 @@ use crate::format::id::ContentId;
 use crate::format::image;
 use crate::format::ours::{Format, MESH_MARK, check_replaceable};
 use crate::format::ply::{self, Column};
+use crate::render::memory;
 use crate::render::options::RenderOptions;
 use crate::render::sequence::{self, FrameFile, Inputs, Report};
 use crate::render::values::{Animation, Sweep};
 use crate::report::animation::write_gif;
 use crate::report::contact_sheet::{Picture, contact_sheet};
 use crate::surface_map::SurfaceTextonMap;
+use crate::texton::options::ByteSize;
 
 /// Render a decorated mesh to OpenEXR frames.
 ///
@@ -62,6 +65,7 @@ impl Arguments {
         self.check_overviews()?;
         let sample = Sample::open(&self.sample)?;
         let map = SurfaceTextonMap::read(&self.map)?;
+        self.check_memory(&sample, &map)?;
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let map_id = ContentId::of_file(&self.map)?;
         let inputs = Inputs {
@@ -84,6 +88,35 @@ impl Arguments {
             .wrote(&self.output)
             .put_inside(frames.flat_map(|file| [file.frame.clone(), file.preview.clone()]));
         self.add_overviews(outcome, &report, session)
+    }
+
+    /// Refuses frames, lights and tables that this machine has too little memory for.
+    fn check_memory(&self, sample: &Sample, map: &SurfaceTextonMap) -> Result<()> {
+        let options = &self.options;
+        let (frames, table) = (
+            memory::frame_bytes(options, map),
+            memory::table_bytes(options, sample),
+        );
+        let table_is_more = table > frames;
+        let need = Need {
+            bytes: frames.saturating_add(table),
+            work: match table_is_more {
+                true => format!(
+                    "the sample laid out for shading ({}) and frames",
+                    ByteSize(table)
+                ),
+                false => format!("frames of {} and their lights", options.size),
+            },
+            option: if table_is_more {
+                "table-memory"
+            } else {
+                "size"
+            },
+            advice:
+                "a smaller --size, fewer --samples, lights or --frames, or a smaller --table-memory"
+                    .into(),
+        };
+        need.check()
     }
 
     /// What the command reads and writes.

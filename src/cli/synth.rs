@@ -75,7 +75,7 @@ impl Arguments {
         };
         let (space, table) = self.read_exemplar(&options)?;
         let started = Instant::now();
-        let target = Target::prepare(&self.target, &table, &options, session)?;
+        let target = Target::prepare(&self.target, (&space, &table), &options, session)?;
         let inputs = Inputs {
             space: &space,
             table: &table,

@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::btf::sample::{self, Sample};
-use crate::cli::machine;
+use crate::cli::machine::{self, Need};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::format::image::write_png;
 use crate::format::json;
 use crate::format::ours::Format;
+use crate::texton::analysis::planned;
 use crate::texton::picture::{self, Picture};
 use crate::texton::report::{AnalysisReport, LevelReport};
 use crate::texton::vocabulary::FoundVocabulary;
@@ -70,6 +71,17 @@ impl Arguments {
             memory: self.options.memory.or_else(machine::quarter_of_memory),
             ..self.options.clone()
         };
+        let need = Need {
+            bytes: planned(&sample, &options)?.bytes,
+            work: format!(
+                "{} textons of {} images",
+                options.textons,
+                options.image_count(&sample)?
+            ),
+            option: "memory",
+            advice: "a smaller --memory, fewer --images or --textons".into(),
+        };
+        need.check()?;
         let analysis = texton::analyze(&sample, &options, session.progress())?;
         self.write_side_outputs(&sample, &analysis)?;
         let Analysis { vocabulary, report } = analysis;

@@ -50,7 +50,9 @@ impl Choice {
     /// Rows within the separation of one.
     fn rows_around(&self, row: u32) -> impl Iterator<Item = usize> + use<> {
         let (height, tileable) = (i64::from(self.grid.height), self.grid.tileable);
-        let rows = i64::from(row) - self.reach..=i64::from(row) + self.reach;
+        // On a torus, rows that go round more than once are the same again.
+        let reach = self.reach.min(height);
+        let rows = i64::from(row) - reach..=i64::from(row) + reach;
         rows.filter_map(move |row| match tileable {
             true => Some(row.rem_euclid(height) as usize),
             false => (0..height).contains(&row).then_some(row as usize),

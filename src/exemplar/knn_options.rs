@@ -10,6 +10,13 @@ const SEPARATION_SHARE: f64 = 0.05;
 /// The widest window, beyond any use.
 pub const WIDEST: u32 = 255;
 
+/// Neighbours a texel at most: 512 MiB for the table of 128 × 128 texels.
+const MOST_NEIGHBORS: u32 = 4096;
+/// Parents considered at most.
+const MOST_CANDIDATES: u32 = 1 << 20;
+/// The largest separation, in texels.
+const LARGEST_SEPARATION: u32 = 16_384;
+
 /// Texels up to which exact search is cheap: 128 × 128.
 const CHEAP_TEXELS: usize = 1 << 14;
 
@@ -67,11 +74,36 @@ impl Default for KnnOptions {
 impl KnnOptions {
     /// Refuses numbers no table can have.
     pub fn validate(&self) -> Result<()> {
-        if self.k == 0 {
-            return Err(Error::option("k", "0", "at least 1: the texel itself"));
-        }
-        if self.candidates == 0 {
-            return Err(Error::option("candidates", "0", "at least 1"));
+        for (name, value, least, most, why) in [
+            (
+                "k",
+                self.k,
+                1,
+                MOST_NEIGHBORS,
+                "a table has k entries for each texel, itself included",
+            ),
+            (
+                "candidates",
+                self.candidates,
+                1,
+                MOST_CANDIDATES,
+                "each texel's are sorted",
+            ),
+            (
+                "min-separation",
+                self.min_separation.unwrap_or(0),
+                0,
+                LARGEST_SEPARATION,
+                "no sample has longer sides",
+            ),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err(Error::option(
+                    name,
+                    value.to_string(),
+                    format!("{least} to {most}: {why}"),
+                ));
+            }
         }
         for (name, width) in [
             ("neighborhood", self.neighborhood),

@@ -27,3 +27,4 @@ pub mod seal;
 pub mod source;
 pub mod stl;
 pub mod stored_array;
+pub mod zip_sink;

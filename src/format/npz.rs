@@ -21,6 +21,7 @@ use crate::format::guard::guarded;
 use crate::format::id::ContentId;
 use crate::format::positioned::{PIECE, PositionedFile};
 use crate::format::stored_array::{Bytes, StoredArray};
+use crate::format::zip_sink::ZipSink;
 use crate::format::{json, npy};
 
 const META: &str = "meta.json";
@@ -286,7 +287,7 @@ fn member_name(array: &str) -> String {
 
 /// An archive under construction; [`write()`] makes one.
 pub struct Writer<'a> {
-    zip: ZipWriter<&'a mut Sink>,
+    zip: ZipWriter<ZipSink<&'a mut Sink>>,
     content: blake3::Hasher,
 }
 
@@ -361,7 +362,7 @@ pub fn write(
     let mut id = None;
     atomic::write_file(path, |sink| {
         let mut writer = Writer {
-            zip: ZipWriter::new(sink),
+            zip: ZipWriter::new(ZipSink::new(sink)),
             content: blake3::Hasher::new(),
         };
         fill(&mut writer)?;

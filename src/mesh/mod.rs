@@ -11,6 +11,7 @@ pub mod field;
 pub mod frame;
 pub mod grid_window;
 pub mod hierarchy;
+pub mod memory;
 pub mod parents;
 pub mod patches;
 pub mod pictures;

@@ -113,11 +113,25 @@ impl SurfaceOptions {
         if !(area > 0.0 && area.is_finite()) {
             return Err(Error::data("mesh", format!("area {area}")).expected("a surface"));
         }
-        Ok(self
-            .texel
-            .unwrap_or_else(|| (area / mesh.referenced_count() as f64).sqrt()))
+        let Some(texel) = self.texel else {
+            return Ok((area / mesh.referenced_count() as f64).sqrt());
+        };
+        let largest = f64::from(mesh.diagonal());
+        if (LEAST_TEXEL * largest..=largest).contains(&texel) {
+            return Ok(texel);
+        }
+        Err(Error::option(
+            "texel",
+            texel.to_string(),
+            format!(
+                "at most {largest}, the diagonal of the mesh's box, and no less than {LEAST_TEXEL:e} of it"
+            ),
+        ))
     }
 }
+
+/// The smallest texel, as a share of the mesh's size: positions are no finer by far.
+const LEAST_TEXEL: f64 = 1e-12;
 
 /// Checks a crease angle in degrees.
 fn check_crease(degrees: f64) -> Result<()> {

@@ -18,6 +18,11 @@ pub struct FrameRange {
     is_count: bool,
 }
 
+/// Frames of one run at most: camera and lights of all are planned before the first is made.
+const MOST_FRAMES: u32 = 100_000;
+/// The largest number of a frame, and of frames of a sweep.
+pub const LAST_FRAME: u32 = 9_999_999;
+
 /// A number in TOML is a count.
 #[derive(Deserialize)]
 #[serde(untagged)]
@@ -85,9 +90,20 @@ impl FromStr for FrameRange {
         if last == 0 {
             return Err("no frame is asked for".into());
         }
+        if last > LAST_FRAME {
+            return Err(format!(
+                "`{text}` goes beyond frame {LAST_FRAME}, the last number a sweep may have"
+            ));
+        }
         if first == 0 || first > last || step == 0 {
             return Err(format!(
                 "`{text}` is no range: frames count from 1, steps are 1 or more"
+            ));
+        }
+        let count = (last - first) / step + 1;
+        if count > MOST_FRAMES {
+            return Err(format!(
+                "`{text}` are {count} frames; at most {MOST_FRAMES} are planned in one run: give a range"
             ));
         }
         Ok(Self {

@@ -15,6 +15,7 @@ pub mod fragment;
 pub mod frame;
 pub mod frame_range;
 pub mod light;
+pub mod memory;
 pub mod nearest;
 pub mod occlusion;
 pub mod options;

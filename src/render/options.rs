@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::format::exr::Compression;
 use crate::render::compass::UpAxis;
-use crate::render::frame_range::{FramePattern, FrameRange, Shard};
+use crate::render::frame_range::{FramePattern, FrameRange, LAST_FRAME, Shard};
 use crate::render::nearest::Weighting;
 use crate::render::radiance::Texels;
 use crate::render::raster::Samples;
@@ -15,6 +15,27 @@ use crate::render::renderer::{Shading, Shadows};
 use crate::render::values::{
     Animation, ImageSize, Layer, LightSpec, Mip, Point, ProjectionKind, STANDARD_LAYERS, Sweep,
 };
+
+/// Angles in degrees; of larger ones too few digits are left.
+const ANGLES: [f64; 2] = [-1e6, 1e6];
+/// The largest irradiance, and factor of an environment's radiance: a frame's numbers stay finite.
+const BRIGHTEST: f64 = 1e12;
+/// The farthest coordinate, in mesh units.
+const FARTHEST: f64 = 1e12;
+/// Lights at most that are given one by one.
+const MOST_LIGHTS: usize = 4096;
+
+/// A limit as a person writes it: 1e12, not 1000000000000.
+struct Plain(f64);
+
+impl std::fmt::Display for Plain {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 == 0.0 || (1e-3..1e5).contains(&self.0.abs()) {
+            true => write!(f, "{}", self.0),
+            false => write!(f, "{:e}", self.0),
+        }
+    }
+}
 
 /// How a map is rendered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
@@ -270,66 +291,69 @@ impl Default for RenderOptions {
 impl RenderOptions {
     /// Refuses values that no frame can have.
     pub fn validate(&self) -> Result<()> {
-        let positive = "a finite number above 0";
-        let not_negative = "a finite number, 0 or more";
-        self.check(
-            "irradiance",
-            self.irradiance,
-            self.irradiance >= 0.0,
-            not_negative,
-        )?;
-        self.check(
-            "fov",
-            self.fov,
-            self.fov > 0.0 && self.fov < 180.0,
-            "0 to 180 degrees",
-        )?;
-        self.check(
-            "light-radius",
-            self.light_radius,
-            (0.0..=45.0).contains(&self.light_radius),
-            "0 to 45 degrees",
-        )?;
-        let scale = self.environment_scale;
-        self.check("environment-scale", scale, scale >= 0.0, not_negative)?;
-        for (option, value) in [
-            ("sweep-from", self.sweep_from),
-            ("sweep-to", self.sweep_to),
-            ("turns", Some(self.turns)),
-            ("camera-azimuth", Some(self.camera_azimuth)),
-            ("camera-elevation", Some(self.camera_elevation)),
-            ("light-azimuth", Some(self.light_azimuth)),
-            ("light-elevation", Some(self.light_elevation)),
-            ("environment-azimuth", Some(self.environment_azimuth)),
-            ("exposure", Some(f64::from(self.exposure))),
+        let from_zero = |most: f64| [0.0, most];
+        for (option, value, [least, most]) in [
+            ("irradiance", Some(self.irradiance), from_zero(BRIGHTEST)),
+            (
+                "environment-scale",
+                Some(self.environment_scale),
+                from_zero(BRIGHTEST),
+            ),
+            ("fov", Some(self.fov), [0.001, 179.999]),
+            ("light-radius", Some(self.light_radius), from_zero(45.0)),
+            ("sweep-from", self.sweep_from, ANGLES),
+            ("sweep-to", self.sweep_to, ANGLES),
+            ("turns", Some(self.turns), [-10_000.0, 10_000.0]),
+            ("camera-azimuth", Some(self.camera_azimuth), ANGLES),
+            ("camera-elevation", Some(self.camera_elevation), ANGLES),
+            ("light-azimuth", Some(self.light_azimuth), ANGLES),
+            ("light-elevation", Some(self.light_elevation), ANGLES),
+            (
+                "environment-azimuth",
+                Some(self.environment_azimuth),
+                ANGLES,
+            ),
+            ("exposure", Some(f64::from(self.exposure)), [-100.0, 100.0]),
+            ("focal-length", self.focal_length, [0.01, 1e6]),
+            ("view-height", self.view_height, [1.0 / FARTHEST, FARTHEST]),
+            (
+                "background",
+                Some(f64::from(self.background)),
+                from_zero(1.0),
+            ),
         ] {
-            self.check(option, value.unwrap_or(0.0), true, "a finite number")?;
+            if let Some(value) = value.filter(|value| !(least..=most).contains(value)) {
+                let expected = format!("{} to {}", Plain(least), Plain(most));
+                return Err(Error::option(option, value.to_string(), expected));
+            }
         }
-        for (option, value) in [
-            ("focal-length", self.focal_length),
-            ("view-height", self.view_height),
-        ] {
-            let value = value.unwrap_or(1.0);
-            self.check(option, value, value > 0.0, positive)?;
-        }
-        let background = f64::from(self.background);
-        self.check(
-            "background",
-            background,
-            (0.0..=1.0).contains(&background),
-            "0 to 1",
-        )?;
+        let per_vertex = "each light's visibility is kept for each vertex";
         let counts = [
-            ("shadow-rays", self.shadow_rays, 4096),
-            ("environment-lights", self.environment_lights, 4096),
-            ("sweep-length", self.sweep_length.unwrap_or(1), u32::MAX),
+            (
+                "shadow-rays",
+                self.shadow_rays,
+                4096,
+                "each point casts as many for each light",
+            ),
+            (
+                "environment-lights",
+                self.environment_lights,
+                4096,
+                per_vertex,
+            ),
+            (
+                "sweep-length",
+                self.sweep_length.unwrap_or(1),
+                LAST_FRAME,
+                "frames have no larger numbers",
+            ),
         ];
-        for (option, count, most) in counts {
+        for (option, count, most, why) in counts {
             if !(1..=most).contains(&count) {
                 return Err(Error::option(
                     option,
                     count.to_string(),
-                    format!("1 to {most}"),
+                    format!("1 to {most}: {why}"),
                 ));
             }
         }
@@ -339,23 +363,48 @@ impl RenderOptions {
         self.check_lights()
     }
 
-    fn check(&self, option: &str, value: f64, fits: bool, expected: &str) -> Result<()> {
-        if value.is_finite() && fits {
-            return Ok(());
-        }
-        Err(Error::option(option, value.to_string(), expected))
-    }
-
     fn check_lights(&self) -> Result<()> {
-        for light in &self.light {
-            let (LightSpec::Sun { irradiance, .. } | LightSpec::Point { irradiance, .. }) = light;
-            let irradiance = irradiance.unwrap_or(1.0);
-            self.check(
+        if self.light.len() > MOST_LIGHTS {
+            return Err(Error::option(
                 "light",
-                irradiance,
-                irradiance >= 0.0,
-                "an irradiance of 0 or more",
-            )?;
+                format!("{} lights", self.light.len()),
+                format!("at most {MOST_LIGHTS}: each light's visibility is kept for each vertex"),
+            ));
+        }
+        for light in &self.light {
+            let (numbers, irradiance, farthest) = match *light {
+                LightSpec::Sun {
+                    azimuth,
+                    elevation,
+                    irradiance,
+                } => (vec![azimuth, elevation], irradiance, ANGLES[1]),
+                LightSpec::Point {
+                    position,
+                    irradiance,
+                } => (position.to_vec(), irradiance, FARTHEST),
+            };
+            let bright = (0.0..=BRIGHTEST).contains(&irradiance.unwrap_or(1.0));
+            if !bright || numbers.iter().any(|number| number.abs() > farthest) {
+                return Err(Error::option(
+                    "light",
+                    light.to_string(),
+                    format!(
+                        "numbers up to {} and an irradiance of 0 to {}",
+                        Plain(farthest),
+                        Plain(BRIGHTEST)
+                    ),
+                ));
+            }
+        }
+        for (option, point) in [
+            ("camera-position", self.camera_position),
+            ("camera-target", self.camera_target),
+        ] {
+            let far = point.is_some_and(|point| point.0.iter().any(|at| at.abs() > FARTHEST));
+            if let Some(point) = point.filter(|_| far) {
+                let expected = format!("coordinates up to {}", Plain(FARTHEST));
+                return Err(Error::option(option, point.to_string(), expected));
+            }
         }
         Ok(())
     }

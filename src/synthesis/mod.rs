@@ -34,6 +34,7 @@ pub mod engine;
 pub mod exemplar_level;
 pub mod gram;
 pub mod grid_target;
+pub mod memory;
 pub mod mending;
 pub mod metric;
 pub mod options;

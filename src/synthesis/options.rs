@@ -37,6 +37,11 @@ pub enum Order {
     Field,
 }
 
+/// Passes, sweeps or rounds at most: the orders of all sweeps are held together, and a few do.
+const MOST_ROUNDS: u32 = 1000;
+/// Distances are multiplied by no larger number: they are 32-bit floats.
+const LARGEST_FACTOR: f64 = 1e12;
+
 /// What synthesis can be asked. Each option says what the paper has where `Default` differs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
@@ -126,8 +131,19 @@ impl SynthesisOptions {
         };
         at_least_one("k", self.k.map_or(1, |k| k as u64))?;
         at_least_one("levels", self.levels.map_or(1, u64::from))?;
-        at_least_one("passes", u64::from(self.passes))?;
-        at_least_one("start-passes", u64::from(self.start_passes))?;
+        let few = |option: &str, value: u32, least: u32| {
+            if (least..=MOST_ROUNDS).contains(&value) {
+                return Ok(());
+            }
+            Err(Error::option(
+                option,
+                value.to_string(),
+                format!("{least} to {MOST_ROUNDS}: each visits every site of a level"),
+            ))
+        };
+        few("passes", self.passes, 1)?;
+        few("mends", self.mends, 0)?;
+        few("start-passes", self.start_passes, 1)?;
         check_neighborhood(self.neighborhood)?;
         if !(self.energy > 0.0 && self.energy <= 1.0) {
             return Err(Error::option(
@@ -136,26 +152,20 @@ impl SynthesisOptions {
                 "a share above 0, at most 1",
             ));
         }
-        if !(self.coherence >= 1.0 && self.coherence.is_finite()) {
-            return Err(Error::option(
-                "coherence",
-                self.coherence.to_string(),
-                "a factor of 1 or more",
-            ));
-        }
-        if !(self.noise >= 0.0 && self.noise.is_finite()) {
-            return Err(Error::option(
-                "noise",
-                self.noise.to_string(),
-                "a share of 0 or more",
-            ));
-        }
-        if !(self.evenness >= 0.0 && self.evenness.is_finite()) {
-            return Err(Error::option(
-                "evenness",
-                self.evenness.to_string(),
-                "0 or more",
-            ));
+        for (option, value, least) in [
+            ("coherence", self.coherence, 1.0),
+            ("noise", self.noise, 0.0),
+            ("evenness", self.evenness, 0.0),
+        ] {
+            if !(least..=LARGEST_FACTOR).contains(&value) {
+                return Err(Error::option(
+                    option,
+                    value.to_string(),
+                    format!(
+                        "{least} to {LARGEST_FACTOR:e}: distances times larger numbers overflow"
+                    ),
+                ));
+            }
         }
         Ok(())
     }
@@ -199,6 +209,10 @@ mod tests {
         assert!(message(|o| o.passes = 0).contains("--passes: 0"));
         assert!(message(|o| o.evenness = -0.1).contains("--evenness: -0.1"));
         assert!(message(|o| o.start_passes = 0).contains("--start-passes: 0"));
+        assert!(message(|o| o.start_passes = u32::MAX).contains("1 to 1000: each visits"));
+        assert!(message(|o| o.passes = 1001).contains("--passes: 1001"));
+        assert!(message(|o| o.mends = u32::MAX).contains("0 to 1000"));
+        assert!(message(|o| o.coherence = 1e308).contains("1 to 1e12"));
     }
 
     #[test]

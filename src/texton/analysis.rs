@@ -36,6 +36,17 @@ pub struct Analysis {
     pub report: AnalysisReport,
 }
 
+/// What an analysis would take of memory, and by which routes it would go.
+pub fn planned(sample: &Sample, options: &TextonOptions) -> Result<Plan> {
+    options.validate()?;
+    let stack = ImageStack {
+        sample,
+        channels: channels(options),
+        grids: options.grids(sample)?,
+    };
+    plan(&stack, options)
+}
+
 /// Finds the 3D textons of a sample.
 pub fn analyze(
     sample: &Sample,

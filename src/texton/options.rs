@@ -205,7 +205,6 @@ impl FromStr for ByteSize {
             .find(|c: char| !c.is_ascii_digit() && c != '.')
             .unwrap_or(text.len());
         let (number, unit) = text.split_at(digits_end);
-        let number: f64 = number.parse().map_err(|_| fault())?;
         let unit = unit.trim().to_ascii_uppercase();
         let power = match unit.trim_end_matches('B').trim_end_matches('I') {
             "" => 0,
@@ -214,6 +213,15 @@ impl FromStr for ByteSize {
                 known.ok_or_else(fault)?.1
             }
         };
+        // Whole numbers stay exact; others are rounded to 53 bits.
+        if let Some(whole) = number
+            .parse()
+            .ok()
+            .and_then(|n: u64| n.checked_mul(1 << power))
+        {
+            return Ok(Self(whole));
+        }
+        let number: f64 = number.parse().map_err(|_| fault())?;
         Ok(Self((number * 2_f64.powi(power as i32)) as u64))
     }
 }
@@ -255,6 +263,8 @@ mod tests {
             ("1.5G", 3 << 29),
             ("800 MiB", 800 << 20),
             ("77", 77),
+            ("18446744073709551615", u64::MAX),
+            ("9007199254740993", (1 << 53) + 1),
         ] {
             assert_eq!(text.parse::<ByteSize>(), Ok(ByteSize(bytes)), "{text}");
         }

@@ -41,6 +41,8 @@ use crate::progress::Progress;
 const SLAB: usize = 64 << 20;
 /// A surface of which more than this share sees no light at all is warned of.
 const DARK: f64 = 0.1;
+/// Images of a sample at most: 440 times those of the largest measured ones.
+const MOST_IMAGES: usize = 10_000_000;
 /// Views closer to the horizon see the surface from the side only.
 const LEAST_VIEW_COSINE: f64 = 1e-3;
 
@@ -224,6 +226,17 @@ fn describe(material: &Material, options: &BakeOptions) -> Result<Description> {
         }),
     };
     description.check()?;
+    if description.image_count() > MOST_IMAGES {
+        return Err(Error::option(
+            "lights",
+            format!(
+                "{} views × {} lights",
+                description.views.len(),
+                description.lights.len()
+            ),
+            format!("at most {MOST_IMAGES} images: a sample has one for each pair"),
+        ));
+    }
     Ok(description)
 }
 

@@ -6,16 +6,20 @@ use clap::{Args, ValueEnum};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::cli::machine::Need;
 use crate::cli::session::Session;
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::{NeighborTable, Neighborhood};
+use crate::exemplar::space::Space;
 use crate::mesh::cache;
 use crate::mesh::hierarchy::SiteHierarchy;
+use crate::mesh::memory::bytes_to_prepare;
 use crate::mesh::surface::{self, Surface};
 use crate::mesh::surface_options::SurfaceOptions;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::synthesis::check::window_width;
 use crate::synthesis::grid_target::GridTarget;
+use crate::synthesis::memory;
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::coherence::SiteEdge;
 
@@ -63,16 +67,17 @@ pub enum Target {
 }
 
 impl Target {
-    /// Prepares the target for a table's neighbourhoods.
+    /// Prepares the target for the neighbourhoods of an exemplar's table.
     pub fn prepare(
         arguments: &TargetArguments,
-        table: &NeighborTable,
+        (space, table): (&Space, &NeighborTable),
         options: &SynthesisOptions,
         session: &Session,
     ) -> Result<Self> {
         let levels = options
             .levels
             .map_or(table.levels.len(), |levels| levels as usize);
+        let exemplar = memory::exemplar_bytes(space, table);
         match (&arguments.mesh, arguments.grid) {
             (_, Some(grid)) => {
                 if arguments.surface.texel.is_some() {
@@ -86,6 +91,13 @@ impl Target {
                     toroidal: arguments.border == Border::Wrap,
                     ..grid
                 };
+                let sites = format!("{}x{} sites", grid.width, grid.height);
+                check_memory(
+                    "grid",
+                    sites,
+                    exemplar + memory::grid_bytes(grid.width, grid.height),
+                    "a smaller --grid",
+                )?;
                 let neighborhoods: Vec<Neighborhood> = table.levels[..levels]
                     .iter()
                     .map(|level| level.neighborhood.clone())
@@ -97,7 +109,7 @@ impl Target {
                 })
             }
             (Some(path), None) => {
-                let surface = prepare_mesh(path, arguments, table, levels, session)?;
+                let surface = prepare_mesh(path, arguments, (table, exemplar), levels, session)?;
                 check_density(&surface)?;
                 Ok(Self::Surface(Box::new(surface)))
             }
@@ -158,7 +170,7 @@ impl Target {
 fn prepare_mesh(
     path: &Path,
     arguments: &TargetArguments,
-    table: &NeighborTable,
+    (table, exemplar): (&NeighborTable, u64),
     levels: usize,
     session: &Session,
 ) -> Result<Surface> {
@@ -170,9 +182,32 @@ fn prepare_mesh(
         seed: session.seed(),
         ..arguments.surface.clone()
     };
+    options.validate()?;
+    let texel = options.texel_on(&user.mesh)?;
+    check_memory(
+        "texel",
+        format!(
+            "{} vertices at a texel of {texel}",
+            user.mesh.positions.len()
+        ),
+        exemplar + bytes_to_prepare(&user, &options, texel),
+        "a smaller --texel, a mesh of fewer vertices (mesh --vertices), or a table of a smaller \
+         knn --neighborhood",
+    )?;
     let cache = cache::folder_of(path);
     surface::prepare(&user, &options, Some(&cache), session.progress())
         .map_err(|error| error.in_file(path))
+}
+
+/// Refuses a target that this machine has too little memory for.
+fn check_memory(option: &'static str, work: String, bytes: u64, advice: &str) -> Result<()> {
+    let need = Need {
+        bytes,
+        work,
+        option,
+        advice: advice.into(),
+    };
+    need.check()
 }
 
 /// Refuses a mesh so coarse that most sites see no other.

@@ -1,0 +1,103 @@
+//! How much memory a sweep takes, before any work is done.
+//!
+//! Figures are of the lists that dominate, measured on frames of 320 × 240 to 3840 × 2160 pixels and maps
+//! of 30,000 and 250,000 vertices, where the surface fills the frame: at most 1.5 times the peak of the
+//! process, and not below it. Parts of a frame that show nothing take less. The sample itself is mapped:
+//! its pages are the system's to take back, so they do not count.
+
+use crate::btf::sample::Sample;
+use crate::render::light::Light;
+use crate::render::options::RenderOptions;
+use crate::render::plan::PlannedFrame;
+use crate::render::renderer::Shading;
+use crate::render::values::{Layer, Sweep};
+use crate::surface_map::SurfaceTextonMap;
+
+/// Bytes of what a sample of a pixel sees.
+const HIT: u64 = 12;
+/// Bytes of a pixel's colour and layers, as they are made and encoded.
+const PIXEL: u64 = 108;
+/// Bytes of a pixel of one more frame, which is written while the next is made.
+const WAITING_PIXEL: u64 = 36;
+/// Bytes of a pixel whose colour is written in 32 bits, or that has a layer beyond the standard ones.
+const WIDE_PIXEL: u64 = 48;
+/// Bytes of a point kept for the next frame by pixel shading, and how many pixels are kept.
+const KEPT_POINT: u64 = 320;
+const KEPT_PIXELS: u64 = 1 << 20;
+/// Bytes of a vertex and of a triangle: the file's columns, frames, the hierarchy that rays meet.
+const VERTEX: u64 = 280;
+const TRIANGLE: u64 = 150;
+/// Bytes that a vertex keeps of each light: whether it is reached; and its weights, of so many lights.
+const REACHED: u64 = 4;
+const WEIGHTED: u64 = 130;
+const WEIGHTED_LIGHTS: u64 = 8;
+/// Bytes that are filled at a time when the sample laid out for shading goes to disk.
+const SLAB: u64 = 256 << 20;
+/// The program, and working memory of its threads.
+const PROGRAM: u64 = 16 << 20;
+
+/// Bytes that frames and the surface take; the sample laid out for shading apart.
+pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
+    let [width, height] = options.size.0.map(u64::from);
+    let many = frame_count(options) > 1;
+    let hits = HIT * options.samples.stored() as u64;
+    let standard = |layer: &Layer| !matches!(layer, Layer::Shadow | Layer::Weight);
+    let mut pixel = hits + PIXEL;
+    if many {
+        pixel += hits + WAITING_PIXEL;
+    }
+    if options.float || !options.layers.iter().all(standard) {
+        pixel += WIDE_PIXEL;
+    }
+    let mut bytes = width * height * pixel + PROGRAM;
+    if many && options.shading == Shading::Pixel {
+        bytes += KEPT_POINT * (width * height).min(KEPT_PIXELS);
+    }
+    bytes + surface_bytes(map, lights(options)) + plan_bytes(options)
+}
+
+/// Bytes of the sample laid out for shading that stay in memory.
+pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
+    let description = sample.description();
+    let finest =
+        (sample.grid().len() * sample.image_count() * 3) as u64 * description.dtype.size() as u64;
+    let all = if options.uses_mip() {
+        finest + finest / 3
+    } else {
+        finest
+    };
+    match finest <= options.table_memory.saturating_mul(1 << 20) {
+        true => all,
+        false => SLAB,
+    }
+}
+
+fn surface_bytes(map: &SurfaceTextonMap, lights: u64) -> u64 {
+    let vertices = map.mesh.positions.len() as u64;
+    let of_lights = REACHED * lights + WEIGHTED * lights.min(WEIGHTED_LIGHTS);
+    vertices * (VERTEX + of_lights) + TRIANGLE * map.mesh.triangles.len() as u64
+}
+
+/// Cameras and lights of all frames, planned before the first is made.
+fn plan_bytes(options: &RenderOptions) -> u64 {
+    let frame = size_of::<PlannedFrame>() as u64 + 64;
+    frame_count(options) * (frame + lights(options) * size_of::<Light>() as u64)
+}
+
+fn lights(options: &RenderOptions) -> u64 {
+    let environment = match options.environment {
+        Some(_) => u64::from(options.environment_lights),
+        None => 0,
+    };
+    (options.light.len() as u64 + environment).max(1)
+}
+
+/// Frames of the run; 24 where a file says how many.
+fn frame_count(options: &RenderOptions) -> u64 {
+    match (&options.frames, options.sweep_length) {
+        (Some(range), _) => range.numbers().count() as u64,
+        (None, Some(length)) => u64::from(length),
+        (None, None) if options.sweep == Sweep::None && options.camera_path.is_none() => 1,
+        (None, None) => 24,
+    }
+}
