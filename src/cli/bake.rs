@@ -13,11 +13,16 @@ use crate::btf::bake::preview::write_preview;
 use crate::btf::bake::{BakeOptions, Baked, bake};
 use crate::btf::direction_set::DirectionSet;
 use crate::btf::sample::Sample;
+use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::ours::Format;
+
+/// Bytes a texel of the material takes while it is made and baked, measured on presets of 1024 and 2048
+/// texels a side.
+const BYTES_A_TEXEL: u64 = 100;
 
 /// Ray-trace a BTF from height, colour and roughness.
 #[derive(Debug, Args)]
@@ -118,6 +123,13 @@ impl Arguments {
 
     /// The material, at the size it is baked.
     fn material(&self, session: &Session) -> Result<Material> {
+        let need = Need {
+            bytes: BYTES_A_TEXEL.saturating_mul(u64::from(self.size).pow(2)),
+            work: format!("{0} × {0} texels", self.size),
+            option: "size",
+            advice: "a smaller --size".into(),
+        };
+        need.check()?;
         if let Some(preset) = self.preset {
             return preset.material(self.size, session.seed());
         }

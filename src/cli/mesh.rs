@@ -117,6 +117,21 @@ fn check_memory(vertices: usize) -> Result<()> {
     need.check()
 }
 
+/// Refuses a surface that this machine has too little memory to prepare.
+fn check_field_memory(user: &UserMesh, options: &SurfaceOptions) -> Result<()> {
+    let texel = options.texel_on(&user.mesh)?;
+    let need = Need {
+        bytes: memory::bytes_to_prepare(user, options, texel),
+        work: format!(
+            "{} vertices at a texel of {texel}",
+            user.mesh.positions.len()
+        ),
+        option: "texel",
+        advice: "a smaller --texel, or fewer --vertices".into(),
+    };
+    need.check()
+}
+
 /// Clean a mesh, retile it evenly, give it an orientation field.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -163,6 +178,7 @@ impl Arguments {
                 .figure("hausdorff_over_diagonal", distance);
         }
         if self.wants_field() {
+            check_field_memory(&user, &surface_options)?;
             outcome = self.with_field(session, outcome, &mut user, &surface_options)?;
         }
         writing::write_user(&self.output, &user)?;

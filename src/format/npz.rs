@@ -140,6 +140,12 @@ impl Reader {
         array.map_err(|error| self.at(name, error))
     }
 
+    /// The checksum that the archive states for an array's member; reading the array compares it.
+    pub fn checksum(&mut self, name: &str) -> Option<u32> {
+        let member = self.archive.by_name(&member_name(name)).ok()?;
+        Some(member.crc32())
+    }
+
     /// A fault in member `name` of this archive.
     pub fn fault(&self, name: &str, found: impl Into<String>) -> Error {
         Error::data(name, found).in_file(self.file.path())
@@ -279,6 +285,16 @@ fn crc_of(bytes: &[u8]) -> crc32fast::Hasher {
     let mut hasher = crc32fast::Hasher::new();
     hasher.update(bytes);
     hasher
+}
+
+/// The checksum that the member of a list has once it is written.
+pub fn checksum_of_list<T: npy::Element>(list: &[T]) -> io::Result<u32> {
+    let mut header = Vec::new();
+    npy::write_header::<T>(&mut header, &[list.len()])?;
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(&header);
+    hasher.update(bytemuck::cast_slice(list));
+    Ok(hasher.finalize())
 }
 
 fn member_name(array: &str) -> String {
@@ -428,6 +444,9 @@ mod tests {
         assert_eq!(back["id"], id.to_string());
         assert_eq!(reader.array::<u16, Ix2>("L0/labels").unwrap()[[1, 2]], 7);
         assert!(reader.has("counts") && !reader.has("gram"));
+        let counts = checksum_of_list(&[1_u32, 2]).unwrap();
+        assert_eq!(reader.checksum("counts"), Some(counts));
+        assert_eq!(reader.checksum("gram"), None);
     }
 
     #[test]

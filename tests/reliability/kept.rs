@@ -7,6 +7,7 @@ use crate::{PROGRAM, copy_of, files, mesotex, small_files, succeed, words};
 
 const SYNTH: &str = "synth s.space.npz s.knn.npz m.ply -o o.map.ply --report o.json --pictures o \
                      --sample s.sample --vertex-colors o.ply";
+const PLAIN: &str = "synth s.space.npz s.knn.npz m.ply -o o.map.ply --report o.json";
 const CHECKPOINT: &str = ".o.map.ply.resume";
 
 /// Everything that `synth` writes.
@@ -91,7 +92,7 @@ fn first_and_cached_runs_write_the_same_bytes() {
 #[test]
 fn an_altered_cache_is_told_and_changes_no_byte() {
     let folder = copy_of(small_files());
-    succeed(folder.path(), &words(SYNTH));
+    succeed(folder.path(), &words(PLAIN));
     let whole = outputs(folder.path());
     for list in [
         "L0/samples",
@@ -101,7 +102,7 @@ fn an_altered_cache_is_told_and_changes_no_byte() {
         "texel",
     ] {
         alter(&cached_file(folder.path()), list);
-        let said = succeed(folder.path(), &words(SYNTH));
+        let said = succeed(folder.path(), &words(PLAIN));
         let name = cached_file(folder.path());
         let name = name.file_name().unwrap().to_string_lossy();
         assert!(
@@ -115,12 +116,12 @@ fn an_altered_cache_is_told_and_changes_no_byte() {
 #[test]
 fn a_cache_folder_that_cannot_be_made_is_told_and_changes_no_byte() {
     let folder = copy_of(small_files());
-    succeed(folder.path(), &words(SYNTH));
+    succeed(folder.path(), &words(PLAIN));
     let whole = outputs(folder.path());
     let cache = folder.path().join("m.ply.mesotex-cache");
     fs::remove_dir_all(&cache).unwrap();
     fs::write(&cache, "in the way").unwrap();
-    let said = succeed(folder.path(), &words(SYNTH));
+    let said = succeed(folder.path(), &words(PLAIN));
     assert!(said.contains("not cached"), "{said}");
     assert!(outputs(folder.path()) == whole);
 }
@@ -128,7 +129,7 @@ fn a_cache_folder_that_cannot_be_made_is_told_and_changes_no_byte() {
 /// Runs `synth` with room for files of so many 512-byte blocks.
 #[cfg(unix)]
 fn synth_within(folder: &Path, blocks: u32, more: &str) -> std::process::Output {
-    let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec {PROGRAM} {SYNTH} {more}");
+    let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec {PROGRAM} {PLAIN} {more}");
     let mut shell = std::process::Command::new("sh");
     shell
         .args(["-c", &script])
@@ -146,7 +147,7 @@ const ROOM_FOR_A_CHECKPOINT: u32 = 20;
 fn a_checkpoint_stays_until_all_is_written() {
     let folder = copy_of(small_files());
     let at = folder.path();
-    succeed(at, &words(SYNTH));
+    succeed(at, &words(PLAIN));
     let whole = outputs(at);
     for (path, _) in &whole {
         fs::remove_file(at.join(path)).unwrap();
@@ -158,7 +159,7 @@ fn a_checkpoint_stays_until_all_is_written() {
     let kept = fs::read(at.join(CHECKPOINT)).expect("the checkpoint survives a full disk");
 
     // Going on takes it, and ends with the same bytes.
-    let resume = format!("{SYNTH} --resume");
+    let resume = format!("{PLAIN} --resume");
     let said = succeed(at, &words(&resume));
     assert!(!said.contains("begins anew"), "{said}");
     assert!(outputs(at) == whole && !at.join(CHECKPOINT).exists());
@@ -185,6 +186,6 @@ fn a_checkpoint_stays_until_all_is_written() {
     assert!(fs::read(at.join(CHECKPOINT)).unwrap() == kept);
 
     // A finished run without --resume takes an old one away.
-    succeed(at, &words(SYNTH));
+    succeed(at, &words(PLAIN));
     assert!(outputs(at) == whole && !at.join(CHECKPOINT).exists());
 }
