@@ -5,21 +5,17 @@ mod full_disk;
 mod kept;
 mod limits;
 mod numbers;
+#[path = "../program/mod.rs"]
+mod program;
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 use std::sync::OnceLock;
 
+use program::{copy_of, files, mesotex};
 use tempfile::TempDir;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_mesotex");
-
-fn mesotex(folder: &Path, words: &[&str]) -> Output {
-    let mut command = Command::new(PROGRAM);
-    command.args(words).current_dir(folder).output().unwrap()
-}
 
 /// What a command that must succeed says on stderr.
 fn succeed(folder: &Path, words: &[&str]) -> String {
@@ -66,32 +62,4 @@ fn write_capture(folder: &Path) {
     }
     let table = "2\na.png 0 0 1\nb.png 0.6 0 0.8\n";
     fs::write(folder.join("c.lp"), table).unwrap();
-}
-
-fn copy_of(folder: &Path) -> TempDir {
-    let copy = tempfile::tempdir().unwrap();
-    for (path, bytes) in files(folder) {
-        let target = copy.path().join(path);
-        fs::create_dir_all(target.parent().unwrap()).unwrap();
-        fs::write(target, bytes).unwrap();
-    }
-    copy
-}
-
-/// Every file below a folder, by its relative path.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(at) = folders.pop() {
-        for entry in fs::read_dir(at).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(folder).unwrap().to_path_buf();
-                found.insert(name, fs::read(path).unwrap());
-            }
-        }
-    }
-    found
 }
