@@ -50,12 +50,21 @@ impl SampleWriter {
         }
         folder.discard();
         let folder = FolderInProgress::resumable(target, objection_to_replacing)?;
-        fs::write(folder.member(UNFINISHED), text).map_err(Error::io(target, "write"))?;
+        if let Err(error) = fs::write(folder.member(UNFINISHED), text) {
+            folder.discard();
+            return Err(Error::io(target, "write")(error));
+        }
         Self::begin(target, folder, description)
     }
 
     fn begin(target: &Path, folder: FolderInProgress, description: Description) -> Result<Self> {
-        let file = File::create(folder.member(RADIANCE)).map_err(Error::io(target, "write"))?;
+        let file = match File::create(folder.member(RADIANCE)) {
+            Ok(file) => file,
+            Err(error) => {
+                folder.discard();
+                return Err(Error::io(target, "write")(error));
+            }
+        };
         let bytes = header(&description).map_err(Error::io(target, "write"))?;
         let mut writer = Self::over(target, folder, description, file);
         writer.bytes = bytes;

@@ -295,7 +295,7 @@ fn limits_give_their_reason() {
             "no larger numbers",
         ),
         (
-            "bake --preset weave -o o --size 16 --views fibonacci:9999 --lights fibonacci:9999",
+            "bake --preset weave -o o --size 16 --views fibonacci:400 --lights fibonacci:99999",
             "one for each pair",
         ),
     ] {
