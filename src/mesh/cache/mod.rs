@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use bytemuck::Pod;
 use glam::Vec3;
-use ndarray::ArrayView1;
+use ndarray::{Array1, ArrayView1};
 use serde::{Deserialize, Serialize};
 use serde_json::Map;
 
@@ -307,12 +307,12 @@ struct Lists {
 impl Lists {
     fn list<T: Pod>(&mut self, level: usize, name: &str) -> Result<Vec<T>> {
         let name = member(level, name);
-        let stored = self.reader.stored::<u8>(&name)?;
-        let bytes = stored.bytes();
-        if stored.shape().len() != 1 || !bytes.len().is_multiple_of(size_of::<T>()) {
+        let bytes: Array1<u8> = self.reader.array(&name)?;
+        let bytes = bytes.as_slice().unwrap_or_default();
+        if !bytes.len().is_multiple_of(size_of::<T>()) {
             return Err(self
                 .reader
-                .fault(&name, format!("{:?} bytes", stored.shape()))
+                .fault(&name, format!("{} bytes", bytes.len()))
                 .expected(format!("numbers of {} bytes", size_of::<T>())));
         }
         let checksum = self.reader.checksum(&name).unwrap_or_default();
