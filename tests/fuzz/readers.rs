@@ -301,7 +301,8 @@ fn surface_readers() -> Vec<Reader> {
     let user = corpus::user_mesh();
     let surface = prepare(&user, &options, None, Progress::silent()).unwrap();
     let cached = corpus::file_bytes("a.surface.npz", |path| {
-        cache::write(path, &surface).unwrap()
+        let wanted = cache::Wanted::new(&user, &options).unwrap();
+        cache::write(path, &wanted, &surface).unwrap()
     });
     let (space, table) = (corpus::space(), corpus::table().0);
     let load = move |path: &Path| {
@@ -312,7 +313,7 @@ fn surface_readers() -> Vec<Reader> {
         };
         let output = path.with_file_name("a.map.ply");
         Ok::<_, Error>((
-            Checkpoint::new(&output, inputs, &SynthesisOptions::default()),
+            Checkpoint::new(&output, inputs, &SynthesisOptions::default())?,
             inputs.sites.levels[0].site_count,
         ))
     };
@@ -330,14 +331,14 @@ fn surface_readers() -> Vec<Reader> {
             Content::Zip,
             "a.surface.npz",
             vec![cached],
-            cache::read,
+            move |path| cache::read(path, &cache::Wanted::new(&user, &options)?),
         ),
         reader(
             "checkpoint",
             Content::Zip,
             ".a.map.ply.resume",
             vec![kept],
-            move |path| load(path)?.0.load(),
+            move |path| load(path)?.0.load(Progress::silent()),
         ),
     ]
 }
