@@ -153,9 +153,14 @@ const PROGRAM: u64 = 16 << 20;
 /// Bytes that the tables of a space take while they are built by so many threads, measured on samples of
 /// 64 × 64 to 256 × 256 texels.
 pub fn bytes_to_build(space: &Space, options: &KnnOptions, threads: usize) -> u64 {
-    let texels = space.levels.iter().map(|level| level.grid.len() as u64);
-    let searched = texels.clone().max().unwrap_or(0) * SEARCHED * threads as u64;
-    searched + texels.sum::<u64>() * u64::from(options.k) * NEIGHBOR + PROGRAM
+    let levels = space.levels.iter().enumerate();
+    let exact = levels.filter(|(at, level)| {
+        let has_parent = at + 1 < space.levels.len();
+        options.search_at(level.grid, has_parent) != Search::TwoLevel
+    });
+    let most = exact.map(|(_, level)| level.grid.len()).max().unwrap_or(0);
+    let texels: usize = space.levels.iter().map(|level| level.grid.len()).sum();
+    SEARCHED * (most * threads) as u64 + NEIGHBOR * texels as u64 * u64::from(options.k) + PROGRAM
 }
 
 /// The neighbour tables of all levels of a space.

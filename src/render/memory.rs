@@ -2,8 +2,8 @@
 //!
 //! Figures are of the lists that dominate, measured on frames of 320 × 240 to 3840 × 2160 pixels and maps
 //! of 30,000 and 250,000 vertices, where the surface fills the frame: at most 1.5 times the peak of the
-//! process, and not below it. Parts of a frame that show nothing take less. The sample itself is mapped:
-//! its pages are the system's to take back, so they do not count.
+//! process, and not below it. Parts of a frame that show nothing take less, and so do the points of pixel
+//! shading where more are seen than are kept. The sample's own file does not count.
 
 use crate::btf::sample::Sample;
 use crate::render::light::Light;
@@ -44,7 +44,10 @@ pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
     let standard = |layer: &Layer| !matches!(layer, Layer::Shadow | Layer::Weight);
     let mut pixel = hits + PIXEL;
     if many {
-        pixel += hits + WAITING_PIXEL;
+        pixel += WAITING_PIXEL;
+    }
+    if many && view_moves(options) {
+        pixel += hits;
     }
     if options.float || !options.layers.iter().all(standard) {
         pixel += WIDE_PIXEL;
@@ -53,7 +56,15 @@ pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
     if many && options.shading == Shading::Pixel {
         bytes += KEPT_POINT * (width * height).min(KEPT_PIXELS);
     }
-    bytes + surface_bytes(map, lights(options)) + plan_bytes(options)
+    // Weights are listed for what asks more than once: pixels, or frames to come.
+    let listed = many || options.shading == Shading::Pixel;
+    bytes + surface_bytes(map, lights(options), listed) + plan_bytes(options)
+}
+
+/// Whether frames may differ in their cameras.
+fn view_moves(options: &RenderOptions) -> bool {
+    let swept = matches!(options.sweep, Sweep::ViewOrbit | Sweep::File(_));
+    swept || options.camera_path.is_some()
 }
 
 /// Bytes of the sample laid out for shading that stay in memory.
@@ -72,9 +83,14 @@ pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
     }
 }
 
-fn surface_bytes(map: &SurfaceTextonMap, lights: u64) -> u64 {
+fn surface_bytes(map: &SurfaceTextonMap, lights: u64, listed: bool) -> u64 {
     let vertices = map.mesh.positions.len() as u64;
-    let of_lights = REACHED * lights + WEIGHTED * lights.min(WEIGHTED_LIGHTS);
+    let weighted = if listed {
+        lights.min(WEIGHTED_LIGHTS)
+    } else {
+        0
+    };
+    let of_lights = REACHED * lights + WEIGHTED * weighted;
     vertices * (VERTEX + of_lights) + TRIANGLE * map.mesh.triangles.len() as u64
 }
 
