@@ -46,8 +46,8 @@ pub enum Error {
         /// Whether options are among them.
         usage: bool,
     },
-    /// The caller asked to stop (Ctrl-C); everything finished so far is kept.
-    #[error("interrupted; finished stages are kept")]
+    /// The caller asked to stop (Ctrl-C); no half-written file is left under a final name.
+    #[error("interrupted")]
     Interrupted,
 }
 

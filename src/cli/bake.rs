@@ -24,6 +24,10 @@ use crate::format::ours::Format;
 /// texels a side.
 const BYTES_A_TEXEL: u64 = 100;
 
+/// How to go on after an interruption.
+pub const IF_INTERRUPTED: &str =
+    "type the same command to go on after the last whole image";
+
 /// Ray-trace a BTF from height, colour and roughness.
 #[derive(Debug, Args)]
 #[command(after_help = "\

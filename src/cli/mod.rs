@@ -1,7 +1,8 @@
 //! The command line: one file a subcommand, each options → library call → what the user reads.
 //!
 //! This room alone sees all others, and alone prints: reports on stdout, progress and warnings
-//! on stderr. Exit code 0: done; 1: the data or the machine is at fault; 2: the usage is.
+//! on stderr. Exit code 0: done; 1: the data or the machine is at fault; 2: the usage is; 129, 130,
+//! 143: stopped by SIGHUP, SIGINT, SIGTERM.
 
 mod bake;
 mod demo;
@@ -9,6 +10,7 @@ mod exemplar;
 mod gram;
 mod import;
 mod info;
+mod interruption;
 mod knn;
 mod machine;
 mod mesh;
@@ -60,6 +62,13 @@ enum Command {
     Run(run::Arguments),
 }
 
+/// How to go on with a chain of stages after an interruption.
+const CHAIN_IF_INTERRUPTED: &str = "type the same command to go on: finished stages are skipped, \
+    an unfinished bake goes on after its last whole image, any other stage begins anew";
+/// How to go on after an interruption of a command that keeps nothing unfinished.
+const STAGE_IF_INTERRUPTED: &str =
+    "type the same command to begin anew; this command keeps no unfinished work";
+
 impl Command {
     fn common(&self) -> &Common {
         match self {
@@ -110,6 +119,23 @@ impl Command {
         }
     }
 
+    /// What a user types to go on after an interruption.
+    fn if_interrupted(&self) -> &'static str {
+        match self {
+            Self::Bake(_) => bake::IF_INTERRUPTED,
+            Self::Synth(_) => synth::IF_INTERRUPTED,
+            Self::Render(_) => render::IF_INTERRUPTED,
+            Self::Run(_) | Self::Demo(_) => CHAIN_IF_INTERRUPTED,
+            Self::Import(_)
+            | Self::Info(_)
+            | Self::Textons(_)
+            | Self::Gram(_)
+            | Self::Knn(_)
+            | Self::Exemplar(_)
+            | Self::Mesh(_) => STAGE_IF_INTERRUPTED,
+        }
+    }
+
     fn run(&self, session: &Session) -> Result<Outcome> {
         match self {
             Self::Demo(arguments) => arguments.run(session),
@@ -132,20 +158,30 @@ impl Command {
 pub fn main() -> ExitCode {
     guard::silence();
     let command = CommandLine::parse().command;
-    let result = Session::new(command.common()).and_then(|session| {
-        // In a thread of the pool: one that waits outside is put to sleep and woken for every step that
-        // is done in parallel.
-        let outcome = rayon::scope(|_| command.run(&session))?;
-        session.report(&outcome)
-    });
+    let session = match Session::new(command.common(), command.if_interrupted()) {
+        Ok(session) => session,
+        Err(error) => return failure(&error),
+    };
+    // In a thread of the pool: one that waits outside is put to sleep and woken for every step that
+    // is done in parallel.
+    let result = rayon::scope(|_| command.run(&session))
+        .and_then(|outcome| session.report(&outcome));
+    session.interruption().end();
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            terminal::print_error(&error);
-            ExitCode::from(match error {
-                Error::Option { .. } | Error::Faults { usage: true, .. } => 2,
-                _ => 1,
-            })
+        Err(Error::Interrupted) => {
+            session.interruption().tell();
+            ExitCode::from(session.interruption().exit_code())
         }
+        Err(error) => failure(&error),
     }
+}
+
+/// Prints an error; its exit code says who must act.
+fn failure(error: &Error) -> ExitCode {
+    terminal::print_error(error);
+    ExitCode::from(match error {
+        Error::Option { .. } | Error::Faults { usage: true, .. } => 2,
+        _ => 1,
+    })
 }

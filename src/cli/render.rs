@@ -25,6 +25,10 @@ use crate::report::contact_sheet::{Picture, contact_sheet};
 use crate::surface_map::SurfaceTextonMap;
 use crate::texton::options::ByteSize;
 
+/// How to go on after an interruption.
+pub const IF_INTERRUPTED: &str =
+    "type the same command with --skip-existing to keep the finished frames";
+
 /// Render a decorated mesh to OpenEXR frames.
 ///
 /// Each frame DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all.

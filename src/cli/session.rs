@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 
+use crate::cli::interruption::Interruption;
 use crate::cli::outcome::Outcome;
 use crate::cli::terminal::Terminal;
 use crate::error::{Error, Result};
@@ -37,22 +37,21 @@ pub struct Session {
     common: Common,
     terminal: Terminal,
     listener: Arc<dyn Fn(Event) + Sync + Send>,
-    interrupted: Arc<AtomicBool>,
+    interruption: Interruption,
 }
 
 impl Session {
-    /// Sets up threads, progress and Ctrl-C.
-    pub fn new(common: &Common) -> Result<Self> {
+    /// Sets up threads, progress and signals; `hint` says how to go on after an interruption.
+    pub fn new(common: &Common, hint: &'static str) -> Result<Self> {
         set_threads(common.threads)?;
-        let interrupted = Arc::new(AtomicBool::new(false));
-        listen_for_interrupt(&interrupted)?;
         let terminal = Terminal::new(common.quiet);
+        let interruption = Interruption::listen(&terminal, hint)?;
         let drawn = terminal.clone();
         Ok(Self {
             common: common.clone(),
             terminal,
             listener: Arc::new(move |event| drawn.show(event)),
-            interrupted,
+            interruption,
         })
     }
 
@@ -71,7 +70,12 @@ impl Session {
 
     /// Where library calls report their progress.
     pub fn progress(&self) -> Progress<'_> {
-        Progress::new(&*self.listener, Some(&self.interrupted))
+        Progress::new(&*self.listener, Some(self.interruption.flag()))
+    }
+
+    /// Whether and by what this run was asked to stop.
+    pub fn interruption(&self) -> &Interruption {
+        &self.interruption
     }
 
     /// Prints a line of a report that is not finished yet, for a person.
@@ -130,14 +134,4 @@ fn set_threads(threads: Option<usize>) -> Result<()> {
                 "threads this machine can start",
             )
         })
-}
-
-/// The first Ctrl-C asks the running stage to stop at its next step; the second ends the process.
-fn listen_for_interrupt(interrupted: &Arc<AtomicBool>) -> Result<()> {
-    use signal_hook::consts::SIGINT;
-    let place = Path::new("signal handler");
-    signal_hook::flag::register_conditional_shutdown(SIGINT, 130, Arc::clone(interrupted))
-        .and_then(|_| signal_hook::flag::register(SIGINT, Arc::clone(interrupted)))
-        .map(|_| ())
-        .map_err(Error::io(place, "install"))
 }

@@ -30,6 +30,10 @@ use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::agreement;
 use crate::synthesis::{check, quality};
 
+/// How to go on after an interruption.
+pub const IF_INTERRUPTED: &str =
+    "type the same command with --resume to go on after the last finished level";
+
 /// Synthesize the surface texton map.
 #[derive(Debug, Args)]
 #[command(after_help = "\

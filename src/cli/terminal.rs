@@ -85,3 +85,8 @@ fn style(total: u64) -> ProgressStyle {
 pub fn print_error(error: &Error) {
     let _ = writeln!(std::io::stderr(), "error: {error}");
 }
+
+/// Prints on stderr what stopped a run and how to go on.
+pub fn print_interruption(signal: &str, hint: &str) {
+    let _ = writeln!(std::io::stderr(), "error: interrupted by {signal}\n  hint: {hint}");
+}
