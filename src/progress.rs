@@ -73,10 +73,19 @@ impl<'a> Progress<'a> {
     }
 
     /// Fails with [`Error::Interrupted`] when the caller asked to stop.
+    #[inline]
     pub fn check(&self) -> Result<()> {
-        match self.interrupted {
-            Some(flag) if flag.load(Ordering::Relaxed) => Err(Error::Interrupted),
-            _ => Ok(()),
+        match self.is_interrupted() {
+            true => Err(Error::Interrupted),
+            false => Ok(()),
         }
+    }
+
+    /// Whether the caller asked to stop. For loops that cannot fail: they leave off, and whoever
+    /// called them throws away what they made and asks [`check`](Self::check).
+    #[inline]
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupted
+            .is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }

@@ -9,6 +9,7 @@ use mesotex::mesh::reading::{CleaningOptions, clean, parse, read};
 use mesotex::mesh::shapes;
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::mesh::writing::write_mesh;
+use mesotex::progress::Progress;
 use mesotex::random;
 use rand::Rng;
 
@@ -62,7 +63,7 @@ fn retiling_meets_the_count_and_keeps_the_shape() {
             > 20.0
     );
     assert!(figures["hausdorff_over_diagonal"].as_f64().unwrap() < 0.01);
-    let even = read(&folder.path().join("even.ply")).unwrap();
+    let even = read(&folder.path().join("even.ply"), Progress::silent()).unwrap();
     assert_eq!(even.mesh.positions.len(), 3000);
     assert!(even.report.is_sound());
 }
@@ -73,7 +74,7 @@ fn every_format_that_is_written_reads_back() {
     let torus = shapes::torus(40, 20, 1.0, 0.4);
     for name in ["a.ply", "a.obj", "a.glb"] {
         report(&["mesh", "torus.obj", "-o", name], folder.path());
-        let back = read(&folder.path().join(name)).unwrap();
+        let back = read(&folder.path().join(name), Progress::silent()).unwrap();
         assert_eq!(back.mesh, torus, "{name}");
         assert_eq!(back.report.welded_vertices, 0);
         for (normal, position) in back.normals.unwrap().iter().zip(&torus.positions) {
@@ -118,10 +119,16 @@ fn a_field_is_written_reported_drawn_and_read_as_a_guide() {
                 .is_some()
         );
     }
-    let field = read(&at.join("field.ply")).unwrap().orientation.unwrap();
+    let field = read(&at.join("field.ply"), Progress::silent())
+        .unwrap()
+        .orientation
+        .unwrap();
     assert!((field[0] - glam::Vec3::Z).length() < 1e-4, "{}", field[0]);
     report(&["mesh", "field.ply", "-o", "again.ply", "--orient"], at);
-    let again = read(&at.join("again.ply")).unwrap().orientation.unwrap();
+    let again = read(&at.join("again.ply"), Progress::silent())
+        .unwrap()
+        .orientation
+        .unwrap();
     for (one, other) in field.iter().zip(&again) {
         assert!((*one - *other).length() < 1e-4);
     }
@@ -320,7 +327,7 @@ fn binary_stl_of(mesh: &TriangleMesh) -> Vec<u8> {
 fn sound_files_of_every_format_hold_the_sphere() {
     for (name, bytes) in sound_files() {
         let file: PolygonMesh = parse(&bytes, Path::new(name)).unwrap();
-        let user = clean(file, &CleaningOptions::default()).unwrap();
+        let user = clean(file, &CleaningOptions::default(), Progress::silent()).unwrap();
         assert_eq!(
             (user.mesh.positions.len(), user.mesh.triangles.len()),
             (42, 80),
@@ -348,7 +355,7 @@ fn damage_is_survived() {
                 }
             }
             match parse(&bytes, Path::new(name))
-                .and_then(|file| clean(file, &CleaningOptions::default()))
+                .and_then(|file| clean(file, &CleaningOptions::default(), Progress::silent()))
             {
                 Ok(user) => {
                     assert!(user.mesh.triangles.len() <= bytes.len());

@@ -15,6 +15,7 @@ pub mod memory;
 pub mod parents;
 pub mod patches;
 pub mod pictures;
+pub mod point_tree;
 pub mod quality;
 pub mod reading;
 pub mod retile;

@@ -16,6 +16,7 @@ use crate::mesh::cleaning::{
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::mesh::triangulation::triangulate;
+use crate::progress::Progress;
 
 /// A mesh as the user gave it, made fit for work.
 ///
@@ -51,15 +52,20 @@ pub struct CleaningOptions {
 }
 
 /// Reads and cleans a mesh, keeping every component.
-pub fn read(path: &Path) -> Result<UserMesh> {
-    read_with(path, &CleaningOptions::default())
+pub fn read(path: &Path, progress: Progress<'_>) -> Result<UserMesh> {
+    read_with(path, &CleaningOptions::default(), progress)
 }
 
 /// Reads and cleans a mesh.
-pub fn read_with(path: &Path, options: &CleaningOptions) -> Result<UserMesh> {
+pub fn read_with(
+    path: &Path,
+    options: &CleaningOptions,
+    progress: Progress<'_>,
+) -> Result<UserMesh> {
     let bytes = source::read(path)?;
+    progress.check()?;
     guarded(path, || {
-        parse(&bytes, path).and_then(|file| clean(file, options))
+        parse(&bytes, path).and_then(|file| clean(file, options, progress))
     })
 }
 
@@ -137,7 +143,11 @@ fn vertex_uvs(mesh: &PolygonMesh) -> Option<Vec<[f32; 2]>> {
 }
 
 /// Makes a mesh of what a file holds fit for work.
-pub fn clean(file: PolygonMesh, options: &CleaningOptions) -> Result<UserMesh> {
+pub fn clean(
+    file: PolygonMesh,
+    options: &CleaningOptions,
+    progress: Progress<'_>,
+) -> Result<UserMesh> {
     check_positions(&file)?;
     let mut report = RepairReport {
         notes: file.notes.clone(),
@@ -148,7 +158,8 @@ pub fn clean(file: PolygonMesh, options: &CleaningOptions) -> Result<UserMesh> {
         .iter()
         .map(|&p| Vec3::from_array(p))
         .collect();
-    let (mut mesh, mut uvs) = cut_polygons(&file, positions, &mut report);
+    let (mut mesh, mut uvs) = cut_polygons(&file, positions, &mut report, progress)?;
+    progress.check()?;
     let from_file = close_up(&mut mesh, file.splits_vertices, &mut report);
     let keep = useful_triangles(&mesh, &mut report);
     retain_triangles(&mut mesh, uvs.as_mut(), &keep);
@@ -159,7 +170,9 @@ pub fn clean(file: PolygonMesh, options: &CleaningOptions) -> Result<UserMesh> {
     if mesh.triangles.is_empty() {
         return Err(Error::data("faces", "none with an area").expected("a surface"));
     }
+    progress.check()?;
     let split = split_non_manifold(&mut mesh, &mut report);
+    progress.check()?;
     turn_corners(uvs.as_mut(), &split);
     report.unused_vertices = mesh.positions.len() - mesh.referenced_count();
     if options.strict && !report.is_sound() {
@@ -190,26 +203,33 @@ fn refusal(report: &RepairReport) -> Error {
         .advice("leave --strict away to have it repaired")
 }
 
+/// Polygons cut from one look at whether to stop to the next.
+const POLYGONS_BETWEEN_CHECKS: usize = 4096;
+
 type CornerUvs = Option<Vec<[Vec2; 3]>>;
 
 fn cut_polygons(
     file: &PolygonMesh,
     positions: Vec<Vec3>,
     report: &mut RepairReport,
-) -> (TriangleMesh, CornerUvs) {
+    progress: Progress<'_>,
+) -> Result<(TriangleMesh, CornerUvs)> {
     let mut triangles = Vec::with_capacity(file.faces.sizes.len());
     let mut uvs = file
         .corner_uvs
         .as_ref()
         .map(|_| Vec::with_capacity(file.faces.sizes.len()));
     let mut begin = 0;
-    for polygon in file.faces.iter() {
+    for (number, polygon) in file.faces.iter().enumerate() {
+        if number.is_multiple_of(POLYGONS_BETWEEN_CHECKS) {
+            progress.check()?;
+        }
         let corners: Vec<_> = polygon
             .iter()
             .map(|&v| positions[v as usize].as_dvec3())
             .collect();
         report.cut_polygons += usize::from(polygon.len() > 3);
-        for triangle in triangulate(&corners) {
+        for triangle in triangulate(&corners, progress)? {
             triangles.push(triangle.map(|corner| polygon[corner]));
             if let (Some(uvs), Some(all)) = (&mut uvs, &file.corner_uvs) {
                 uvs.push(triangle.map(|corner| Vec2::from_array(all[begin + corner])));
@@ -221,7 +241,7 @@ fn cut_polygons(
         positions,
         triangles,
     };
-    (mesh, uvs)
+    Ok((mesh, uvs))
 }
 
 /// Lets triangles share the vertices at one place; a split format's vertices are also renumbered
@@ -353,6 +373,7 @@ mod tests {
         clean(
             parse(text.as_bytes(), Path::new(name))?,
             &CleaningOptions::default(),
+            Progress::silent(),
         )
     }
 
@@ -405,7 +426,9 @@ mod tests {
             strict: true,
             ..CleaningOptions::default()
         };
-        let error = clean(file, &strict).unwrap_err().to_string();
+        let error = clean(file, &strict, Progress::silent())
+            .unwrap_err()
+            .to_string();
         assert!(
             error.contains("1 repeated triangles dropped") && error.contains("first"),
             "{error}"

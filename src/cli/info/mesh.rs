@@ -6,10 +6,11 @@ use crate::cli::mesh::{read_outcome, with_shape};
 use crate::cli::outcome::Outcome;
 use crate::error::Result;
 use crate::mesh::reading::read;
+use crate::progress::Progress;
 
 /// Reads and cleans a mesh and says what it holds.
-pub fn describe(path: &Path) -> Result<Outcome> {
-    let user = read(path)?;
+pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
+    let user = read(path, progress)?;
     let outcome = with_shape(read_outcome(path, &user), &user.mesh);
     Ok(outcome.figure("kind", "mesh"))
 }

@@ -54,7 +54,7 @@ impl Arguments {
         match kind {
             Kind::Sample => sample::describe(&self.path, session.progress()),
             Kind::Map => map::describe(&self.path, self.against.as_deref()),
-            Kind::Mesh => mesh::describe(&self.path),
+            Kind::Mesh => mesh::describe(&self.path, session.progress()),
             Kind::Archive => archive::describe(&self.path),
             Kind::Array => array(&self.path),
             Kind::Image => image::describe(&self.path),

@@ -174,7 +174,7 @@ fn prepare_mesh(
     levels: usize,
     session: &Session,
 ) -> Result<Surface> {
-    let user = crate::mesh::reading::read(path)?;
+    let user = crate::mesh::reading::read(path, session.progress())?;
     let options = SurfaceOptions {
         levels: levels as u32,
         neighborhood: window_width(&table.levels[0].neighborhood.offsets),
