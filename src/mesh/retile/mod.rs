@@ -7,6 +7,7 @@
 
 pub mod features;
 pub mod lines;
+pub mod needle;
 pub mod order;
 pub mod passes;
 pub mod relax;
@@ -14,6 +15,7 @@ pub mod surgery;
 
 use crate::error::{Error, Result};
 use crate::mesh::retile::features::Features;
+use crate::mesh::retile::needle::Needle;
 use crate::mesh::retile::relax::Target;
 use crate::mesh::retile::surgery::Surgery;
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -25,6 +27,10 @@ const ROUNDS: usize = 8;
 const FINAL_ROUNDS: usize = 3;
 /// Rounds of turning edges to Delaunay, at most.
 const DELAUNAY_ROUNDS: usize = 20;
+/// Splitting makes no more than so many times the vertices that are wanted or there …
+const MOST_GROWTH: usize = 8;
+/// … and so many more. Even meshes need a third of it; only needles reach it (see [`needle`]).
+const MOST_GROWTH_OF_FEW: usize = 2000;
 /// Sweeps of collapsing a round, at most.
 const COLLAPSE_ROUNDS: usize = 20;
 
@@ -51,6 +57,7 @@ pub struct Retiler<'a> {
     surgery: Surgery,
     target: &'a Target,
     area: f64,
+    needle: Option<Needle>,
     first: bool,
 }
 
@@ -61,6 +68,7 @@ impl<'a> Retiler<'a> {
         Self {
             surgery: Surgery::new(mesh, features.sharp.clone(), features.freedom.clone()),
             area: mesh.area(),
+            needle: Needle::of(mesh),
             target,
             first: true,
         }
@@ -76,13 +84,14 @@ impl<'a> Retiler<'a> {
         if !std::mem::take(&mut self.first) {
             self.forget_small_features(length);
         }
+        let most = MOST_GROWTH * vertices.max(self.surgery.vertex_count()) + MOST_GROWTH_OF_FEW;
         for _ in 0..ROUNDS {
-            self.round(length);
+            self.round(length, most, progress)?;
             let ratio = self.surgery.vertex_count() as f32 / vertices as f32;
             length *= ratio.sqrt().clamp(0.8, 1.25);
             progress.advance(1)?;
         }
-        meet_count(&mut self.surgery, vertices);
+        meet_count(&mut self.surgery, vertices, progress)?;
         for _ in 0..FINAL_ROUNDS {
             passes::even_out_valence(&mut self.surgery);
             relax::relax(&mut self.surgery, self.target);
@@ -95,6 +104,7 @@ impl<'a> Retiler<'a> {
             progress.check()?;
         }
         progress.end();
+        progress.check()?;
         self.surgery = order::spatially(&self.surgery);
         Ok(self.surgery.finish())
     }
@@ -111,11 +121,17 @@ impl<'a> Retiler<'a> {
         self.surgery = Surgery::new(&mesh, features.sharp, features.freedom);
     }
 
-    /// Brings edges near to a length.
-    fn round(&mut self, length: f32) {
+    /// Brings edges near to a length, with no more than `most` vertices on the way.
+    fn round(&mut self, length: f32, most: usize, progress: Progress<'_>) -> Result<()> {
         let surgery = &mut self.surgery;
-        passes::split_long(surgery, length * 4.0 / 3.0, usize::MAX);
+        passes::split_long(surgery, length * 4.0 / 3.0, most);
+        if surgery.vertex_count() >= most
+            && let Some(needle) = self.needle.take()
+        {
+            progress.warn(needle.note());
+        }
         for _ in 0..COLLAPSE_ROUNDS {
+            progress.check()?;
             let collapsed = passes::collapse_short(surgery, length * 0.8, length * 4.0 / 3.0, 0);
             if collapsed <= surgery.vertex_count() / 50 {
                 break;
@@ -123,15 +139,18 @@ impl<'a> Retiler<'a> {
         }
         *surgery = order::spatially(surgery);
         passes::even_out_valence(surgery);
+        progress.check()?;
         relax::relax(surgery, self.target);
+        Ok(())
     }
 }
 
 /// Splits the longest or collapses the shortest edges, no two of them near each other in one sweep,
 /// until the count is met or nothing more can be collapsed.
-fn meet_count(surgery: &mut Surgery, vertices: usize) {
+fn meet_count(surgery: &mut Surgery, vertices: usize, progress: Progress<'_>) -> Result<()> {
     let mut rings = [Vec::new(), Vec::new()];
     for _ in 0..40 {
+        progress.check()?;
         let before = surgery.vertex_count();
         let edges = edges_by_length(surgery);
         let mut touched = vec![false; surgery.positions.len()];
@@ -144,7 +163,7 @@ fn meet_count(surgery: &mut Surgery, vertices: usize) {
         for &half_edge in candidates {
             let count = surgery.vertex_count();
             if count == vertices {
-                return;
+                return Ok(());
             }
             // A sweep works on the extreme edges only; the next one measures again.
             if count.abs_diff(before) > before / 50 + 1 {
@@ -163,9 +182,10 @@ fn meet_count(surgery: &mut Surgery, vertices: usize) {
             touch(surgery, ends, &mut touched);
         }
         if surgery.vertex_count() == before {
-            return;
+            return Ok(());
         }
     }
+    Ok(())
 }
 
 fn edges_by_length(surgery: &Surgery) -> Vec<u32> {
