@@ -54,7 +54,9 @@ fn prepare_250k(bencher: Bencher) {
 fn field_250k(bencher: Bencher) {
     let mesh = even(VERTICES);
     let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
-    bencher.bench_local(|| orientation_field(&mesh, &rings, &Wishes::default(), 0));
+    bencher.bench_local(|| {
+        orientation_field(&mesh, &rings, &Wishes::default(), 0, Progress::silent())
+    });
 }
 
 /// 7×7 stencils and neighbours of every vertex.
@@ -70,5 +72,5 @@ fn stencils_250k(bencher: Bencher) {
         connection: &connection,
         texels: &texels,
     };
-    bencher.bench_local(|| patches.round_vertices(&Template::square(7), 3.5));
+    bencher.bench_local(|| patches.round_vertices(&Template::square(7), 3.5, Progress::silent()));
 }

@@ -34,6 +34,7 @@ use crate::mesh::surface_tree::SurfaceTree;
 use crate::mesh::topology::{Shape, Topology};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::mesh::writing;
+use crate::progress::Progress;
 use crate::render::preview;
 
 const EXAMPLES: &str = "Examples:
@@ -162,7 +163,7 @@ impl Arguments {
             strict: self.options.strict,
             specks: self.options.specks,
         };
-        let read = read_with(&self.input, &cleaning)?;
+        let read = read_with(&self.input, &cleaning, session.progress())?;
         warn_of_scales(session, &read.mesh);
         let mut outcome = read_outcome(&self.input, &read);
         let mut user = self.retiled(session, &read)?;
@@ -272,7 +273,7 @@ impl Arguments {
         user: &mut UserMesh,
         options: &SurfaceOptions,
     ) -> Result<Outcome> {
-        let oriented = Oriented::new(user, options)?;
+        let oriented = Oriented::new(user, options, session.progress())?;
         let mut outcome = oriented.describe(outcome, user);
         if self.options.report.is_some() || self.options.pictures.is_some() {
             let folder = cache::folder_of(&self.output);
@@ -298,7 +299,7 @@ struct Oriented {
 }
 
 impl Oriented {
-    fn new(user: &UserMesh, options: &SurfaceOptions) -> Result<Self> {
+    fn new(user: &UserMesh, options: &SurfaceOptions, progress: Progress<'_>) -> Result<Self> {
         let rings = Rings::new(&user.mesh, &Topology::new(&user.mesh.triangles));
         let texel = options.texel_on(&user.mesh)?;
         let canvas = Canvas {
@@ -307,7 +308,7 @@ impl Oriented {
             tree: &SurfaceTree::new(&user.mesh),
             texel,
         };
-        let field = guided_field(canvas, &options.guides(), options.seed)?;
+        let field = guided_field(canvas, &options.guides(), options.seed, progress)?;
         let singular = singularities(&user.mesh, &rings, &field.vectors);
         Ok(Self {
             rings,

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::error::Result;
 use crate::mesh::chart::{ChartGrower, Placed};
 use crate::mesh::connection::Connection;
 use crate::mesh::hierarchy::{Neighbor, Parent, PatchNeighbors};
@@ -11,6 +12,7 @@ use crate::mesh::sampling::{BinnedTemplate, SampleCounts, Sampler};
 use crate::mesh::stencil::{PackedSample, PatchStencils, Template};
 use crate::mesh::surface_tree::SurfacePoint;
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::progress::Progress;
 
 /// Vertices a block: one grower serves them one after the other.
 const BLOCK: usize = 4096;
@@ -83,7 +85,12 @@ impl Block {
 impl Patches<'_> {
     /// Stencils of a template round every vertex, and the neighbours within `half_window` texels
     /// (max norm), nearest first, ties by index.
-    pub fn round_vertices(&self, template: &Template, half_window: f32) -> LevelPatches {
+    pub fn round_vertices(
+        &self,
+        template: &Template,
+        half_window: f32,
+        progress: Progress<'_>,
+    ) -> Result<LevelPatches> {
         let binned = BinnedTemplate::new(template);
         let radius = binned.radius().max(half_window * std::f32::consts::SQRT_2);
         let centre = template
@@ -98,6 +105,7 @@ impl Patches<'_> {
                 let mut sampler = Sampler::new(self.mesh, self.connection, &binned);
                 let mut out = Block::default();
                 for vertex in block * BLOCK..((block + 1) * BLOCK).min(count) {
+                    progress.check()?;
                     let texel = self.texels[vertex];
                     let placed = grower
                         .round_vertex(self.connection, vertex as u32, radius * texel)
@@ -109,10 +117,10 @@ impl Patches<'_> {
                     }
                     out.take_neighbors(self, vertex, &placed, half_window);
                 }
-                out
+                Ok(out)
             })
-            .collect();
-        self.join(binned.len(), blocks)
+            .collect::<Result<_>>()?;
+        Ok(self.join(binned.len(), blocks))
     }
 
     fn join(&self, samples_per_site: usize, blocks: Vec<Block>) -> LevelPatches {
@@ -144,7 +152,8 @@ impl Patches<'_> {
         points: &[SurfacePoint],
         children: &Connection,
         texels: &[f32],
-    ) -> (PatchStencils, Vec<Parent>) {
+        progress: Progress<'_>,
+    ) -> Result<(PatchStencils, Vec<Parent>)> {
         let binned = BinnedTemplate::new(template);
         let radius = binned.radius();
         let rows = Rows::collect(
@@ -154,7 +163,7 @@ impl Patches<'_> {
                 (grower, Sampler::new(self.mesh, self.connection, &binned))
             },
             |(grower, sampler), child, out| {
-                if !points[child].is_somewhere() {
+                if progress.is_interrupted() || !points[child].is_somewhere() {
                     out.extend(std::iter::repeat_n(PackedSample::OUTSIDE, binned.len()));
                     return;
                 }
@@ -165,6 +174,7 @@ impl Patches<'_> {
                 sampler.locate(grower, &placed, texels[child], out);
             },
         );
+        progress.check()?;
         let parents = (0..points.len())
             .into_par_iter()
             .map(|child| match points[child].is_somewhere() {
@@ -185,7 +195,7 @@ impl Patches<'_> {
             cells: self.mesh.triangles.clone(),
             samples: rows.entries,
         };
-        (stencils, parents)
+        Ok((stencils, parents))
     }
 
     fn seeds(&self, points: &[SurfacePoint], children: &Connection, child: usize) -> [Placed; 3] {

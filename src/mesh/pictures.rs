@@ -167,7 +167,8 @@ mod tests {
     fn the_field_picture_has_an_arrow_a_vertex_and_a_ball_a_singularity() {
         let mesh = shapes::icosphere(2);
         let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
-        let smooth = orientation_field(&mesh, &rings, &Wishes::default(), 0).unwrap();
+        let smooth =
+            orientation_field(&mesh, &rings, &Wishes::default(), 0, Progress::silent()).unwrap();
         let singular = singularities(&mesh, &rings, &smooth.vectors);
         let picture = field(&mesh, &rings, &smooth, &singular);
         let ball = shapes::icosphere(2).positions.len();

@@ -93,10 +93,12 @@ fn prepare_afresh(
 ) -> Result<Surface> {
     let texel = options.texel_on(&user.mesh)?;
     warn_of_texel(&user.mesh, texel, progress);
+    progress.check()?;
     let target = Target::new(&user.mesh, options.crease.to_radians());
+    progress.check()?;
     let meshes = pyramid(user, &target, options, progress)?;
     progress.begin("orientation field", 1);
-    let levels = oriented_levels(user, options, meshes, &target.tree, texel)?;
+    let levels = oriented_levels(user, options, meshes, (&target.tree, texel), progress)?;
     progress.advance(1)?;
     progress.end();
     assemble(levels, options, texel, progress)
@@ -125,12 +127,14 @@ fn oriented_levels(
     user: &UserMesh,
     options: &SurfaceOptions,
     meshes: Vec<TriangleMesh>,
-    tree: &SurfaceTree,
-    texel: f64,
+    (tree, texel): (&SurfaceTree, f64),
+    progress: Progress<'_>,
 ) -> Result<Vec<Level>> {
     let mut levels: Vec<Level> = Vec::with_capacity(meshes.len());
     for (number, mesh) in meshes.into_iter().enumerate() {
+        progress.check()?;
         let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
+        progress.check()?;
         let (angles, scales) = match levels.first() {
             None => {
                 let canvas = Canvas {
@@ -139,7 +143,7 @@ fn oriented_levels(
                     tree,
                     texel,
                 };
-                let field = guided_field(canvas, &options.guides(), options.seed)?;
+                let field = guided_field(canvas, &options.guides(), options.seed, progress)?;
                 (turned_angles(user, &field), user.scale.clone())
             }
             Some(first) => carried_down(&mesh, &rings, first, user.scale.as_deref(), tree),
@@ -231,9 +235,11 @@ fn assemble(
     let (mut samples, mut parent_points) = (Vec::new(), Vec::new());
     for (number, level) in levels.iter().enumerate() {
         let patches = level.patches();
-        let own = patches.round_vertices(&fine_template, options.neighborhood as f32 / 2.0);
+        let half_window = options.neighborhood as f32 / 2.0;
+        let own = patches.round_vertices(&fine_template, half_window, progress)?;
         let mut points = Vec::new();
         let above = levels.get(number + 1).map(|coarser| {
+            progress.check()?;
             let coarse_texels: Vec<f32> = level.texels.iter().map(|texel| 2.0 * texel).collect();
             let coarse_texel = (texel * f64::from(2u32 << number)) as f32;
             let tree = SurfaceTree::new(&coarser.mesh);
@@ -243,9 +249,10 @@ fn assemble(
                 &points,
                 &level.connection,
                 &coarse_texels,
+                progress,
             )
         });
-        let (coarse, parents) = above.unzip();
+        let (coarse, parents) = above.transpose()?.unzip();
         samples.push(own.counts);
         parent_points.push(points);
         hierarchy.levels.push(SiteLevel {

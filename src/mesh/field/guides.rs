@@ -14,6 +14,7 @@ use crate::mesh::field::{Constraint, Field, Wishes, orientation_field};
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
 use crate::mesh::surface_tree::SurfaceTree;
+use crate::progress::Progress;
 
 /// What the field follows where nothing is said of a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -109,7 +110,12 @@ pub struct Canvas<'a> {
 }
 
 /// The field of a user's mesh under all that guides it.
-pub fn guided_field(canvas: Canvas<'_>, options: &GuideOptions, seed: u64) -> Result<Field> {
+pub fn guided_field(
+    canvas: Canvas<'_>,
+    options: &GuideOptions,
+    seed: u64,
+    progress: Progress<'_>,
+) -> Result<Field> {
     options.validate()?;
     let mut wishes = Wishes::default();
     let count = canvas.user.mesh.positions.len();
@@ -124,9 +130,9 @@ pub fn guided_field(canvas: Canvas<'_>, options: &GuideOptions, seed: u64) -> Re
     if options.align == Alignment::Uv {
         canvas.add_uvs(&mut wishes, &mut said)?;
     }
-    let field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed)?;
+    let field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed, progress)?;
     match options.align {
-        Alignment::Curvature => canvas.lean_on_curvature(field, wishes, seed),
+        Alignment::Curvature => canvas.lean_on_curvature(field, wishes, seed, progress),
         Alignment::Smooth | Alignment::Uv => Ok(field),
     }
 }
@@ -288,7 +294,13 @@ impl Canvas<'_> {
 
     /// Draws the smooth field to the principal directions, each taken with the sign that is nearer;
     /// the signs settle in a few rounds.
-    fn lean_on_curvature(&self, smooth: Field, mut wishes: Wishes, seed: u64) -> Result<Field> {
+    fn lean_on_curvature(
+        &self,
+        smooth: Field,
+        mut wishes: Wishes,
+        seed: u64,
+        progress: Progress<'_>,
+    ) -> Result<Field> {
         let principal = principal_directions(&self.user.mesh, self.rings);
         let mean = principal.iter().map(|p| p.certainty).sum::<f64>() / principal.len() as f64;
         let firmness = (CURVATURE_RADIUS * self.texel).powi(-2);
@@ -299,7 +311,7 @@ impl Canvas<'_> {
                 p.direction * (firmness * sure * p.direction.dot(*u).signum())
             };
             wishes.leanings = principal.iter().zip(&field.vectors).map(lean).collect();
-            field = orientation_field(&self.user.mesh, self.rings, &wishes, seed)?;
+            field = orientation_field(&self.user.mesh, self.rings, &wishes, seed, progress)?;
         }
         Ok(field)
     }

@@ -26,6 +26,7 @@ use crate::mesh::rings::Rings;
 use crate::mesh::rows::Rows;
 use crate::mesh::topology::{NONE, components};
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::progress::Progress;
 use crate::random;
 
 /// A direction that the field must take at a vertex.
@@ -72,6 +73,7 @@ pub fn orientation_field(
     rings: &Rings,
     wishes: &Wishes,
     seed: u64,
+    progress: Progress<'_>,
 ) -> Result<Field> {
     let laplacian = connection_laplacian(mesh, rings, Weights::Cotangent);
     let mass: Vec<f64> = mesh.vertex_areas().into_iter().map(f64::from).collect();
@@ -91,11 +93,14 @@ pub fn orientation_field(
             members: parts.row(part),
             fixed: &fixed,
             leanings: &wishes.leanings,
+            progress,
         };
-        if problem(&laplacian)
-            .solve(&mut vectors, seed, part as u64)
-            .is_err()
-        {
+        progress.check()?;
+        let solved = problem(&laplacian).solve(&mut vectors, seed, part as u64);
+        if let Err(Error::Interrupted) = solved {
+            return Err(Error::Interrupted);
+        }
+        if solved.is_err() {
             let positive = positive
                 .get_or_insert_with(|| connection_laplacian(mesh, rings, Weights::Positive));
             problem(positive).solve(&mut vectors, seed, part as u64)?;
@@ -144,6 +149,7 @@ struct Part<'a> {
     members: &'a [u32],
     fixed: &'a [bool],
     leanings: &'a [DVec2],
+    progress: Progress<'a>,
 }
 
 impl Part<'_> {
@@ -215,12 +221,13 @@ impl Part<'_> {
             .map(|_| DVec2::from_angle(random.gen_range(0.0..std::f64::consts::TAU)))
             .collect();
         for _ in 0..3 {
+            self.progress.check()?;
             guess.iter_mut().zip(&mass).for_each(|(u, m)| *u *= *m);
             guess = multigrid.precondition(&guess);
             let norm = dot(&guess, &guess).sqrt();
             guess.iter_mut().for_each(|u| *u /= norm);
         }
-        let (value, mut vectors) = smallest_eigenvector(&multigrid, &mass, guess);
+        let (value, mut vectors) = smallest_eigenvector(&multigrid, &mass, guess, self.progress)?;
         if !(value >= 0.0 && vectors.iter().all(|u| u.is_finite())) {
             return Err(indefinite());
         }
@@ -275,7 +282,7 @@ impl Part<'_> {
             .collect();
         let multigrid = Multigrid::new(matrix).ok_or_else(indefinite)?;
         let mut found = multigrid.precondition(&wanted);
-        solve(&multigrid, &wanted, &mut found, 1e-10)?;
+        solve(&multigrid, &wanted, &mut found, 1e-10, self.progress)?;
         Ok(found)
     }
 }
@@ -307,7 +314,7 @@ mod tests {
             }],
             ..Wishes::default()
         };
-        let field = orientation_field(mesh, &rings, &wishes, 0).unwrap();
+        let field = orientation_field(mesh, &rings, &wishes, 0, Progress::silent()).unwrap();
         let angles = field.angles();
         assert_eq!(angles[vertex as usize], wishes.constraints[0].angle);
         (0..angles.len())
@@ -356,7 +363,8 @@ mod tests {
     fn a_free_field_stands_upright() {
         let mesh = shapes::grid(9, 7, 0.5);
         let rings = rings(&mesh);
-        let field = orientation_field(&mesh, &rings, &Wishes::default(), 5).unwrap();
+        let field =
+            orientation_field(&mesh, &rings, &Wishes::default(), 5, Progress::silent()).unwrap();
         for (vertex, angle) in field.angles().into_iter().enumerate() {
             let s = rings.direction(vertex, angle);
             assert!((s - Vec3::X).length() < 1e-3, "{s:?}");
@@ -367,7 +375,8 @@ mod tests {
     fn a_free_field_has_the_smallest_energy_there_is() {
         for mesh in [shapes::icosphere(2), shapes::torus(24, 12, 1.0, 0.4)] {
             let rings = rings(&mesh);
-            let field = orientation_field(&mesh, &rings, &Wishes::default(), 1).unwrap();
+            let field = orientation_field(&mesh, &rings, &Wishes::default(), 1, Progress::silent())
+                .unwrap();
             let least = smallest_eigenvalue(&mesh, &rings);
             assert!(
                 field.energy < 1.001 * least + 1e-9,
@@ -385,7 +394,14 @@ mod tests {
         mesh.positions.extend(other.positions);
         mesh.triangles
             .extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
-        let field = orientation_field(&mesh, &rings(&mesh), &Wishes::default(), 1).unwrap();
+        let field = orientation_field(
+            &mesh,
+            &rings(&mesh),
+            &Wishes::default(),
+            1,
+            Progress::silent(),
+        )
+        .unwrap();
         let long = field.vectors.iter().filter(|u| u.length() > 0.3).count();
         assert!(long > field.vectors.len() * 3 / 4);
     }

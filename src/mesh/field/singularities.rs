@@ -85,9 +85,10 @@ mod tests {
             let mut random = random::stream(5, "singularities test", 0, 0);
             let mut noise = || DVec2::from_angle(random.gen_range(0.0..TAU));
             let noisy: Vec<DVec2> = mesh.positions.iter().map(|_| noise()).collect();
-            let smooth = orientation_field(&mesh, &rings, &Wishes::default(), 0)
-                .unwrap()
-                .vectors;
+            let smooth =
+                orientation_field(&mesh, &rings, &Wishes::default(), 0, Progress::silent())
+                    .unwrap()
+                    .vectors;
             for vectors in [noisy, smooth] {
                 let found = singularities(&mesh, &rings, &vectors);
                 assert_eq!(found.iter().map(|s| s.index).sum::<i32>(), euler);
@@ -99,7 +100,8 @@ mod tests {
     fn a_smooth_field_on_a_sphere_turns_twice() {
         let mesh = shapes::icosphere(3);
         let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
-        let field = orientation_field(&mesh, &rings, &Wishes::default(), 0).unwrap();
+        let field =
+            orientation_field(&mesh, &rings, &Wishes::default(), 0, Progress::silent()).unwrap();
         let found = singularities(&mesh, &rings, &field.vectors);
         assert_eq!(found.iter().map(|s| s.index).collect::<Vec<_>>(), [1, 1]);
     }

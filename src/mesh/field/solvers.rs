@@ -7,10 +7,17 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use crate::error::{Error, Result};
 use crate::mesh::field::hermitian::{Hermitian, add_scaled, dot};
 use crate::mesh::field::multigrid::Multigrid;
+use crate::progress::Progress;
 
 /// Solves A x = b by conjugate gradients with the multigrid cycle, from x, until the residual is
 /// `tolerance` of b.
-pub fn solve(multigrid: &Multigrid, b: &[DVec2], x: &mut [DVec2], tolerance: f64) -> Result<()> {
+pub fn solve(
+    multigrid: &Multigrid,
+    b: &[DVec2],
+    x: &mut [DVec2],
+    tolerance: f64,
+    progress: Progress<'_>,
+) -> Result<()> {
     let matrix = multigrid.matrix();
     let mut applied = vec![DVec2::ZERO; b.len()];
     matrix.apply(x, &mut applied);
@@ -19,6 +26,7 @@ pub fn solve(multigrid: &Multigrid, b: &[DVec2], x: &mut [DVec2], tolerance: f64
     let mut direction: Vec<DVec2> = Vec::new();
     let mut before = 0.0;
     for _ in 0..MOST_ITERATIONS {
+        progress.check()?;
         if dot(&residual, &residual).sqrt() <= goal {
             return Ok(());
         }
@@ -99,7 +107,8 @@ pub fn smallest_eigenvector(
     multigrid: &Multigrid,
     mass: &[f64],
     guess: Vec<DVec2>,
-) -> (f64, Vec<DVec2>) {
+    progress: Progress<'_>,
+) -> Result<(f64, Vec<DVec2>)> {
     let matrix = multigrid.matrix();
     let mut now = Tracked::new(guess, matrix, mass);
     now.scale_to_unit();
@@ -107,6 +116,7 @@ pub fn smallest_eigenvector(
     let mut value = dot(&now.x, &now.ax);
     let mut calm = 0;
     for _ in 0..MOST_EIGEN_ITERATIONS {
+        progress.check()?;
         let residual: Vec<DVec2> = now
             .ax
             .iter()
@@ -144,7 +154,7 @@ pub fn smallest_eigenvector(
             break;
         }
     }
-    (value, now.x)
+    Ok((value, now.x))
 }
 
 const MOST_EIGEN_ITERATIONS: usize = 60;
