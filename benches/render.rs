@@ -176,14 +176,15 @@ fn manner(shading: Shading, shadows: Shadows) -> Manner {
 fn run(bencher: Bencher, sweep: Sweep, shading: Shading, shadows: Shadows) {
     let radiance = radiance(shading == Shading::Pixel);
     let map = &material().map;
-    let mut renderer = Renderer::new(map, &radiance, manner(shading, shadows)).unwrap();
+    let mut renderer =
+        Renderer::new(map, &radiance, manner(shading, shadows), Progress::silent()).unwrap();
     let frames = frames(sweep);
     // The first frame of a light sweep also finds what is seen; the sweep's rate is without it.
-    renderer.frame(&frames[0].view, &frames[0].lights);
+    renderer.frame(&frames[0].view, &frames[0].lights).unwrap();
     let mut next = frames.iter().cycle();
     bencher.counter(ItemsCount::new(1u32)).bench_local(|| {
         next.next()
-            .map(|frame| renderer.frame(&frame.view, &frame.lights))
+            .map(|frame| renderer.frame(&frame.view, &frame.lights).unwrap())
     });
 }
 
@@ -213,9 +214,10 @@ fn encode_frame(bencher: Bencher, compression: Compression) {
         geometry_layers: true,
         ..manner(Shading::Vertex, Shadows::None)
     };
-    let mut renderer = Renderer::new(&material().map, &radiance, manner).unwrap();
+    let mut renderer =
+        Renderer::new(&material().map, &radiance, manner, Progress::silent()).unwrap();
     let planned = &frames(Sweep::None)[0];
-    let frame = renderer.frame(&planned.view, &planned.lights);
+    let frame = renderer.frame(&planned.view, &planned.lights).unwrap();
     let groups = [
         LayerGroup::Rgba,
         LayerGroup::Depth,

@@ -17,6 +17,7 @@ use crate::format::image;
 use crate::format::ours::{Format, MESH_MARK, check_replaceable};
 use crate::format::ply::{self, Column};
 use crate::render::memory;
+use crate::progress::Progress;
 use crate::render::options::RenderOptions;
 use crate::render::sequence::{self, FrameFile, Inputs, Report};
 use crate::render::values::{Animation, Sweep};
@@ -160,7 +161,7 @@ impl Arguments {
             &self.options,
             &session.progress(),
             |renderer, frames| match frames.first() {
-                Some(first) => Ok(renderer.vertex_colors(&first.view, &first.lights)),
+                Some(first) => renderer.vertex_colors(&first.view, &first.lights),
                 None => Ok(Vec::new()),
             },
         )?;
@@ -218,7 +219,7 @@ impl Arguments {
             )));
         }
         let sheet = self.contact_sheet();
-        let thumbnails = thumbnails(&report.files)?;
+        let thumbnails = thumbnails(&report.files, session.progress())?;
         let picture = contact_sheet(&thumbnails);
         image::write_png(&sheet, picture.width, picture.height, &picture.pixels)?;
         let outcome = outcome.wrote(&sheet).put_inside([sheet]);
@@ -283,11 +284,12 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
 const MOST_PICTURES: usize = 64;
 
 /// Evenly spaced frames, small.
-fn thumbnails(files: &[FrameFile]) -> Result<Vec<(Picture, String)>> {
+fn thumbnails(files: &[FrameFile], progress: Progress<'_>) -> Result<Vec<(Picture, String)>> {
     let shown = files.len().min(MOST_PICTURES);
     (0..shown)
         .map(|index| &files[index * files.len() / shown])
         .map(|file| {
+            progress.check()?;
             let picture = read_preview(&file.preview)?.reduced_to(240);
             Ok((picture, format!("{}  {}", file.number, file.label)))
         })

@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::camera::{Camera, FittedProjection, View};
 use crate::render::compass::{Compass, UpAxis};
@@ -34,7 +35,13 @@ pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) ->
         aspect,
     );
     let view = View::new(camera, size)?;
-    let surface = SurfaceBuffer::draw(&view, mesh, Samples::Four, bounds.nearest());
+    let surface = SurfaceBuffer::draw(
+        &view,
+        mesh,
+        Samples::Four,
+        bounds.nearest(),
+        &Progress::silent(),
+    );
     let light = towards.as_vec3();
     let pixels = surface.map_pixels(
         BACKGROUND.map(|v| v as u8),

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::camera::View;
 use crate::render::fragment::{Pieces, point};
@@ -73,6 +74,7 @@ pub struct Renderer<'a> {
     map: &'a SurfaceTextonMap,
     radiance: &'a Radiance,
     manner: Manner,
+    progress: Progress<'a>,
     bounds: Bounds,
     caster: Option<ShadowCaster>,
     shadows: VertexShadows,
@@ -106,16 +108,23 @@ const CHOSEN: usize = 1 << 14;
 const LIGHTS_AT_ONCE: usize = 64;
 
 impl<'a> Renderer<'a> {
-    /// Prepares a map for rendering from a sample.
-    pub fn new(map: &'a SurfaceTextonMap, radiance: &'a Radiance, manner: Manner) -> Result<Self> {
+    /// Prepares a map for rendering from a sample; frames stop when `progress` asks to.
+    pub fn new(
+        map: &'a SurfaceTextonMap,
+        radiance: &'a Radiance,
+        manner: Manner,
+        progress: Progress<'a>,
+    ) -> Result<Self> {
         let bounds = Bounds::of(&map.mesh)?;
         let casts_shadows = manner.shadows != Shadows::None;
         let caster =
             casts_shadows.then(|| ShadowCaster::new(&map.mesh, Occluders::new(&map.mesh, &bounds)));
+        progress.check()?;
         Ok(Self {
             map,
             radiance,
             manner,
+            progress,
             bounds,
             vertices: Vertices {
                 by_texel: vertex_shading::sites_by_texel(map, radiance.grid()),
@@ -137,8 +146,9 @@ impl<'a> Renderer<'a> {
         &self.bounds
     }
 
-    /// Renders one frame.
-    pub fn frame(&mut self, view: &View, lights: &[Light]) -> Frame {
+    /// Renders one frame. Every loop over pixels or vertices leaves off once it is interrupted; what
+    /// it made till then is dropped.
+    pub fn frame(&mut self, view: &View, lights: &[Light]) -> Result<Frame> {
         let seen = match self.seen.take() {
             Some(seen) if seen.view == *view => self.look_on(seen),
             _ => self.look(view),
@@ -161,19 +171,21 @@ impl<'a> Renderer<'a> {
             beyond,
         };
         (self.seen, self.shadows) = (Some(seen), shadows);
-        frame
+        self.progress.check()?;
+        Ok(frame)
     }
 
     /// Shades every vertex that a triangle uses for one view and lights, whether or not the view
     /// sees it; others stay black.
-    pub fn vertex_colors(&self, view: &View, lights: &[Light]) -> Vec<[f32; 3]> {
+    pub fn vertex_colors(&self, view: &View, lights: &[Light]) -> Result<Vec<[f32; 3]>> {
         let shadows = &mut VertexShadows::default();
         let scene = self.scene(view, lights, KnownWeights::default());
         let colors = self.shade_vertices(&scene, &self.vertices, Some(shadows));
-        colors
+        self.progress.check()?;
+        Ok(colors
             .into_iter()
             .map(|color| color.truncate().to_array())
-            .collect()
+            .collect())
     }
 
     /// Finds what will be asked of the lights more than once: by pixels, or by frames to come.
@@ -202,12 +214,19 @@ impl<'a> Renderer<'a> {
             lights,
             occluders: self.caster.as_ref().map(|caster| &caster.occluders),
             soft_rays: self.manner.soft_rays,
+            progress: self.progress,
         }
     }
 
     fn look(&self, view: &View) -> Seen {
         let mesh = &self.map.mesh;
-        let surface = SurfaceBuffer::draw(view, mesh, self.manner.samples, self.bounds.nearest());
+        let surface = SurfaceBuffer::draw(
+            view,
+            mesh,
+            self.manner.samples,
+            self.bounds.nearest(),
+            &self.progress,
+        );
         let layers = || Arc::new(GeometryLayers::of_surface(&surface, self.map, view));
         Seen {
             view: *view,
@@ -285,7 +304,8 @@ impl<'a> Renderer<'a> {
             return Vec::new();
         };
         let rays = self.manner.soft_rays;
-        shadows.find(caster, self.map, lights, rays, &chosen.by_place);
+        let vertices = &chosen.by_place;
+        shadows.find(caster, self.map, lights, rays, vertices, &self.progress);
         shadows.of_lights()
     }
 
@@ -321,6 +341,9 @@ impl<'a> Renderer<'a> {
             CLEAR,
             || (),
             |(), hits| {
+                if self.progress.is_interrupted() {
+                    return CLEAR;
+                }
                 let pieces = Pieces::of_pixel(mesh, &seen.view, hits, order);
                 let mut reaches = [0.0; 16];
                 for (reaches, hit) in reaches.iter_mut().zip(pieces.hits()) {
@@ -360,6 +383,9 @@ impl<'a> Renderer<'a> {
                 }
             };
             for (pixel, share, point) in points.points() {
+                if self.progress.is_interrupted() {
+                    return;
+                }
                 let shaded = pixel_shading::shade(scene, visibility, point, points, shading);
                 let pixel = &mut pixels[*pixel as usize];
                 *pixel =
@@ -403,7 +429,7 @@ impl<'a> Renderer<'a> {
             .surface
             .map_pixels([0.0; 2], Workspace::default, |work, hits| {
                 let hit = seen.surface.layer_hit(hits);
-                if !hit.is_surface() {
+                if !hit.is_surface() || self.progress.is_interrupted() {
                     return [0.0; 2];
                 }
                 let shaded = pixel_shading::shade_hit(&scene, visibility, &hit, work);

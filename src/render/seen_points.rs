@@ -85,6 +85,9 @@ impl SeenPoints {
         self.forget();
         let order = surface.by_distance();
         surface.visit_band(band, |pixel, hits| {
+            if scene.progress.is_interrupted() {
+                return;
+            }
             let pieces = Pieces::of_pixel(&scene.map.mesh, scene.view, hits, order);
             for (piece, hit) in pieces.hits().iter().enumerate() {
                 let point = self.see(scene, hit);

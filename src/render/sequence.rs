@@ -129,7 +129,7 @@ pub fn with_renderer<R>(
     let bounds = Bounds::of(&inputs.map.mesh)?;
     let frames = plan(options, &bounds)?;
     let radiance = lay_out(inputs, options, progress)?;
-    let mut renderer = Renderer::new(inputs.map, &radiance, manner(options))?;
+    let mut renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
     work(&mut renderer, &frames)
 }
 
@@ -284,7 +284,8 @@ impl Job<'_> {
         report.table_bytes = radiance.table.bytes();
         report.table_mapped = radiance.table.is_mapped();
         progress.begin("preparing the surface", 0);
-        let mut renderer = Renderer::new(self.inputs.map, &radiance, manner(self.options))?;
+        let mut renderer =
+            Renderer::new(self.inputs.map, &radiance, manner(self.options), *progress)?;
         progress.end();
         progress.begin("frames", wanted.len() as u64);
         let mut waiting: Option<Finished> = None;
@@ -295,6 +296,7 @@ impl Job<'_> {
                 || renderer.frame(&frame.view, &frame.lights),
             );
             written?;
+            let made = made?;
             if last.is_some() {
                 report.rendered += 1;
                 progress.advance(1)?;

@@ -235,6 +235,7 @@ impl<T: Stored> TexelTable<T> {
             let mut writer = LevelWriter::new(grid, stride, allowance)?;
             for slab in writer.slabs() {
                 writer.append(slab, |texels, out| {
+                    source.progress.check()?;
                     for (texel, out) in texels.zip(out.chunks_mut(stride)) {
                         finer.mean_of_children(grid, TexelIndex(texel as u32), out);
                     }

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
+use crate::progress::Progress;
 use crate::render::camera::View;
 use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
@@ -48,6 +49,8 @@ pub struct Scene<'a> {
     pub soft_rays: u32,
     /// What is known of the lights at vertices.
     pub weights: KnownWeights<'a>,
+    /// Who may ask to stop.
+    pub progress: Progress<'a>,
 }
 
 /// Sites handled by one task.
@@ -85,6 +88,9 @@ pub fn shade(scene: &Scene, reaches: &[&[f32]], sites: &[Site]) -> Vec<Vec4> {
         .par_chunks(CHUNK)
         .zip(shaded.par_chunks_mut(CHUNK))
         .for_each_init(Blend::default, |blend, (sites, out)| {
+            if scene.progress.is_interrupted() {
+                return;
+            }
             match &scene.radiance.table {
                 AnyTable::Half(table) => shade_chunk(scene, table, reaches, blend, sites, out),
                 AnyTable::Single(table) => shade_chunk(scene, table, reaches, blend, sites, out),

@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::progress::Progress;
 use crate::render::light::Light;
 use crate::render::occlusion::{Cone, Departure, Occluders};
 use crate::surface_map::SurfaceTextonMap;
@@ -76,7 +77,7 @@ impl ShadowCaster {
 
 impl VertexShadows {
     /// Finds what is not yet known of the `lights` and the `vertices`. `rays` are cast to lights
-    /// that have a size.
+    /// that have a size. Once interrupted, what is found is worth nothing.
     pub fn find(
         &mut self,
         caster: &ShadowCaster,
@@ -84,6 +85,7 @@ impl VertexShadows {
         lights: &[Light],
         rays: u32,
         vertices: &[u32],
+        progress: &Progress,
     ) {
         self.lights.truncate(lights.len());
         for (index, light) in lights.iter().enumerate() {
@@ -93,7 +95,10 @@ impl VertexShadows {
             let found: Vec<f32> = missing
                 .par_iter()
                 .with_min_len(CHUNK)
-                .map(|&vertex| caster.visibility(map, light, rays, vertex))
+                .map(|&vertex| match progress.is_interrupted() {
+                    true => UNKNOWN,
+                    false => caster.visibility(map, light, rays, vertex),
+                })
                 .collect();
             for (vertex, found) in missing.into_iter().zip(found) {
                 known.reaches[vertex as usize] = found;

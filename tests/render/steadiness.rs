@@ -40,7 +40,7 @@ fn largest_change(bench: &Bench, weights: Weighting, frames_a_turn: u32) -> f32 
             let mut largest = 0f32;
             let mut last: Option<Vec<[f32; 3]>> = None;
             for frame in frames {
-                let colors = renderer.vertex_colors(&frame.view, &frame.lights);
+                let colors = renderer.vertex_colors(&frame.view, &frame.lights)?;
                 let numbers = || colors.as_flattened().iter();
                 for (a, b) in numbers().zip(last.iter().flatten().flatten()) {
                     largest = largest.max((a - b).abs());

@@ -19,6 +19,7 @@ use pattern::SUBPIXEL;
 pub use pattern::Samples;
 
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::progress::Progress;
 use crate::render::camera::View;
 use bins::{Bins, Side, tile_counts};
 use coverage::{TileSamples, barycentric};
@@ -81,8 +82,15 @@ pub struct SurfaceBuffer {
 }
 
 impl SurfaceBuffer {
-    /// Draws a mesh as `view` sees it; nothing nearer than `nearest` (in depth) is drawn.
-    pub fn draw(view: &View, mesh: &TriangleMesh, samples: Samples, nearest: f64) -> Self {
+    /// Draws a mesh as `view` sees it; nothing nearer than `nearest` (in depth) is drawn. Once
+    /// interrupted, the remaining tiles stay empty.
+    pub fn draw(
+        view: &View,
+        mesh: &TriangleMesh,
+        samples: Samples,
+        nearest: f64,
+        progress: &Progress,
+    ) -> Self {
         let screen = Screen::project(view, &mesh.positions, &mesh.triangles, nearest);
         let bins = Bins::sort(&screen, &mesh.triangles, view.size);
         let drawing = Drawing {
@@ -96,6 +104,7 @@ impl SurfaceBuffer {
         let tiles = (0..(across * down) as usize)
             .into_par_iter()
             .map(|tile| match samples {
+                _ if progress.is_interrupted() => Vec::new(),
                 Samples::One => draw_tile::<1, 1>(&drawing, tile),
                 Samples::Four => draw_tile::<5, 8>(&drawing, tile),
                 Samples::Eight => draw_tile::<9, 16>(&drawing, tile),
