@@ -98,10 +98,13 @@ impl Arguments {
                 let progress = session.progress();
                 quality::measure(inputs, &map.coords, &edges, options.seed, progress)
             },
-            || self.pictures.energies(inputs, &map.coords),
+            || {
+                self.pictures
+                    .energies(inputs, &map.coords, session.progress())
+            },
         );
         let (found, energies) = (found?, energies?);
-        let agreement = agreement::measure(inputs, &map.coords, &options)?;
+        let agreement = agreement::measure(inputs, &map.coords, &options, session.progress())?;
         let plan = check::complete(&space, &table, &options)?;
         let report = Report::new(&map, &options, &plan, found, agreement);
         let plane = Plane::of(&target);

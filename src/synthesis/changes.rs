@@ -55,13 +55,14 @@ impl Changes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Progress;
     use crate::synthesis::coloring::color_classes;
     use crate::synthesis::fixtures;
 
     #[test]
     fn a_site_settles_until_something_it_reads_changes() {
         let level = fixtures::random_sites(7, 300, 5);
-        let classes = color_classes(&level);
+        let classes = color_classes(&level, Progress::silent()).unwrap();
         let mut changes = Changes::new(300, classes.len());
         for class in &classes {
             changes.next_class();

@@ -1,33 +1,45 @@
 //! Colour classes: sites of one class read nothing of each other, so that they can be refined
 //! together, and the result is that of visiting class after class, site after site.
 
+use crate::error::Result;
 use crate::mesh::hierarchy::{NeighborLists, SiteLevel};
+use crate::progress::Progress;
+
+/// Sites coloured from one look at whether to stop to the next.
+const SITES_BETWEEN_CHECKS: usize = 1 << 12;
 
 /// The classes of a level, each its sites ascending.
 ///
 /// The sites of a mesh are coloured greedily in their order, each with the first colour that neither a
 /// site it reads nor one that reads it has; those of a flat grid, where samples and neighbours fill the
 /// same window, by their rows and columns.
-pub fn color_classes(level: &SiteLevel) -> Vec<Vec<u32>> {
+pub fn color_classes(level: &SiteLevel, progress: Progress<'_>) -> Result<Vec<Vec<u32>>> {
     if let NeighborLists::OfGrid(neighbors) = &level.neighbors {
-        return classes(&neighbors.colors());
+        return Ok(classes(&neighbors.colors()));
     }
     let mut words = 2;
     loop {
-        if let Some(colors) = greedy_colors(level, words) {
-            return classes(&colors);
+        if let Some(colors) = greedy_colors(level, words, progress)? {
+            return Ok(classes(&colors));
         }
         words *= 2;
     }
 }
 
 /// The colours of all sites, `None` when 64 · `words` are too few.
-fn greedy_colors(level: &SiteLevel, words: usize) -> Option<Vec<u32>> {
+fn greedy_colors(
+    level: &SiteLevel,
+    words: usize,
+    progress: Progress<'_>,
+) -> Result<Option<Vec<u32>>> {
     const UNCOLORED: u32 = u32::MAX;
     let mut colors = vec![UNCOLORED; level.site_count];
     let mut taken = vec![0u64; level.site_count * words];
     let (mut near, mut seen) = (Vec::new(), vec![UNCOLORED; level.site_count]);
     for site in 0..level.site_count {
+        if site.is_multiple_of(SITES_BETWEEN_CHECKS) {
+            progress.check()?;
+        }
         collect_read(level, site, &mut near, &mut seen);
         let own = &mut taken[site * words..][..words];
         for &other in &near {
@@ -36,13 +48,15 @@ fn greedy_colors(level: &SiteLevel, words: usize) -> Option<Vec<u32>> {
                 own[color as usize / 64] |= 1 << (color % 64);
             }
         }
-        let color = first_free(own)?;
+        let Some(color) = first_free(own) else {
+            return Ok(None);
+        };
         colors[site] = color;
         for &other in &near {
             taken[other as usize * words + color as usize / 64] |= 1 << (color % 64);
         }
     }
-    Some(colors)
+    Ok(Some(colors))
 }
 
 fn first_free(taken: &[u64]) -> Option<u32> {
@@ -84,7 +98,7 @@ mod tests {
     #[test]
     fn no_site_reads_another_of_its_class() {
         let level = fixtures::random_sites(7, 300, 5);
-        let classes = color_classes(&level);
+        let classes = color_classes(&level, Progress::silent()).unwrap();
         let total: usize = classes.iter().map(Vec::len).sum();
         assert_eq!(total, 300);
         let mut color = [0; 300];
@@ -119,7 +133,7 @@ mod tests {
         ];
         let level = &grid.hierarchy(&neighborhoods).unwrap().levels[0];
         let (mut read, mut seen) = (Vec::new(), vec![u32::MAX; 180]);
-        let classes = color_classes(level);
+        let classes = color_classes(level, Progress::silent()).unwrap();
         assert_eq!(classes.iter().map(Vec::len).sum::<usize>(), 180);
         for class in classes {
             for &site in &class {
@@ -133,6 +147,9 @@ mod tests {
     fn more_colors_than_a_word_has() {
         // Everyone reads everyone.
         let level = fixtures::random_sites(1, 150, 149);
-        assert_eq!(color_classes(&level).len(), 150);
+        assert_eq!(
+            color_classes(&level, Progress::silent()).unwrap().len(),
+            150
+        );
     }
 }

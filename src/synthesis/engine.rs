@@ -66,7 +66,9 @@ pub fn synthesize(
         let stage = begins.then(|| Stage::new(inputs, options, &plan, finer));
         stage.map(|stage| stage.run(None, &[], progress))
     };
-    let (coarsest, classes) = rayon::join(coarsest, || classes_of(inputs, options, finer));
+    let (coarsest, classes) =
+        rayon::join(coarsest, || classes_of(inputs, options, finer, progress));
+    let classes = classes?;
     let mut finish = |level: usize, coords| {
         let map = LevelMap {
             level: Level(level as u32),
@@ -86,11 +88,16 @@ pub fn synthesize(
 }
 
 /// The colour classes of the finest `levels`; none where nothing is refined.
-fn classes_of(inputs: Inputs<'_>, options: &SynthesisOptions, levels: usize) -> Vec<Vec<Vec<u32>>> {
+fn classes_of(
+    inputs: Inputs<'_>,
+    options: &SynthesisOptions,
+    levels: usize,
+    progress: Progress<'_>,
+) -> Result<Vec<Vec<Vec<u32>>>> {
     let refined = options.passes > 1;
     let of_level = |level| match refined {
-        true => color_classes(level),
-        false => Vec::new(),
+        true => color_classes(level, progress),
+        false => Ok(Vec::new()),
     };
     let levels = &inputs.sites.levels[..levels];
     levels.par_iter().map(of_level).collect()
@@ -233,8 +240,8 @@ impl<'a> Stage<'a> {
         }
         let mut state = pass.random_start();
         let sweeps = (0..self.options.start_passes).into_par_iter();
-        let orders = sweeps.map(|sweep| pass.visiting_order(u64::from(sweep)));
-        for order in orders.collect::<Vec<_>>() {
+        let orders = sweeps.map(|sweep| pass.visiting_order(u64::from(sweep), progress));
+        for order in orders.collect::<Result<Vec<_>>>()? {
             pass.sweep(&mut state, &order, progress)?;
         }
         Ok(state)

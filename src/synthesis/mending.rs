@@ -40,25 +40,38 @@ impl<M: Metric> LevelPass<'_, M> {
             ..*self
         };
         let mut distances = vec![0.0; self.sites.site_count];
-        self.measure(state, &vec![true; state.coords.len()], &mut distances);
+        self.measure(
+            state,
+            &vec![true; state.coords.len()],
+            &mut distances,
+            progress,
+        )?;
         for _ in 0..rounds {
             let before = state.coords.clone();
             let worst = above_the_mean(classes, &distances, FAR_WORSE);
             everywhere.refine(state, &worst, 1, progress)?;
             let pairs = state.coords.iter().zip(&before);
             let changed: Vec<bool> = pairs.map(|(now, before)| now != before).collect();
-            self.measure(state, &changed, &mut distances);
+            self.measure(state, &changed, &mut distances, progress)?;
         }
         let worse = above_the_mean(classes, &distances, 1.0);
         self.refine(state, &worse, 1, progress)
     }
 
     /// Measures what every site holds, where it or a site that its samples read has `changed`.
-    pub fn measure(&self, state: &LevelState, changed: &[bool], distances: &mut [f32]) {
+    pub fn measure(
+        &self,
+        state: &LevelState,
+        changed: &[bool],
+        distances: &mut [f32],
+        progress: Progress<'_>,
+    ) -> Result<()> {
         let at_site = |pattern: &mut M::Pattern, (site, distance): (usize, &mut f32)| {
             let any_changed =
                 |sample: SampleLocation| sample.sites().iter().any(|&read| changed[read as usize]);
-            if !changed[site] && !self.sites.fine.of_site(site).any(any_changed) {
+            if progress.is_interrupted()
+                || !changed[site] && !self.sites.fine.of_site(site).any(any_changed)
+            {
                 return;
             }
             let texel = self.exemplar.grid.texel_nearest(state.coords[site]);
@@ -68,6 +81,7 @@ impl<M: Metric> LevelPass<'_, M> {
         };
         let sites = distances.par_iter_mut().enumerate();
         sites.for_each_init(M::Pattern::default, at_site);
+        progress.check()
     }
 }
 

@@ -324,7 +324,7 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
         noise: 0.0,
     };
     let start = pass.from_coarser(&coarser);
-    let classes = color_classes(&sites.levels[0]);
+    let classes = color_classes(&sites.levels[0], Progress::silent()).unwrap();
     let refined = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -427,14 +427,15 @@ fn the_energy_of_a_copy_is_nothing_and_of_chance_is_one() {
     let texels = space.levels[0].grid;
     let copy = |site: u32| texels.texel((site / 32) % 16, site % 16);
     let coords: Vec<_> = (0..1024).map(|site| texels.centre(copy(site))).collect();
-    let energies = energy::measure(inputs, &coords, 5).unwrap();
+    let energies = energy::measure(inputs, &coords, 5, Progress::silent()).unwrap();
     assert_eq!(energies.sites.len(), 1000);
     assert_eq!((energies.over_random(), energies.over_best()), (0.0, 1.0));
-    let all = energy::of_every_site(inputs, &coords).unwrap();
+    let all = energy::of_every_site(inputs, &coords, Progress::silent()).unwrap();
     assert!(all.iter().all(|&distance| distance < 1e-9));
     let mut stream = random::stream(77, "other", 0, 0);
     let chance = (0..1024).map(|_| texels.centre(TexelIndex(stream.gen_range(0..256))));
-    let energies = energy::measure(inputs, &chance.collect::<Vec<_>>(), 5).unwrap();
+    let energies =
+        energy::measure(inputs, &chance.collect::<Vec<_>>(), 5, Progress::silent()).unwrap();
     assert!((energies.over_random() - 1.0).abs() < 0.1);
     assert!(energies.over_best() > 1.2);
 }
@@ -463,8 +464,13 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
         noise: 0.0,
     };
     let mut state = LevelState::of_texels(&exemplar, (0..40).map(|_| 0));
-    pass.refine(&mut state, &color_classes(&sites), 1, Progress::silent())
-        .unwrap();
+    pass.refine(
+        &mut state,
+        &color_classes(&sites, Progress::silent()).unwrap(),
+        1,
+        Progress::silent(),
+    )
+    .unwrap();
     let picked = state
         .coords
         .iter()
@@ -496,7 +502,7 @@ fn mending_repairs_a_copy_and_lowers_what_k_coherence_leaves() {
     let mended = |mut state: LevelState, rounds: u32| {
         pass.mend(
             &mut state,
-            &color_classes(&sites.levels[0]),
+            &color_classes(&sites.levels[0], Progress::silent()).unwrap(),
             rounds,
             Progress::silent(),
         )
@@ -514,7 +520,8 @@ fn mending_repairs_a_copy_and_lowers_what_k_coherence_leaves() {
         let split = LevelState::of_texels(&exemplar, (0..4096).map(split));
         let mut found = vec![0.0; pass.sites.site_count];
         let all = vec![true; found.len()];
-        pass.measure(&mended(split, rounds), &all, &mut found);
+        pass.measure(&mended(split, rounds), &all, &mut found, Progress::silent())
+            .unwrap();
         found.iter().map(|&distance| f64::from(distance)).sum()
     };
     let (without, with) = (left(0), left(4));

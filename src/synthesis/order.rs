@@ -4,15 +4,25 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
+use crate::error::Result;
 use crate::mesh::hierarchy::NeighborLists;
+use crate::progress::Progress;
 use crate::synthesis::options::Order;
+
+/// Sites ordered from one look at whether to stop to the next.
+const SITES_BETWEEN_CHECKS: usize = 1 << 12;
 
 /// All sites in the order of their visit, from `start` on; a further connected part begins at its
 /// first site.
-pub fn growing_order(neighbors: &NeighborLists, start: usize, order: Order) -> Vec<u32> {
+pub fn growing_order(
+    neighbors: &NeighborLists,
+    start: usize,
+    order: Order,
+    progress: Progress<'_>,
+) -> Result<Vec<u32>> {
     match order {
-        Order::Constrained => most_constrained(neighbors, start),
-        Order::Field => along_the_field(neighbors, start),
+        Order::Constrained => most_constrained(neighbors, start, progress),
+        Order::Field => along_the_field(neighbors, start, progress),
     }
 }
 
@@ -22,7 +32,11 @@ fn seeds(neighbors: &NeighborLists, start: usize) -> impl Iterator<Item = usize>
 }
 
 /// The site with most visited neighbours comes next; among equals the one reached first.
-fn most_constrained(neighbors: &NeighborLists, start: usize) -> Vec<u32> {
+fn most_constrained(
+    neighbors: &NeighborLists,
+    start: usize,
+    progress: Progress<'_>,
+) -> Result<Vec<u32>> {
     let sites = neighbors.site_count();
     let mut visited = vec![false; sites];
     let mut reached: Vec<(u32, u32)> = vec![(0, 0); sites];
@@ -34,6 +48,9 @@ fn most_constrained(neighbors: &NeighborLists, start: usize) -> Vec<u32> {
             let site = site as usize;
             if visited[site] || count < reached[site].0 {
                 continue;
+            }
+            if order.len().is_multiple_of(SITES_BETWEEN_CHECKS) {
+                progress.check()?;
             }
             visited[site] = true;
             order.push(site as u32);
@@ -50,13 +67,17 @@ fn most_constrained(neighbors: &NeighborLists, start: usize) -> Vec<u32> {
             }
         }
     }
-    order
+    Ok(order)
 }
 
 /// Of the sites next to visited ones, the one that lies least far along the field comes next
 /// (Turk 2001 §4): a site's sweep distance is the mean of what its known neighbours say, theirs
 /// plus the way along s from them to it.
-fn along_the_field(neighbors: &NeighborLists, start: usize) -> Vec<u32> {
+fn along_the_field(
+    neighbors: &NeighborLists,
+    start: usize,
+    progress: Progress<'_>,
+) -> Result<Vec<u32>> {
     let sweep = sweep_distances(neighbors, start);
     let mut queued = vec![false; sweep.len()];
     let mut order = Vec::with_capacity(sweep.len());
@@ -68,6 +89,9 @@ fn along_the_field(neighbors: &NeighborLists, start: usize) -> Vec<u32> {
         queued[seed] = true;
         frontier.push(Reverse((Along(sweep[seed]), seed as u32)));
         while let Some(Reverse((_, site))) = frontier.pop() {
+            if order.len().is_multiple_of(SITES_BETWEEN_CHECKS) {
+                progress.check()?;
+            }
             order.push(site);
             for neighbor in neighbors.of_site(site as usize) {
                 let there = neighbor.site as usize;
@@ -77,7 +101,7 @@ fn along_the_field(neighbors: &NeighborLists, start: usize) -> Vec<u32> {
             }
         }
     }
-    order
+    Ok(order)
 }
 
 /// A sweep distance, ordered.
@@ -165,7 +189,8 @@ mod tests {
     fn every_site_is_visited_once() {
         for order in [Order::Constrained, Order::Field] {
             for start in [0, 17, 41] {
-                let visited = growing_order(&lists(7, 6, false), start, order);
+                let visited =
+                    growing_order(&lists(7, 6, false), start, order, Progress::silent()).unwrap();
                 assert!(is_permutation(&visited, 42));
                 assert_eq!(visited[0] as usize, start);
             }
@@ -175,7 +200,7 @@ mod tests {
     #[test]
     fn the_most_constrained_comes_next() {
         let neighbors = lists(9, 9, true);
-        let order = growing_order(&neighbors, 40, Order::Constrained);
+        let order = growing_order(&neighbors, 40, Order::Constrained, Progress::silent()).unwrap();
         let mut done = [false; 81];
         for &site in &order {
             let count = |site: usize| {
@@ -190,7 +215,8 @@ mod tests {
 
     #[test]
     fn the_field_order_sweeps_along_s() {
-        let order = growing_order(&lists(8, 5, false), 0, Order::Field);
+        let order =
+            growing_order(&lists(8, 5, false), 0, Order::Field, Progress::silent()).unwrap();
         let columns: Vec<u32> = order.iter().map(|site| site % 8).collect();
         assert!(columns.is_sorted());
     }

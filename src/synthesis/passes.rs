@@ -195,7 +195,8 @@ impl<M: Metric> LevelPass<'_, M> {
         let mut state = self.random_start();
         let mut done = vec![false; self.sites.site_count];
         let mut scratch = Scratch::<M::Pattern>::default();
-        for (visit, site) in self.visiting_order(0).into_iter().enumerate() {
+        let order = self.visiting_order(0, progress)?;
+        for (visit, site) in order.into_iter().enumerate() {
             tell(progress, visit)?;
             let site = site as usize;
             let mut neighbors = self.sites.neighbors.of_site(site);
@@ -237,6 +238,9 @@ impl<M: Metric> LevelPass<'_, M> {
             chosen.resize(class.len(), TexCoord::default());
             let batches = chosen.par_chunks_mut(batch).zip(class.par_chunks(batch));
             batches.for_each(|(chosen, sites)| {
+                if progress.is_interrupted() {
+                    return;
+                }
                 let taken = pool.lock().unwrap_or_else(PoisonError::into_inner).pop();
                 let mut scratch = taken.unwrap_or_default();
                 for (at, &site) in chosen.iter_mut().zip(sites) {
@@ -250,6 +254,7 @@ impl<M: Metric> LevelPass<'_, M> {
                     .unwrap_or_else(PoisonError::into_inner)
                     .push(scratch);
             });
+            progress.check()?;
             for (&site, &at) in class.iter().zip(&chosen) {
                 let site = site as usize;
                 if at != state.coords[site] {
@@ -263,13 +268,13 @@ impl<M: Metric> LevelPass<'_, M> {
     }
 
     /// A growing order from a random site.
-    pub fn visiting_order(&self, sweep: u64) -> Vec<u32> {
+    pub fn visiting_order(&self, sweep: u64, progress: Progress<'_>) -> Result<Vec<u32>> {
         let sites = self.sites.site_count;
         let mut stream = random::stream(self.options.seed, "growth start", self.level, sweep);
         let start = stream
             .gen_range(0..sites.max(1))
             .min(sites.saturating_sub(1));
-        growing_order(&self.sites.neighbors, start, self.options.order)
+        growing_order(&self.sites.neighbors, start, self.options.order, progress)
     }
 
     /// The coordinate a site should hold, given what the others do. Where no candidate is whole, all
@@ -363,11 +368,11 @@ impl<M: Metric> LevelPass<'_, M> {
     }
 }
 
-/// Reports a sequential pass now and then.
+/// Reports a sequential pass now and then; hears at every visit that it should stop.
 fn tell(progress: Progress<'_>, visit: usize) -> Result<()> {
     const STEP: usize = 256;
     if visit % STEP == STEP - 1 {
         progress.advance(STEP as u64)?;
     }
-    Ok(())
+    progress.check()
 }

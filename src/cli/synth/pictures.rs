@@ -17,6 +17,7 @@ use crate::format::ours::Format;
 use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column};
 use crate::grid::{TexCoord, TexelGrid};
+use crate::progress::Progress;
 use crate::render::preview;
 use crate::surface_map::SurfaceTextonMap;
 use crate::synthesis::engine::Inputs;
@@ -91,9 +92,14 @@ impl PictureArguments {
     }
 
     /// The distance of every site's neighbourhood, where a picture shows it; else none.
-    pub fn energies(&self, inputs: Inputs<'_>, coords: &[TexCoord]) -> Result<Vec<f64>> {
+    pub fn energies(
+        &self,
+        inputs: Inputs<'_>,
+        coords: &[TexCoord],
+        progress: Progress<'_>,
+    ) -> Result<Vec<f64>> {
         match self.pictures {
-            Some(_) => energy::of_every_site(inputs, coords),
+            Some(_) => energy::of_every_site(inputs, coords, progress),
             None => Ok(Vec::new()),
         }
     }

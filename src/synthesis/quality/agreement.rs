@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
+use crate::progress::Progress;
 use crate::synthesis::candidates::{Candidate, CandidateList};
 use crate::synthesis::check;
 use crate::synthesis::embedded::{EmbeddedMetric, EmbeddedPattern};
@@ -44,6 +45,7 @@ pub fn measure(
     inputs: Inputs<'_>,
     coords: &[TexCoord],
     options: &SynthesisOptions,
+    progress: Progress<'_>,
 ) -> Result<Option<Agreement>> {
     let level = &inputs.space.levels[0];
     if let Features::Vectors(_) = level.features {
@@ -51,10 +53,9 @@ pub fn measure(
     }
     let k = options.k.unwrap_or(inputs.table.k);
     let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
-    let (whole, used) = (
-        Embedding::new(level, 1.0),
-        Embedding::new(level, options.energy),
-    );
+    let whole = Embedding::new(level, 1.0);
+    progress.check()?;
+    let used = Embedding::new(level, options.energy);
     let state = coords.iter().map(|&at| exemplar.grid.texel_nearest(at));
     let comparison = Comparison {
         inputs,
@@ -69,9 +70,10 @@ pub fn measure(
     let costs = sites
         .par_iter()
         .map_init(Scratch::default, |scratch, &site| {
-            comparison.at_site(site as usize, scratch)
+            progress.check()?;
+            Ok(comparison.at_site(site as usize, scratch))
         });
-    Ok(Some(Agreement::of(&costs.collect::<Vec<_>>())))
+    Ok(Some(Agreement::of(&costs.collect::<Result<Vec<_>>>()?)))
 }
 
 impl Agreement {
@@ -149,7 +151,6 @@ impl Comparison<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::Progress;
     use crate::synthesis::engine::synthesize;
     use crate::synthesis::fixtures;
     use crate::synthesis::grid_target::GridTarget;
@@ -182,14 +183,18 @@ mod tests {
         };
         let options = SynthesisOptions::default();
         let map = synthesize(inputs, &options, None, |_| Ok(()), Progress::silent()).unwrap();
-        let found = measure(inputs, &map.coords, &options).unwrap().unwrap();
+        let found = measure(inputs, &map.coords, &options, Progress::silent())
+            .unwrap()
+            .unwrap();
         assert!(found.whole_spectrum >= 0.999, "{found:?}");
         assert!((1.0..=1.01).contains(&found.embedded_cost), "{found:?}");
         let rough = SynthesisOptions {
             energy: 0.2,
             ..options
         };
-        let rough = measure(inputs, &map.coords, &rough).unwrap().unwrap();
+        let rough = measure(inputs, &map.coords, &rough, Progress::silent())
+            .unwrap()
+            .unwrap();
         assert!(rough.embedded < found.embedded && rough.embedded_cost > found.embedded_cost);
     }
 }

@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::exemplar::neighbor_table::Neighborhood;
 use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
+use crate::progress::Progress;
 use crate::random;
 use crate::synthesis::candidates::Candidate;
 use crate::synthesis::check;
@@ -69,18 +70,28 @@ impl Energies {
 }
 
 /// Measures a map of level 0 at [`SITES`] seeded sites.
-pub fn measure(inputs: Inputs<'_>, coords: &[TexCoord], seed: u64) -> Result<Energies> {
+pub fn measure(
+    inputs: Inputs<'_>,
+    coords: &[TexCoord],
+    seed: u64,
+    progress: Progress<'_>,
+) -> Result<Energies> {
     let sites = measured_sites(&inputs.sites.levels[0].areas, seed);
-    at_sites(inputs, coords, &sites, seed)
+    at_sites(inputs, coords, &sites, seed, progress)
 }
 
 /// Distances at every site, chosen only: what the energy picture shows.
-pub fn of_every_site(inputs: Inputs<'_>, coords: &[TexCoord]) -> Result<Vec<f64>> {
+pub fn of_every_site(
+    inputs: Inputs<'_>,
+    coords: &[TexCoord],
+    progress: Progress<'_>,
+) -> Result<Vec<f64>> {
     let neighborhood = without_centre(inputs);
     let exemplar = exemplar_level(inputs, &neighborhood);
     let map = Map::new(&exemplar, inputs, coords);
     let all: Vec<u32> = (0..coords.len() as u32).collect();
-    with_exact_metric(inputs, &exemplar, ChosenOnly { map: &map }, &all, None)
+    let work = ChosenOnly { map: &map };
+    with_exact_metric(inputs, &exemplar, work, &all, None, progress)
 }
 
 /// Distances at given sites.
@@ -89,6 +100,7 @@ pub fn at_sites(
     coords: &[TexCoord],
     sites: &[u32],
     seed: u64,
+    progress: Progress<'_>,
 ) -> Result<Energies> {
     let neighborhood = without_centre(inputs);
     let exemplar = exemplar_level(inputs, &neighborhood);
@@ -106,7 +118,7 @@ pub fn at_sites(
         map: &map,
         random: &random,
     };
-    let sites = with_exact_metric(inputs, &exemplar, work, sites, Some(seed))?;
+    let sites = with_exact_metric(inputs, &exemplar, work, sites, Some(seed), progress)?;
     Ok(Energies { sites })
 }
 
@@ -270,12 +282,13 @@ fn with_exact_metric<W: Measurement>(
     work: W,
     sites: &[u32],
     search: Option<u64>,
+    progress: Progress<'_>,
 ) -> Result<Vec<W::Found>> {
     let level = &inputs.space.levels[0];
-    Ok(match &level.features {
+    match &level.features {
         Features::Textons { .. } => {
             let metric = GramMetric::new(exemplar, check::gram(level)?, None);
-            over_sites(&metric, &work, sites)
+            over_sites(&metric, &work, sites, progress)
         }
         Features::Vectors(_) => {
             let embedding = Embedding::new(level, 1.0);
@@ -283,19 +296,21 @@ fn with_exact_metric<W: Measurement>(
             if let Some(seed) = search {
                 metric = metric.with_projected_windows(seed, 0);
             }
-            over_sites(&metric, &work, sites)
+            over_sites(&metric, &work, sites, progress)
         }
-    })
+    }
 }
 
 fn over_sites<M: ExactMetric, W: Measurement>(
     metric: &M,
     work: &W,
     sites: &[u32],
-) -> Vec<W::Found> {
+    progress: Progress<'_>,
+) -> Result<Vec<W::Found>> {
     let init = M::Pattern::default;
-    let found = sites
-        .par_iter()
-        .map_init(init, |pattern, &site| work.at_site(metric, site, pattern));
-    found.collect()
+    let at_site = |pattern: &mut M::Pattern, &site: &u32| {
+        progress.check()?;
+        Ok(work.at_site(metric, site, pattern))
+    };
+    sites.par_iter().map_init(init, at_site).collect()
 }

@@ -51,7 +51,7 @@ pub fn measure(
     progress.check()?;
     let (coherence, energies) = rayon::join(
         || coherence::Coherence::measure(grid, coords, edges),
-        || energy::measure(inputs, coords, seed),
+        || energy::measure(inputs, coords, seed, progress),
     );
     let energies = energies?;
     progress.end();
