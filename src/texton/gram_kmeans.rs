@@ -53,8 +53,9 @@ pub fn cluster(
     progress: Progress<'_>,
 ) -> Result<Clustering> {
     let points = Points::new(gram);
-    let seeds = points.seeds(clusters, random);
+    let seeds = points.seeds(clusters, random, progress)?;
     let mut state = State::new(&points, &seeds);
+    progress.check()?;
     let mut iterations = 0;
     while iterations < max_iterations && state.step(&points) {
         iterations += 1;
@@ -100,11 +101,17 @@ impl<'a> Points<'a> {
     }
 
     /// Greedy k-means++: each seed the best of 2 + ln k draws by squared distance.
-    fn seeds(&self, clusters: usize, random: &mut Stream) -> Vec<usize> {
+    fn seeds(
+        &self,
+        clusters: usize,
+        random: &mut Stream,
+        progress: Progress<'_>,
+    ) -> Result<Vec<usize>> {
         let draws = 2 + (clusters as f64).ln() as usize;
         let mut seeds = vec![random.gen_range(0..self.len())];
         let mut closest = self.closest(&vec![f64::INFINITY; self.len()], seeds[0]);
         while seeds.len() < clusters {
+            progress.check()?;
             let candidates = draw(&closest, draws, random);
             let tried: Vec<Vec<f64>> = candidates
                 .par_iter()
@@ -116,7 +123,7 @@ impl<'a> Points<'a> {
             seeds.push(candidates[best]);
             closest.clone_from(&tried[best]);
         }
-        seeds
+        Ok(seeds)
     }
 
     /// Squared distances to the nearest seed, with one more seed.

@@ -50,7 +50,7 @@ pub fn texel_gram(
             odd.assign(&with_odd);
             progress.advance(1)
         })?;
-    finish_along_y(basis, &mut even, &odd);
+    finish_along_y(basis, &mut even, &odd, progress)?;
     progress.end();
     Ok(even)
 }
@@ -142,7 +142,12 @@ impl ParityPairs {
 }
 
 /// K = S_e even + S_o odd along the y axis of the rows; `even` becomes K.
-fn finish_along_y(basis: &PlaneBasis, even: &mut Array2<f32>, odd: &Array2<f32>) {
+fn finish_along_y(
+    basis: &PlaneBasis,
+    even: &mut Array2<f32>,
+    odd: &Array2<f32>,
+    progress: Progress<'_>,
+) -> Result<()> {
     let (height, width) = basis.sides();
     let columns = width * even.ncols();
     let (Some(even), Some(odd)) = (even.as_slice_mut(), odd.as_slice()) else {
@@ -153,6 +158,7 @@ fn finish_along_y(basis: &PlaneBasis, even: &mut Array2<f32>, odd: &Array2<f32>)
         as_rows(odd, height, columns),
     );
     for from in (0..columns).step_by(PANEL) {
+        progress.check()?;
         let panel = s![.., from..(from + PANEL).min(columns)];
         let waves = [even.slice(panel).to_owned(), odd.slice(panel).to_owned()];
         for (parity, waves) in PARITIES.into_iter().zip(&waves) {
@@ -169,6 +175,7 @@ fn finish_along_y(basis: &PlaneBasis, even: &mut Array2<f32>, odd: &Array2<f32>)
             );
         }
     }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -146,6 +146,7 @@ pub fn bake(
         seed: options.seed,
     };
     warn_of_darkness(&scene, &description, progress);
+    progress.check()?;
     let mut writer = SampleWriter::resume(target, description)?;
     let resumed = writer.images_written();
     match write_images(&scene, &mut writer, progress) {
@@ -175,7 +176,7 @@ fn warn_of_darkness(scene: &Scene, description: &Description, progress: &Progres
         let normal = surface.normal(point);
         let lit =
             |light: &Direction| normal.dot(light.0) > 0.0 && !surface.occluded(point, light.0);
-        !description.lights.iter().any(lit)
+        !progress.is_interrupted() && !description.lights.iter().any(lit)
     };
     let dark = (0..texels).into_par_iter().filter(in_the_dark).count();
     let share = dark as f64 / texels as f64;
@@ -266,9 +267,10 @@ fn write_images(scene: &Scene, writer: &mut SampleWriter, progress: &Progress) -
         progress.check()?;
         let (written, rendered) = rayon::join(
             || write(finished.as_ref(), writer, progress),
-            || render(scene, slab, &description.lights),
+            || render(scene, slab, &description.lights, progress),
         );
         written?;
+        progress.check()?;
         rays += rendered.rays;
         finished = Some(rendered);
     }
@@ -295,7 +297,8 @@ fn slabs(description: &Description, done: usize) -> Vec<Slab> {
     description.views.iter().enumerate().flat_map(cut).collect()
 }
 
-fn render(scene: &Scene, slab: Slab, lights: &[Direction]) -> Rendered {
+/// Renders a slab; what comes back of an interrupted one is worth nothing.
+fn render(scene: &Scene, slab: Slab, lights: &[Direction], progress: &Progress) -> Rendered {
     let width = scene.material.grid.width as usize;
     let height = scene.material.grid.height as usize;
     let lights = Lights::new(&lights[slab.lights.clone()]);
@@ -304,17 +307,29 @@ fn render(scene: &Scene, slab: Slab, lights: &[Direction]) -> Rendered {
     let rays = rows
         .par_chunks_mut(count * width)
         .enumerate()
-        .map(|(row, images)| render_row(scene, slab.view, row, &lights, images))
+        .map(|(row, images)| {
+            let place = (slab.view, row);
+            render_row(scene, place, &lights, images, progress)
+        })
         .sum();
     Rendered { slab, rows, rays }
 }
 
 /// One row of every image of a slab.
-fn render_row(scene: &Scene, view: View, row: usize, lights: &Lights, images: &mut [Vec3]) -> u64 {
+fn render_row(
+    scene: &Scene,
+    (view, row): (View, usize),
+    lights: &Lights,
+    images: &mut [Vec3],
+    progress: &Progress,
+) -> u64 {
     let width = scene.material.grid.width as usize;
     let (mut sums, mut scratch) = (vec![Vec3::ZERO; images.len() / width], Columns::default());
     let mut rays = 0;
     for col in 0..width {
+        if progress.is_interrupted() {
+            break;
+        }
         sums.fill(Vec3::ZERO);
         rays += scene.shade_texel(view, (row, col), lights, (&mut sums, &mut scratch));
         for (light, sum) in sums.iter().enumerate() {
