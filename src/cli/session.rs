@@ -127,11 +127,12 @@ fn set_threads(threads: Option<usize>) -> Result<()> {
         .num_threads(threads.unwrap_or(0))
         .stack_size(STACK)
         .build_global()
-        .map_err(|error| {
-            Error::option(
+        .map_err(|error| match threads {
+            Some(threads) => Error::option(
                 "threads",
-                error.to_string(),
+                format!("{threads}: {error}"),
                 "threads this machine can start",
-            )
+            ),
+            None => Error::io(Path::new("threads"), "start")(io::Error::other(error)),
         })
 }

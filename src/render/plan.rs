@@ -126,7 +126,9 @@ impl<'a> Planner<'a> {
             other => other,
         };
         let camera = self.camera(&row);
-        let view = View::new(camera, self.options.size.0).map_err(in_frame)?;
+        let view = View::new(camera, self.options.size.0)
+            .map_err(in_frame)
+            .map_err(|error| of_options(self.options, "camera-position", error))?;
         let lights = match compass {
             Some(compass) => self.lights(&row, compass).map_err(in_frame)?,
             None => Vec::new(),
@@ -246,8 +248,9 @@ impl<'a> Planner<'a> {
             } => {
                 let (position, reference) = (DVec3::from_array(position), self.bounds.centre);
                 if (position - reference).length() < 1e-6 * self.bounds.radius {
-                    return Err(Error::data("point light", format!("{position}"))
-                        .expected("a place outside the surface, not the mesh's centre"));
+                    let fault = Error::data("point light", format!("{position}"))
+                        .expected("a place outside the surface, not the mesh's centre");
+                    return Err(of_options(self.options, "light", fault));
                 }
                 let origin = Origin::Point {
                     position,
@@ -373,6 +376,19 @@ fn upright(options: &RenderOptions, camera: &Camera) -> DVec3 {
         return options.up.front() * up.dot(sight).signum();
     }
     up
+}
+
+/// A fault of a camera or a light is the option's where no file of rows moves them.
+pub(super) fn of_options(options: &RenderOptions, option: &str, error: Error) -> Error {
+    let from_file = matches!(options.sweep, Sweep::File(_)) || options.camera_path.is_some();
+    match error {
+        Error::Data(fault) if !from_file => Error::option(
+            option,
+            format!("{}: {}", fault.place, fault.found),
+            fault.expected,
+        ),
+        other => other,
+    }
 }
 
 fn move_key_light(key: &mut LightSpec, row: &Row) {

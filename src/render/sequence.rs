@@ -21,7 +21,7 @@ use crate::render::bounds::Bounds;
 use crate::render::frame::{Frame, LayerGroup};
 use crate::render::light::Origin;
 use crate::render::options::RenderOptions;
-use crate::render::plan::{PlannedFrame, plan};
+use crate::render::plan::{PlannedFrame, of_options, plan};
 use crate::render::radiance::Radiance;
 use crate::render::renderer::{Manner, Renderer};
 use crate::render::surroundings;
@@ -99,7 +99,8 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
     let frames = plan(options, &bounds)?;
-    surroundings::check(&inputs.map.mesh, &bounds, &frames, progress)?;
+    surroundings::check(&inputs.map.mesh, &bounds, &frames, progress)
+        .map_err(|error| of_options(options, "light", error))?;
     let job = Job {
         inputs,
         options,

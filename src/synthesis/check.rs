@@ -95,17 +95,19 @@ fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize)
         let grid = space.levels[level].grid;
         width <= grid.width.min(grid.height)
     });
-    Err(Error::option(
-        "levels",
-        format!(
-            "{levels}: a neighbourhood {width} texels wide on the sample's coarsest level of {}×{}",
-            grid.width, grid.height
+    let found = format!(
+        "a neighbourhood {width} texels wide on the sample's coarsest level of {}×{}",
+        grid.width, grid.height
+    );
+    Err(match fitting.count() {
+        0 => Error::data("neighbour table", found)
+            .advice("make it with a smaller knn --neighborhood"),
+        count => Error::option(
+            "levels",
+            format!("{levels}: {found}"),
+            format!("at most {count}, or a smaller knn --neighborhood"),
         ),
-        match fitting.count() {
-            0 => "a smaller knn --neighborhood".to_owned(),
-            count => format!("at most {count}, or a smaller knn --neighborhood"),
-        },
-    ))
+    })
 }
 
 /// Checks that a space and a table are sound and describe the same texels; ids are for
@@ -264,18 +266,19 @@ fn site_level(
 ) -> Result<()> {
     let place = format!("sites, level {index}");
     if sites.site_count < neighborhood.offsets.len() {
-        return Err(Error::option(
-            "levels",
-            format!(
-                "level {index} of the target has {} sites, fewer than the neighbourhood's {} samples",
-                sites.site_count,
-                neighborhood.offsets.len()
+        let few = format!(
+            "{} sites, fewer than the neighbourhood's {} samples",
+            sites.site_count,
+            neighborhood.offsets.len()
+        );
+        return Err(match index {
+            0 => Error::data("target", few).advice("take a finer one (mesh --vertices)"),
+            _ => Error::option(
+                "levels",
+                format!("level {index} of the target has {few}"),
+                format!("at most {index}, or a finer target"),
             ),
-            match index {
-                0 => "a finer target (mesh --vertices)".to_owned(),
-                _ => format!("at most {index}, or a finer target"),
-            },
-        ));
+        });
     }
     let samples = neighborhood.offsets.len();
     let counts = (sites.fine.samples_per_site(), sites.fine.site_count());

@@ -110,7 +110,7 @@ impl Target {
             }
             (Some(path), None) => {
                 let surface = prepare_mesh(path, arguments, (table, exemplar), levels, session)?;
-                check_density(&surface)?;
+                check_density(&surface, arguments.surface.texel)?;
                 Ok(Self::Surface(Box::new(surface)))
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
@@ -211,7 +211,9 @@ fn check_memory(option: &'static str, work: String, bytes: u64, advice: &str) ->
 }
 
 /// Refuses a mesh so coarse that most sites see no other.
-fn check_density(surface: &Surface) -> Result<()> {
+///
+/// That is the fault of `texel` where it was asked for, else of the mesh's own scale.
+fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
     let sites = &surface.hierarchy.levels[0];
     let on_surface = (0..sites.site_count).filter(|&site| sites.areas[site] > 0.0);
     let (mut count, mut alone) = (0usize, 0usize);
@@ -223,16 +225,18 @@ fn check_density(surface: &Surface) -> Result<()> {
         return Ok(());
     }
     let area = surface.meshes[0].area();
+    let found = format!("{alone} of {count} vertices have no other within the neighbourhood");
+    let Some(texel) = texel else {
+        return Err(Error::data("vertices", found)
+            .advice("check the property `scale`, or retile the mesh with mesh --vertices"));
+    };
     Err(Error::option(
         "texel",
-        format!(
-            "{}: {alone} of {count} vertices have no other within the neighbourhood",
-            surface.texel
-        ),
+        format!("{texel}: {found}"),
         format!(
             "about {:.3e} for this mesh, or mesh --vertices {} for this texel",
             (area / count.max(1) as f64).sqrt(),
-            (area / surface.texel.powi(2)).ceil()
+            (area / texel.powi(2)).ceil()
         ),
     ))
 }

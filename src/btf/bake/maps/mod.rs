@@ -99,6 +99,26 @@ impl MapOptions {
         Ok(())
     }
 
+    /// Refuses a depth that the material's maps, or their unknown size, leave no room for.
+    fn fit(&self, recipe: &Recipe) -> Result<()> {
+        let deep = [("depth", self.depth), ("height-mm", self.height_mm)];
+        let given = deep.into_iter().find(|(_, value)| value.is_some());
+        let only_normals = recipe.height.is_none() && recipe.normal.is_some();
+        match given {
+            Some((option, _)) if only_normals => Err(Error::option(
+                option,
+                "given for a normal map",
+                "no depth: normals say how steep the surface is",
+            )),
+            Some(("height-mm", _)) if recipe.width_of(1)?.is_none() => Err(Error::option(
+                "height-mm",
+                "given without the map's size",
+                "--width-mm beside it",
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// The recipe with what was asked on the command line put over it.
     fn over(&self, recipe: &Recipe) -> Recipe {
         let mut recipe = recipe.clone();
@@ -144,6 +164,7 @@ pub fn material(
         return Err(Error::option("size", size.to_string(), "2 to 16384 texels"));
     }
     let recipe = options.over(recipe);
+    options.fit(&recipe)?;
     let relief = relief::read(&recipe, options.terraces, size, progress)?;
     let (width, height) = resample::fitted(relief.width, relief.height, size);
     let loader = Loader {
