@@ -3,9 +3,9 @@
 //! In: a polygon's corners in order. Out: n − 2 triangles of corner numbers. A polygon that crosses
 //! itself is cut all the same, its ears then being what they are.
 //!
-//! Small polygons are searched corner by corner. Large ones keep their ears in a queue: a corner is
-//! looked at again only when its own triangle changed, or when the corner that lay inside it was cut
-//! off. That takes about n log n steps and gives the same triangles.
+//! Small polygons are searched corner by corner. Large ones keep their convex corners in a queue, the
+//! best-shaped first: a corner is looked at again only when its own triangle changed, or when the
+//! corner that lay inside it was cut off. That takes about n log n steps and gives the same triangles.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -117,40 +117,40 @@ fn smallest_angle([p, q, r]: [DVec2; 3]) -> f64 {
     angle(p, q, r).min(angle(q, r, p)).min(angle(r, p, q))
 }
 
-/// An ear in the queue: the best-shaped is the greatest, of equal ones the smallest corner.
-struct Ear {
+/// A convex corner in the queue: the best-shaped is the greatest, of equal ones the smallest.
+struct Candidate {
     score: f64,
     corner: u32,
-    /// The corner's version when the ear was queued.
+    /// The corner's version when it was queued.
     version: u32,
 }
 
-impl Ord for Ear {
+impl Ord for Candidate {
     fn cmp(&self, other: &Self) -> Ordering {
         let by_score = self.score.total_cmp(&other.score);
         by_score.then(other.corner.cmp(&self.corner))
     }
 }
 
-impl PartialOrd for Ear {
+impl PartialOrd for Candidate {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Ear {
+impl PartialEq for Candidate {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Ear {}
+impl Eq for Candidate {}
 
 /// What a corner is, as far as ears go.
 #[derive(Clone, Copy, PartialEq)]
 enum State {
-    /// In the queue.
-    Ear,
+    /// Convex, in the queue.
+    Queued,
     /// Not convex; only a change of its triangle can make it an ear.
     Reflex,
     /// Another corner lies in its triangle.
@@ -166,7 +166,7 @@ struct Clipping<'a> {
     after: Vec<u32>,
     states: Vec<State>,
     versions: Vec<u32>,
-    ears: BinaryHeap<Ear>,
+    queue: BinaryHeap<Candidate>,
     /// Per corner those that it blocks, or once blocked.
     blocks: Vec<Vec<u32>>,
     /// No corner before this one is left.
@@ -183,7 +183,7 @@ impl<'a> Clipping<'a> {
             after: (0..count).map(|k| (k + 1) % count).collect(),
             states: vec![State::Reflex; points.len()],
             versions: vec![0; points.len()],
-            ears: BinaryHeap::with_capacity(points.len()),
+            queue: BinaryHeap::with_capacity(points.len()),
             blocks: vec![Vec::new(); points.len()],
             first: 0,
         }
@@ -218,18 +218,34 @@ impl<'a> Clipping<'a> {
         [self.before[at], corner, self.after[at]]
     }
 
-    /// The best ear; without any, the first corner left.
+    /// The best ear; without any, the first corner left. Corners are searched for others inside their
+    /// triangles only when they are next by shape: most triangles change before.
     fn next_ear(&mut self) -> u32 {
-        while let Some(ear) = self.ears.pop() {
-            let at = ear.corner as usize;
-            if self.states[at] == State::Ear && self.versions[at] == ear.version {
-                return ear.corner;
+        while let Some(next) = self.queue.pop() {
+            let at = next.corner as usize;
+            if self.states[at] != State::Queued || self.versions[at] != next.version {
+                continue;
             }
+            let Some(inside) = self.inside_of(next.corner) else {
+                return next.corner;
+            };
+            self.states[at] = State::BlockedBy(inside);
+            self.blocks[inside as usize].push(next.corner);
         }
         while self.states[self.first as usize] == State::CutOff {
             self.first += 1;
         }
         self.first
+    }
+
+    /// A corner that lies inside the triangle of another.
+    fn inside_of(&self, corner: u32) -> Option<u32> {
+        let corners = self.triangle(corner);
+        let triangle = corners.map(|k| self.points[k as usize]);
+        let other = |point: DVec2, number: u32| {
+            !corners.contains(&number) && triangle.iter().all(|&corner| corner != point)
+        };
+        self.left.find_inside(triangle, corner, other)
     }
 
     fn cut_off(&mut self, corner: u32) {
@@ -247,29 +263,19 @@ impl<'a> Clipping<'a> {
         }
     }
 
-    /// Finds out what a corner is, and queues it if it is an ear.
+    /// Queues a corner if it is convex.
     fn look_at(&mut self, corner: u32) {
         let at = corner as usize;
-        let [a, b, c] = self.triangle(corner);
-        let [p, q, r] = [a, b, c].map(|k| self.points[k as usize]);
+        let [p, q, r] = self.triangle(corner).map(|k| self.points[k as usize]);
         self.versions[at] += 1;
+        self.states[at] = State::Reflex;
         if (q - p).perp_dot(r - p) <= 0.0 {
-            self.states[at] = State::Reflex;
-            return;
-        }
-        let other = |point: DVec2, number: u32| {
-            ![a, b, c].contains(&number) && point != p && point != q && point != r
-        };
-        if let Some(inside) = self.left.find_inside([p, q, r], corner, other) {
-            self.states[at] = State::BlockedBy(inside);
-            self.blocks[inside as usize].push(corner);
             return;
         }
         let score = smallest_angle([p, q, r]);
-        self.states[at] = State::Reflex;
         if score > NO_EAR {
-            self.states[at] = State::Ear;
-            self.ears.push(Ear {
+            self.states[at] = State::Queued;
+            self.queue.push(Candidate {
                 score,
                 corner,
                 version: self.versions[at],
