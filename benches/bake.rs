@@ -13,7 +13,7 @@ fn main() {
 /// 128 × 128 texels, 60 views × 60 lights, hard shadows, one sample a texel.
 #[divan::bench(args = [Preset::Weave, Preset::Bark], sample_count = 3, sample_size = 1)]
 fn whole_bake(bencher: Bencher, preset: Preset) {
-    let Ok(material) = preset.material(128, 1) else {
+    let Ok(material) = preset.material(128, 1, &Progress::silent()) else {
         return;
     };
     let Ok(folder) = tempfile::tempdir() else {
@@ -36,7 +36,7 @@ fn whole_bake(bencher: Bencher, preset: Preset) {
 /// Rays from the viewer, one a texel of 128 × 128.
 #[divan::bench(args = [15, 45, 75])]
 fn view_rays(bencher: Bencher, theta_deg: i32) {
-    let Ok(material) = Preset::Bark.material(128, 1) else {
+    let Ok(material) = Preset::Bark.material(128, 1, &Progress::silent()) else {
         return;
     };
     let surface = material.surface();
@@ -55,7 +55,7 @@ fn view_rays(bencher: Bencher, theta_deg: i32) {
 /// Rays from those points to a light.
 #[divan::bench(args = [15, 45, 75])]
 fn shadow_rays(bencher: Bencher, theta_deg: i32) {
-    let Ok(material) = Preset::Bark.material(128, 1) else {
+    let Ok(material) = Preset::Bark.material(128, 1, &Progress::silent()) else {
         return;
     };
     let surface = material.surface();

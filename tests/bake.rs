@@ -187,7 +187,9 @@ fn a_white_furnace_is_white() {
 
 #[test]
 fn view_and_light_may_be_exchanged() {
-    let material = Preset::Cobbles.material(32, 3).unwrap();
+    let material = Preset::Cobbles
+        .material(32, 3, &Progress::silent())
+        .unwrap();
     let directions = "rings:0:1,25:2:10,50:3:40";
     let exchange = BakeOptions {
         samples: 16,
@@ -238,7 +240,7 @@ fn the_same_bytes_at_any_number_of_threads() {
 
 #[test]
 fn an_interrupted_bake_goes_on_to_the_same_bytes() {
-    let material = Preset::Weave.material(16, 1).unwrap();
+    let material = Preset::Weave.material(16, 1, &Progress::silent()).unwrap();
     let options = BakeOptions {
         bounces: 1,
         ..options("fibonacci:9", "fibonacci:7")

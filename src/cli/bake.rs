@@ -25,8 +25,7 @@ use crate::format::ours::Format;
 const BYTES_A_TEXEL: u64 = 100;
 
 /// How to go on after an interruption.
-pub const IF_INTERRUPTED: &str =
-    "type the same command to go on after the last whole image";
+pub const IF_INTERRUPTED: &str = "type the same command to go on after the last whole image";
 
 /// Ray-trace a BTF from height, colour and roughness.
 #[derive(Debug, Args)]
@@ -135,7 +134,7 @@ impl Arguments {
         };
         need.check()?;
         if let Some(preset) = self.preset {
-            return preset.material(self.size, session.seed());
+            return preset.material(self.size, session.seed(), &session.progress());
         }
         let path = self.material.as_deref().unwrap_or(Path::new(""));
         let recipe = read_recipe(path)?;

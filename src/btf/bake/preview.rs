@@ -151,6 +151,7 @@ fn panel(material: &Material, relief: bool) -> Canvas {
 mod tests {
     use super::*;
     use crate::btf::bake::presets::Preset;
+    use crate::progress::Progress;
 
     #[test]
     fn sheets_show_the_first_and_the_last() {
@@ -161,7 +162,9 @@ mod tests {
 
     #[test]
     fn the_flat_panel_is_albedo_times_cosine_and_the_relief_is_not() {
-        let mut material = Preset::Cobbles.material(32, 1).unwrap();
+        let mut material = Preset::Cobbles
+            .material(32, 1, &Progress::silent())
+            .unwrap();
         material.albedo.fill(Vec3::splat(0.5));
         let (flat, relief) = (panel(&material, false), panel(&material, true));
         let wanted = 0.5 * 50_f32.to_radians().cos();

@@ -35,9 +35,15 @@ pub fn assemble(
     for batch in arrangement.order.chunks(BATCH) {
         let images: Vec<Vec<f32>> = batch
             .par_iter()
-            .map(|&index| radiance(&list.images[index], size, options))
+            .map(|&index| {
+                progress.check()?;
+                radiance(&list.images[index], size, options)
+            })
             .collect::<Result<_>>()?;
-        images.iter().try_for_each(|image| writer.push(image))?;
+        for image in &images {
+            progress.check()?;
+            writer.push(image)?;
+        }
         progress.advance(batch.len() as u64)?;
     }
     progress.end();

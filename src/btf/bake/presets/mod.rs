@@ -11,6 +11,7 @@ mod tile;
 
 use clap::ValueEnum;
 use glam::Vec2;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::btf::bake::brdf::Diffuse;
@@ -18,6 +19,7 @@ use crate::btf::bake::material::Material;
 use crate::btf::bake::presets::tile::{Facet, Tile};
 use crate::error::{Error, Result};
 use crate::grid::TexelGrid;
+use crate::progress::Progress;
 
 /// Side of a preset's texel, in millimetres.
 const TEXEL_MM: f64 = 0.5;
@@ -50,18 +52,20 @@ pub enum Preset {
 
 impl Preset {
     /// The material on size × size texels.
-    pub fn material(self, size: u32, seed: u64) -> Result<Material> {
+    pub fn material(self, size: u32, seed: u64, progress: &Progress) -> Result<Material> {
         if !(16..=8192).contains(&size) {
             return Err(Error::option("size", size.to_string(), "16 to 8192 texels"));
         }
         let tile = Tile::new(size, seed);
         let facets: Vec<Facet> = (0..size * size)
+            .into_par_iter()
             .map(|texel| {
+                progress.check()?;
                 // Texel centres, y upwards.
                 let (col, up) = (texel % size, size - 1 - texel / size);
-                self.facet(&tile, Vec2::new(col as f32 + 0.5, up as f32 + 0.5))
+                Ok(self.facet(&tile, Vec2::new(col as f32 + 0.5, up as f32 + 0.5)))
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let metal = self == Self::Hammered;
         Ok(Material {
             name: self.name(),
@@ -137,9 +141,14 @@ mod tests {
 
     #[test]
     fn the_seed_decides_the_details() {
-        let heights = |seed| Preset::Cobbles.material(32, seed).unwrap().heights;
+        let heights = |seed| {
+            Preset::Cobbles
+                .material(32, seed, &Progress::silent())
+                .unwrap()
+                .heights
+        };
         assert_eq!(heights(1), heights(1));
         assert_ne!(heights(1), heights(2));
-        assert!(Preset::Weave.material(8, 0).is_err());
+        assert!(Preset::Weave.material(8, 0, &Progress::silent()).is_err());
     }
 }
