@@ -7,7 +7,7 @@ Run:   tools/measure_interruptions.py --mesotex target/release/mesotex --work /t
 
 Inputs are made once in the work folder. Each stage runs once to the end (or --longest seconds), then
 once per moment. Printed are the worst latency, the moment it was met at, and how many runs the
-watching thread had to end (those that took longer than its grace period of 1.2 s).
+watching thread had to end (those that took longer than its grace period of 1 s).
 Exit code 1 if a latency reached 2 s, an exit code was wrong, or no hint was printed.
 """
 
@@ -23,7 +23,7 @@ import sys
 import time
 import zlib
 
-GRACE = 1.2
+GRACE = 1.0
 LIMIT = 2.0
 
 

@@ -21,7 +21,7 @@ use crate::cli::terminal::Terminal;
 use crate::error::{Error, Result};
 
 /// How long a command may take to return after a signal. Promised are 2 s, exit of the process included.
-const GRACE: Duration = Duration::from_millis(1200);
+const GRACE: Duration = Duration::from_millis(1000);
 /// Signals this soon after the first count as the same: `timeout` and a closed terminal send two.
 const SAME: Duration = Duration::from_millis(20);
 /// How often the watching thread looks for a second signal.

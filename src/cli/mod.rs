@@ -164,8 +164,8 @@ pub fn main() -> ExitCode {
     };
     // In a thread of the pool: one that waits outside is put to sleep and woken for every step that
     // is done in parallel.
-    let result = rayon::scope(|_| command.run(&session))
-        .and_then(|outcome| session.report(&outcome));
+    let result =
+        rayon::scope(|_| command.run(&session)).and_then(|outcome| session.report(&outcome));
     session.interruption().end();
     match result {
         Ok(()) => ExitCode::SUCCESS,

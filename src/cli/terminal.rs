@@ -88,5 +88,8 @@ pub fn print_error(error: &Error) {
 
 /// Prints on stderr what stopped a run and how to go on.
 pub fn print_interruption(signal: &str, hint: &str) {
-    let _ = writeln!(std::io::stderr(), "error: interrupted by {signal}\n  hint: {hint}");
+    let _ = writeln!(
+        std::io::stderr(),
+        "error: interrupted by {signal}\n  hint: {hint}"
+    );
 }
