@@ -160,6 +160,7 @@ pub fn centroid(mesh: &TriangleMesh, triangle: usize) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Progress;
     use crate::mesh::field::{Wishes, orientation_field, singularities::singularities};
     use crate::mesh::topology::Topology;
 

@@ -51,7 +51,10 @@ pub fn find(
     report.measure("image dot products", || {
         panels.each("image dot products", progress, |first, planes| {
             let (for_sketch, for_gram) = planes.split_at(sketched);
-            grams.iter_mut().zip(for_gram).for_each(|(g, p)| g.add(p));
+            grams
+                .iter_mut()
+                .zip(for_gram)
+                .for_each(|(g, p)| g.add(p, progress));
             let levels = mixed.iter_mut().zip(for_sketch);
             levels.for_each(|(level, planes)| level.add(first, planes));
         })
@@ -83,11 +86,11 @@ impl<'a> GramLevel<'a> {
         }
     }
 
-    fn add(&mut self, planes: &[f32]) {
+    fn add(&mut self, planes: &[f32], progress: Progress<'_>) {
         let waves = self.level.grid.len();
         let coefficients = self.basis.coefficients(planes);
         let rows = as_rows(&coefficients, coefficients.len() / waves, waves);
-        self.covariance.add(rows);
+        self.covariance.add(rows, progress);
     }
 
     fn cluster(
@@ -99,7 +102,8 @@ impl<'a> GramLevel<'a> {
     ) -> Result<Found> {
         let gram = report.measure(format!("texel dot products of level {at}"), || {
             let transfer = self.basis.transfer(self.level.bank);
-            texel_gram(self.covariance.finish(), &self.basis, &transfer, progress)
+            let covariance = self.covariance.finish(progress)?;
+            texel_gram(covariance, &self.basis, &transfer, progress)
         })?;
         let clustering = report.measure(format!("textons of level {at}"), || {
             best_of(at, options, progress, |random| {
@@ -165,7 +169,7 @@ fn sketch_levels(
         panels.each("sketch", progress, |first, planes| {
             for ((coordinates, probes), planes) in sketches.iter_mut().zip(planes) {
                 coordinates.add(planes, first);
-                probes.add(planes);
+                probes.add(planes, progress);
             }
         })
     })?;
@@ -185,9 +189,9 @@ fn cluster_sketch(
     options: &TextonOptions,
     progress: Progress<'_>,
 ) -> Result<Found> {
-    let (texels, exact) = probes.finish();
+    let (texels, exact) = probes.finish(progress)?;
     let fidelity = Fidelity::measure(coordinates.select(Axis(0), &texels).view(), &exact)?;
-    let points = sketch::principal(coordinates);
+    let points = sketch::principal(coordinates, progress)?;
     let mut clustering = best_of(at, options, progress, |random| {
         let (clusters, steps) = (options.textons_at(at), options.max_iterations);
         vector_kmeans::cluster(points.view(), clusters, steps, random, progress)

@@ -5,6 +5,8 @@
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, s};
 use rayon::prelude::*;
 
+use crate::error::Result;
+use crate::progress::Progress;
 use crate::texton::matrix::{Target, multiply};
 
 /// Rows of the matrix that one task updates.
@@ -24,13 +26,16 @@ impl OuterProducts {
         }
     }
 
-    /// Adds rows [count, side].
-    pub fn add(&mut self, rows: ArrayView2<'_, f32>) {
+    /// Adds rows [count, side]. Once interrupted, the matrix is worth nothing.
+    pub fn add(&mut self, rows: ArrayView2<'_, f32>, progress: Progress<'_>) {
         self.matrix
             .axis_chunks_iter_mut(Axis(0), BLOCK)
             .into_par_iter()
             .enumerate()
             .for_each(|(block, mut target)| {
+                if progress.is_interrupted() {
+                    return;
+                }
                 let (from, to) = (block * BLOCK, block * BLOCK + target.nrows());
                 multiply(
                     rows.slice(s![.., from..to]).reversed_axes(),
@@ -42,9 +47,10 @@ impl OuterProducts {
     }
 
     /// The whole matrix, exactly symmetric.
-    pub fn finish(mut self) -> Array2<f32> {
+    pub fn finish(mut self, progress: Progress<'_>) -> Result<Array2<f32>> {
         let side = self.matrix.nrows();
         for from in (0..side).step_by(BLOCK) {
+            progress.check()?;
             let to = (from + BLOCK).min(side);
             for left in (0..from).step_by(BLOCK) {
                 let tile = self
@@ -57,7 +63,7 @@ impl OuterProducts {
             }
             mirror(self.matrix.slice_mut(s![from..to, from..to]));
         }
-        self.matrix
+        Ok(self.matrix)
     }
 }
 
@@ -77,8 +83,8 @@ mod tests {
     fn the_sum_is_the_product_and_symmetric() {
         let rows = Array2::from_shape_fn((40, 300), |(r, c)| ((r * 13 + c * 7) % 19) as f32 - 9.0);
         let mut sum = OuterProducts::new(300);
-        sum.add(rows.slice(s![..25, ..]));
-        sum.add(rows.slice(s![25.., ..]));
-        assert_eq!(sum.finish(), rows.t().dot(&rows));
+        sum.add(rows.slice(s![..25, ..]), Progress::silent());
+        sum.add(rows.slice(s![25.., ..]), Progress::silent());
+        assert_eq!(sum.finish(Progress::silent()).unwrap(), rows.t().dot(&rows));
     }
 }

@@ -54,13 +54,13 @@ pub fn choose(
     let found = match held {
         ImageVectors::Exact => {
             let mut products = OuterProducts::new(vectors.nrows());
-            products.add(vectors.t());
+            products.add(vectors.t(), progress);
             drop(vectors);
-            let gram = products.finish();
+            let gram = products.finish(progress)?;
             gram_kmeans::cluster(gram.view(), count, MAX_ITERATIONS, random, progress)?
         }
         ImageVectors::Folded => {
-            let vectors = principal(vectors);
+            let vectors = principal(vectors, progress)?;
             vector_kmeans::cluster(vectors.view(), count, MAX_ITERATIONS, random, progress)?
         }
     };

@@ -13,6 +13,7 @@ use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 
 use crate::error::Result;
 use crate::grid::TexelGrid;
+use crate::progress::Progress;
 use crate::texton::dot_products::dot_products;
 use crate::texton::matrix::{Target, as_rows, multiply_on_all_threads};
 use crate::texton::outer_products::OuterProducts;
@@ -118,33 +119,34 @@ impl Probes {
     }
 
     /// Adds planes, one after another.
-    pub fn add(&mut self, planes: &[f32]) {
+    pub fn add(&mut self, planes: &[f32], progress: Progress<'_>) {
         let responses = self.sub_grid.responses(planes);
         let points = self.sub_grid.points().len();
         for response in responses.outer_iter() {
             if let Some(numbers) = response.to_slice() {
                 let filters = numbers.len() / points;
-                self.products
-                    .add(as_rows(numbers, points, filters).reversed_axes());
+                let columns = as_rows(numbers, points, filters).reversed_axes();
+                self.products.add(columns, progress);
             }
         }
     }
 
     /// The probe texels and their dot products.
-    pub fn finish(self) -> (Vec<usize>, Array2<f32>) {
-        (self.sub_grid.points(), self.products.finish())
+    pub fn finish(self, progress: Progress<'_>) -> Result<(Vec<usize>, Array2<f32>)> {
+        Ok((self.sub_grid.points(), self.products.finish(progress)?))
     }
 }
 
 /// Turns coordinates so that their variance falls from component to component, and takes off
 /// their mean.
-pub fn principal(mut coordinates: Array2<f32>) -> Array2<f32> {
+pub fn principal(mut coordinates: Array2<f32>, progress: Progress<'_>) -> Result<Array2<f32>> {
     if let Some(mean) = coordinates.mapv(f64::from).mean_axis(Axis(0)) {
         coordinates -= &mean.mapv(|v| v as f32);
     }
     let mut covariance = OuterProducts::new(coordinates.ncols());
-    covariance.add(coordinates.view());
-    let (_, vectors) = eigen(covariance.finish().mapv(f64::from));
+    covariance.add(coordinates.view(), progress);
+    let (_, vectors) = eigen(covariance.finish(progress)?.mapv(f64::from));
+    progress.check()?;
     let vectors = vectors.mapv(|v| v as f32);
     let mut turned = Array2::zeros(coordinates.raw_dim());
     multiply_on_all_threads(
@@ -153,7 +155,7 @@ pub fn principal(mut coordinates: Array2<f32>) -> Array2<f32> {
         turned.view_mut(),
         Target::Replace,
     );
-    turned
+    Ok(turned)
 }
 
 /// How faithful coordinates are, measured on some texels against their exact dot products.
@@ -241,7 +243,8 @@ mod tests {
                 (fidelity.explained_variance - 1.0).abs() < 1e-4,
                 "{fidelity:?}"
             );
-            let turned = Fidelity::measure(principal(coordinates).view(), &exact).unwrap();
+            let turned = principal(coordinates, Progress::silent()).unwrap();
+            let turned = Fidelity::measure(turned.view(), &exact).unwrap();
             assert!(turned.distortion.abs() < 1e-3, "{turned:?}");
         }
     }
@@ -257,8 +260,8 @@ mod tests {
         let plane = |p: usize| (0..150).map(move |i| ((i * i * 7 + p * 17) % 29) as f32 / 29.0);
         let planes: Vec<Vec<f32>> = (0..2).map(|p| plane(p).collect()).collect();
         let mut probes = Probes::new(grid, &bank);
-        probes.add(&planes.concat());
-        let (texels, products) = probes.finish();
+        probes.add(&planes.concat(), Progress::silent());
+        let (texels, products) = probes.finish(Progress::silent()).unwrap();
         assert_eq!(texels.len(), 24 * 5);
         let vectors = oracle::appearance_vectors(grid, &bank, &planes).select(Axis(0), &texels);
         for (a, b) in products.iter().zip(&vectors.dot(&vectors.t())) {

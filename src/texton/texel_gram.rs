@@ -45,7 +45,8 @@ pub fn texel_gram(
         .zip(odd.axis_chunks_iter_mut(Axis(0), width))
         .enumerate()
         .try_for_each(|(wave_y, (mut even, mut odd))| {
-            let [with_even, with_odd] = pairs.transform_rows(basis, wave_y, even.view());
+            let [with_even, with_odd] =
+                pairs.transform_rows(basis, wave_y, even.view(), progress)?;
             even.assign(&with_even);
             odd.assign(&with_odd);
             progress.advance(1)
@@ -82,9 +83,11 @@ impl ParityPairs {
         basis: &PlaneBasis,
         wave_y: usize,
         rows: ArrayView2<'_, f32>,
-    ) -> [Array2<f32>; 2] {
+        progress: Progress<'_>,
+    ) -> Result<[Array2<f32>; 2]> {
         let mut sums = PARITIES.map(|_| Array2::zeros(rows.raw_dim()));
         for (p, [py, px]) in PLANE_PARITIES.into_iter().enumerate() {
+            progress.check()?;
             let columns = self.transform_columns(basis, wave_y, p, rows);
             multiply(
                 basis.x.synthesis(px),
@@ -93,7 +96,7 @@ impl ParityPairs {
                 Target::Add,
             );
         }
-        sums
+        Ok(sums)
     }
 
     /// Σ_q (Ĉ ∘ Σ_f d_p d_qᵀ) S_qᵀ for the rows of one ky.
@@ -212,10 +215,13 @@ mod tests {
                 let basis = PlaneBasis::new(grid);
                 let mut covariance = OuterProducts::new(grid.len());
                 let coefficients = basis.coefficients(&planes.concat());
-                covariance.add(as_rows(&coefficients, planes.len(), grid.len()));
+                covariance.add(
+                    as_rows(&coefficients, planes.len(), grid.len()),
+                    Progress::silent(),
+                );
                 let transfer = basis.transfer(&bank);
-                let gram =
-                    texel_gram(covariance.finish(), &basis, &transfer, Progress::silent()).unwrap();
+                let covariance = covariance.finish(Progress::silent()).unwrap();
+                let gram = texel_gram(covariance, &basis, &transfer, Progress::silent()).unwrap();
                 let scale = exact.diag().iter().fold(0.0_f64, |a, &b| a.max(b));
                 for (a, b) in gram.iter().zip(&exact) {
                     assert!((f64::from(*a) - b).abs() < 1e-6 * scale, "{a} against {b}");

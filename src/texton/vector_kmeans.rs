@@ -67,8 +67,14 @@ fn seeds(
     let chosen: Vec<usize> = (0..wanted).map(|i| i * points.nrows() / wanted).collect();
     let sample = points.select(Axis(0), &chosen);
     let mut products = OuterProducts::new(sample.nrows());
-    products.add(sample.t());
-    let found = gram_kmeans::cluster(products.finish().view(), clusters, 0, random, progress)?;
+    products.add(sample.t(), progress);
+    let found = gram_kmeans::cluster(
+        products.finish(progress)?.view(),
+        clusters,
+        0,
+        random,
+        progress,
+    )?;
     let start = sample.select(Axis(0), &as_indices(&found.nearest));
     refined(&sample, start, random)
 }

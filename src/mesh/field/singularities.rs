@@ -69,6 +69,7 @@ fn wrap(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Progress;
     use crate::mesh::field::{Wishes, orientation_field};
     use crate::mesh::shapes;
     use crate::mesh::topology::Topology;

@@ -117,7 +117,7 @@ mod tests {
     fn every_preset_is_sound_tileable_and_has_relief() {
         for &preset in Preset::value_variants() {
             for size in [16, 61, 96] {
-                let material = preset.material(size, 5).unwrap();
+                let material = preset.material(size, 5, &Progress::silent()).unwrap();
                 material.check().unwrap();
                 let (low, high) = material
                     .heights
