@@ -160,9 +160,9 @@ pub fn centroid(mesh: &TriangleMesh, triangle: usize) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::Progress;
     use crate::mesh::field::{Wishes, orientation_field, singularities::singularities};
     use crate::mesh::topology::Topology;
+    use crate::progress::Progress;
 
     #[test]
     fn the_field_picture_has_an_arrow_a_vertex_and_a_ball_a_singularity() {

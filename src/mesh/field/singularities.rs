@@ -69,10 +69,10 @@ fn wrap(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::Progress;
     use crate::mesh::field::{Wishes, orientation_field};
     use crate::mesh::shapes;
     use crate::mesh::topology::Topology;
+    use crate::progress::Progress;
     use crate::random;
     use rand::Rng;
 
