@@ -62,7 +62,7 @@ fn prepared() -> tempfile::TempDir {
     )
     .unwrap();
     for map in ["normal", "height"] {
-        let text = format!("{map} = \"x_{map}.png\"\ndiffuse = [0.5, 0.5, 0.5]\n");
+        let text = format!("{map} = \"x_{map}.png\"\n");
         fs::write(at.join(format!("{map}.toml")), text).unwrap();
     }
     fs::write(
