@@ -332,7 +332,7 @@ pub fn user_mesh() -> UserMesh {
         text += &format!("f {first} {} {} {}\n", first + 1, first + 5, first + 4);
     }
     let file = parse(text.as_bytes(), Path::new("a.obj")).unwrap();
-    clean(file, &CleaningOptions::default()).unwrap()
+    clean(file, &CleaningOptions::default(), Progress::silent()).unwrap()
 }
 
 const CORNERS: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];

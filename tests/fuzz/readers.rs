@@ -114,7 +114,8 @@ fn image_readers() -> Vec<Reader> {
 }
 
 fn mesh_readers() -> Vec<Reader> {
-    let mesh = |name, content, file, files| reader(name, content, file, files, reading::read);
+    let read = |path: &Path| reading::read(path, Progress::silent());
+    let mesh = |name, content, file, files| reader(name, content, file, files, read);
     let (text, obj) = (Content::Text, corpus::OBJ);
     vec![
         mesh("ply", text, "a.ply", corpus::plys()),
