@@ -43,8 +43,8 @@ fn planes() -> Vec<f32> {
 
 fn covariance(planes: &[f32]) -> Array2<f32> {
     let mut sum = OuterProducts::new(TEXELS);
-    sum.add(as_rows(planes, PLANES, TEXELS));
-    sum.finish()
+    sum.add(as_rows(planes, PLANES, TEXELS), Progress::silent());
+    sum.finish(Progress::silent()).unwrap()
 }
 
 #[divan::bench(sample_count = 5)]
