@@ -232,10 +232,9 @@ fn outputs_changed_beyond_recognition_are_made_again() {
     }
     succeed(scene.path(), &["run", "scene.toml"]);
     for (file, bytes) in spoilt.iter().zip(whole) {
-        assert!(
-            fs::read(scene.path().join(file)).unwrap() == bytes,
-            "{file}"
-        );
+        let found = fs::read(scene.path().join(file)).unwrap();
+        let (now, before) = (found.len(), bytes.len());
+        assert!(found == bytes, "{file}: {now} bytes, {before} before");
     }
     // What a user put into the sample's folder keeps the folder from being replaced.
     fs::write(scene.path().join("out/small.sample/notes.txt"), "mine").unwrap();

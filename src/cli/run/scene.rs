@@ -3,7 +3,7 @@
 //! A section is a stage and a key one of its options, so that a scene says just what the command
 //! line would; the files between the stages are named after the scene.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use toml::Value;
 
@@ -57,7 +57,7 @@ impl Draft {
     /// The command line, without the program and without the options in `left_out`.
     pub fn words(&self, left_out: &[String]) -> Vec<String> {
         let mut words = vec![self.command.to_owned()];
-        words.extend(self.inputs.iter().map(path_word));
+        words.extend(self.inputs.iter().map(|path| path_word(path)));
         words.extend(["-o".into(), path_word(&self.output)]);
         for key in self.options().filter(|key| !left_out.contains(&key.name)) {
             push_option(&mut words, &key.name, &key.value);
@@ -79,7 +79,7 @@ impl Draft {
 }
 
 /// A path as a word of a command line: one that begins with `-` is no option.
-fn path_word(path: &PathBuf) -> String {
+fn path_word(path: &Path) -> String {
     let text = path.to_string_lossy();
     match text.starts_with('-') {
         true => format!("./{text}"),
@@ -351,7 +351,6 @@ fn named_inputs(section: &Section, key: &str, faults: &mut Faults) -> Vec<PathBu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
 
     const SCENE: &str = "name = \"a\"\noutput = \"out\"\n[bake]\npreset = \"weave\"\nsize = 64\n\
         [textons]\ntextons = 20\nluminance = true\n[mesh]\ninput = \"b.obj\"\n\

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Map;
 
 use crate::error::{Error, Result};
+use crate::format::atomic::leftovers;
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::format::seal::{ENGINE, Seal};
@@ -162,6 +163,7 @@ pub fn write(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> 
 fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
+        leftovers::remove(folder, &[]);
     }
     let patches: Vec<LevelPatches<'_>> = surface
         .hierarchy
