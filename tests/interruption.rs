@@ -143,7 +143,7 @@ fn hints_name_what_the_command_keeps() {
     ]);
     let synth = "synth a.space.npz a.knn.npz --grid 2048x2048 --search full -o b.map.ply";
     let render = "render a.sample a.map.ply --size 8000x8000 --samples 16 --shading pixel -o b";
-    let knn = "textons a.sample --images all --restarts 100000 --textons 300 -o b.textons.npz";
+    let knn = "textons a.sample --images all --restarts 10000 --textons 300 -o b.textons.npz";
     for (words, lock, hint) in [
         (synth, ".b.map.ply.lock", "--resume"),
         (render, ".b.lock", "--skip-existing"),

@@ -83,7 +83,7 @@ fn impossible_tables_are_refused() {
     for (options, says) in [
         ("--neighborhood 6", "odd"),
         ("--coarse-neighborhood 2", "odd"),
-        ("--k 0", "at least 1"),
+        ("--k 0", "1 to 4096"),
         ("--k 17", "level 1"),
         ("--candidates 0", "at least 1"),
     ] {

@@ -534,6 +534,10 @@ mod tests {
             light: vec!["point:0,0,0".parse().unwrap()],
             ..RenderOptions::default()
         };
-        assert!(refused(inside).contains("frame 1, point light"));
+        let error = refused(inside);
+        assert!(
+            error.starts_with("--light") && error.contains("point light"),
+            "{error}"
+        );
     }
 }

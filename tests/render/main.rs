@@ -860,10 +860,10 @@ fn impossible_requests_are_refused_with_reasons() {
         (&["--frames", "12", "--pattern", "f#"], 2, "at least 2 #"),
         (&["--fov", "0"], 2, "--fov"),
         (&["--light", "lamp:1"], 2, "sun:AZIMUTH"),
-        (&["--light", "point:0,1,0"], 1, "on the surface"),
+        (&["--light", "point:0,1,0"], 2, "on the surface"),
         (
             &["--camera-position", "0,0,0", "--camera-target", "0,0,0"],
-            1,
+            2,
             "camera target",
         ),
         (&["--irradiance=-1"], 2, "--irradiance"),
