@@ -14,6 +14,9 @@ use crate::mesh::surface_tree::SurfacePoint;
 use crate::progress::{Event, Progress};
 use crate::random;
 
+/// A member of the archive: its name and its numbers as bytes.
+type NamedBytes = (String, Vec<u8>);
+
 /// A cached surface of two levels.
 struct Cached {
     folder: TempDir,
@@ -86,7 +89,7 @@ impl Cached {
         assert!(self.notes().is_empty(), "{what}: not made again");
     }
 
-    fn parts(&self) -> (Map<String, Value>, Vec<(String, Vec<u8>)>) {
+    fn parts(&self) -> (Map<String, Value>, Vec<NamedBytes>) {
         let mut reader = npz::Reader::open(&self.file()).unwrap();
         let mut meta: Map<String, Value> = reader.meta().unwrap();
         meta.remove("id");
