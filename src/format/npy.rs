@@ -56,7 +56,7 @@ impl Header {
 /// Reads the header at the start of `bytes`, the beginning of a file of `file_length` bytes, and
 /// checks that the file holds just the numbers it promises.
 pub fn parse_header(bytes: &[u8], file_length: u64) -> Result<Header> {
-    check_header_length(bytes)?;
+    check_brackets(header_text(bytes)?)?;
     let mut rest = bytes;
     let header = NpyHeader::from_reader(&mut rest).map_err(|error| {
         Error::data("npy header", error.to_string()).expected("a file written by numpy.save")
@@ -97,27 +97,50 @@ pub fn parse_header(bytes: &[u8], file_length: u64) -> Result<Header> {
     }
 }
 
-/// Refuses a header whose own length goes beyond the bytes at hand, before it is allocated.
-fn check_header_length(bytes: &[u8]) -> Result<()> {
-    let length = match bytes {
-        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, ..] => {
-            10 + u64::from(u16::from_le_bytes([*a, *b]))
+/// The description in a header. One whose length goes beyond the bytes at hand is refused before it is
+/// allocated.
+fn header_text(bytes: &[u8]) -> Result<&[u8]> {
+    let (rest, length) = match bytes {
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, rest @ ..] => {
+            (rest, u32::from(u16::from_le_bytes([*a, *b])))
         }
-        [0x93, b'N', b'U', b'M', b'P', b'Y', 2 | 3, _, a, b, c, d, ..] => {
-            12 + u64::from(u32::from_le_bytes([*a, *b, *c, *d]))
-        }
+        [
+            0x93,
+            b'N',
+            b'U',
+            b'M',
+            b'P',
+            b'Y',
+            2 | 3,
+            _,
+            a,
+            b,
+            c,
+            d,
+            rest @ ..,
+        ] => (rest, u32::from_le_bytes([*a, *b, *c, *d])),
         _ => {
             return Err(Error::data("npy header", "no `\\x93NUMPY` at the start")
                 .expected("a file written by numpy.save"));
         }
     };
-    if length > bytes.len() as u64 {
-        return Err(
-            Error::data("npy header", format!("it claims {length} bytes"))
-                .expected(format!("at most {}", bytes.len())),
-        );
+    rest.get(..length as usize).ok_or_else(|| {
+        Error::data("npy header", format!("it claims {length} bytes"))
+            .expected(format!("at most {}", rest.len()))
+    })
+}
+
+/// Refuses brackets within brackets: the parser of headers takes twice the time for each pair. An array of
+/// plain numbers has those of the description and those of the shape.
+fn check_brackets(text: &[u8]) -> Result<()> {
+    let opening = text.iter().filter(|byte| b"([{".contains(byte)).count();
+    match opening {
+        0..=2 => Ok(()),
+        _ => Err(
+            Error::data("npy header", format!("{opening} opening brackets"))
+                .expected("at most 2: one plain number type, and one shape"),
+        ),
     }
-    Ok(())
 }
 
 /// The array in `bytes`, a whole `.npy` file.
@@ -282,6 +305,16 @@ mod tests {
                 .to_string()
                 .contains("claims")
         );
+    }
+
+    /// Thirty of them took the parser half a minute.
+    #[test]
+    fn nested_brackets_are_refused_at_once() {
+        let mut bytes = bytes_of(&Array2::zeros((2, 2)));
+        let shape = bytes.iter().position(|&byte| byte == b'(').unwrap();
+        bytes[shape..shape + 40].fill(b'[');
+        let refused = decode::<f32>(&bytes).unwrap_err().to_string();
+        assert!(refused.contains("41 opening brackets"), "{refused}");
     }
 
     #[test]
