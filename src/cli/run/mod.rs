@@ -189,7 +189,7 @@ impl Chain<'_> {
 
     /// The command of a stage as a line for a shell.
     fn command_line(&self, stage: &Stage) -> String {
-        let words: Vec<_> = stage.words.iter().map(|word| quoted(word)).collect();
+        let words: Vec<_> = stage.words.iter().map(|word| quoted_word(word)).collect();
         format!("mesotex {} --seed {}", words.join(" "), self.session.seed())
     }
 
@@ -206,7 +206,16 @@ impl Chain<'_> {
     }
 }
 
-/// A word as a shell takes it whole.
+/// A word of a command line as a shell takes it whole; of an option, the value.
+fn quoted_word(word: &str) -> String {
+    match word.split_once('=') {
+        // The names of options are letters and dashes: others are refused before.
+        Some((name, value)) if name.starts_with("--") => format!("{name}={}", quoted(value)),
+        _ => quoted(word),
+    }
+}
+
+/// A text as a shell takes it whole.
 fn quoted(word: &str) -> String {
     shlex::try_quote(word).map_or_else(|_| word.to_owned(), |word| word.into_owned())
 }
