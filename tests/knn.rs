@@ -85,7 +85,7 @@ fn impossible_tables_are_refused() {
         ("--coarse-neighborhood 2", "odd"),
         ("--k 0", "1 to 4096"),
         ("--k 17", "level 1"),
-        ("--candidates 0", "at least 1"),
+        ("--candidates 0", "1 to 1048576"),
     ] {
         let output = run(
             folder.path(),

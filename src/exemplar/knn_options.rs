@@ -87,7 +87,7 @@ impl KnnOptions {
                 self.candidates,
                 1,
                 MOST_CANDIDATES,
-                "each texel's are sorted",
+                "those of each texel are sorted",
             ),
             (
                 "min-separation",
