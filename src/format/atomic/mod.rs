@@ -55,7 +55,7 @@ fn file_target(path: &Path) -> Result<PathBuf> {
 /// A temporary file in the target's folder, readable as any new file of the user.
 ///
 /// It is locked while this process fills it, so that no other run takes it for a leftover.
-pub fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
+fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
     let prefix = hidden_name(path, ".");
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(PARTIAL);
