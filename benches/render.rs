@@ -101,6 +101,7 @@ fn torus(sample: &Sample) -> SurfaceTextonMap {
         }
     }
     SurfaceTextonMap {
+        origin: glam::DVec3::ZERO,
         textons: vec![TextonLabel(1); mesh.positions.len()],
         mesh,
         normals,
@@ -158,7 +159,8 @@ fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
         camera_elevation: 30.0,
         ..RenderOptions::default()
     };
-    plan(&options, &Bounds::of(&material().map.mesh).unwrap()).unwrap()
+    let bounds = Bounds::of(&material().map.mesh).unwrap();
+    plan(&options, &bounds, glam::DVec3::ZERO).unwrap()
 }
 
 /// Colour alone.

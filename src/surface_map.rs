@@ -14,6 +14,7 @@ use crate::format::ply::{self, Column, PlyFile};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
 use crate::mesh::frame::Frame;
+use crate::mesh::origin::{FARTHEST, origin_comment, parse_origin};
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// A decorated mesh; all per-vertex lists are in the mesh's vertex order.
@@ -33,6 +34,8 @@ pub struct SurfaceTextonMap {
     pub exemplar: [u32; 2],
     /// Mesh units a texel of the finest level covers.
     pub texel: f64,
+    /// What the positions count from, in the coordinates of the mesh's file; zero for a mesh near zero.
+    pub origin: DVec3,
     /// The seed it was synthesized with.
     pub seed: u64,
     /// The id of the sample.
@@ -92,14 +95,16 @@ impl SurfaceTextonMap {
 
     fn comments(&self) -> Vec<String> {
         let [width, height] = self.exemplar;
-        vec![
+        let mut comments = vec![
             MESH_MARK.into(),
             format!("exemplar {width} {height}"),
             format!("texel {}", self.texel),
             format!("seed {}", self.seed),
-            format!("sample {}", self.sample),
-            format!("space {}", self.space),
-        ]
+        ];
+        comments.extend(origin_comment(self.origin));
+        comments.push(format!("sample {}", self.sample));
+        comments.push(format!("space {}", self.space));
+        comments
     }
 
     /// Reads a map and checks every number a later stage relies on.
@@ -140,6 +145,7 @@ impl SurfaceTextonMap {
                 .collect(),
             exemplar: header.exemplar,
             texel: header.texel,
+            origin: header.origin,
             seed: header.seed,
             sample: header.sample,
             space: header.space,
@@ -149,13 +155,11 @@ impl SurfaceTextonMap {
 
 /// The longest side of a sample, in texels: texels are counted in 32 bits.
 const LONGEST: u32 = 65535;
-/// The largest coordinate of a vertex, as meshes have it: squares of distances stay finite.
-const FARTHEST: f64 = 1e15;
-
 /// The comment lines of a map.
 struct MapHeader {
     exemplar: [u32; 2],
     texel: f64,
+    origin: DVec3,
     seed: u64,
     sample: ContentId,
     space: ContentId,
@@ -163,14 +167,15 @@ struct MapHeader {
 
 impl MapHeader {
     fn parse(comments: &[String]) -> Result<Self> {
+        let optional = |key: &str| {
+            let mut lines = comments.iter();
+            lines.find_map(|line| line.strip_prefix(key)?.strip_prefix(' '))
+        };
         let word = |key: &str| -> Result<&str> {
-            comments
-                .iter()
-                .find_map(|line| line.strip_prefix(key)?.strip_prefix(' '))
-                .ok_or_else(|| {
-                    Error::data("header", format!("no line `comment {key} …`"))
-                        .expected("a surface texton map made by `mesotex synth`")
-                })
+            optional(key).ok_or_else(|| {
+                Error::data("header", format!("no line `comment {key} …`"))
+                    .expected("a surface texton map made by `mesotex synth`")
+            })
         };
         let version = word("mesotex")?;
         if version != "1" {
@@ -204,6 +209,10 @@ impl MapHeader {
         Ok(Self {
             exemplar,
             texel,
+            origin: match optional("origin") {
+                Some(text) => DVec3::from_array(parse_origin(text)?),
+                None => DVec3::ZERO,
+            },
             seed: parse_comment("seed", word("seed")?, "a whole number")?,
             sample: id("sample")?,
             space: id("space")?,
@@ -283,6 +292,7 @@ mod tests {
             textons: vec![TextonLabel(1), TextonLabel(2), TextonLabel::NONE],
             exemplar: [8, 4],
             texel: 0.25,
+            origin: DVec3::new(4_485_513.7, -0.1, 0.0),
             seed: 7,
             sample: id.clone(),
             space: id,
@@ -297,12 +307,13 @@ mod tests {
         map.write(&path).unwrap();
         assert_eq!(SurfaceTextonMap::read(&path).unwrap(), map);
         let bytes = std::fs::read(&path).unwrap();
-        let header = String::from_utf8_lossy(&bytes[..200]).into_owned();
+        let header = String::from_utf8_lossy(&bytes[..300]).into_owned();
         for line in [
             "comment mesotex 1\n",
             "comment exemplar 8 4\n",
             "comment texel 0.25\n",
             "comment seed 7\n",
+            "comment origin 4485513.7 -0.1 0\n",
         ] {
             assert!(header.contains(line), "{header}");
         }
@@ -324,5 +335,6 @@ mod tests {
         assert!(refused(&|m| m.normals[0] = Vec3::ZERO).contains("unit vector"));
         assert!(refused(&|m| m.exemplar = [0, 4]).contains("comment exemplar"));
         assert!(refused(&|m| m.texel = -1.0).contains("comment texel"));
+        assert!(refused(&|m| m.origin.y = f64::NAN).contains("comment origin"));
     }
 }

@@ -16,6 +16,7 @@ use crate::format::id::ContentId;
 use crate::format::image;
 use crate::format::ours::{Format, MESH_MARK, check_replaceable};
 use crate::format::ply::{self, Column};
+use crate::mesh::origin::origin_comment;
 use crate::progress::Progress;
 use crate::render::memory;
 use crate::render::options::RenderOptions;
@@ -182,7 +183,8 @@ impl Arguments {
             .zip(&columns)
             .map(|(name, numbers)| (name, Column::Float(numbers)))
             .collect();
-        let comments = [MESH_MARK.into(), "colors are linear Rec. 709".into()];
+        let mut comments = vec![MESH_MARK.into(), "colors are linear Rec. 709".into()];
+        comments.extend(origin_comment(map.origin));
         ply::write(file, &comments, &columns, &map.mesh.triangles)
     }
 

@@ -218,6 +218,7 @@ fn surface_map(
         coords,
         exemplar: [grid.width, grid.height],
         texel: target.texel(),
+        origin: target.origin(),
         seed,
         sample: space.sample.clone(),
         space: space.id.clone(),

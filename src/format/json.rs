@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use crate::error::{Error, Result};
 use crate::format::atomic;
 use crate::format::guard::guarded;
+use crate::format::text;
 
 /// The largest description read, in bytes; a real one is a few kilobytes.
 const LIMIT: u64 = 64 << 20;
@@ -28,7 +29,7 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
 
 /// Parses JSON bytes; a fault names line and column.
 pub fn parse<T: DeserializeOwned>(text: &[u8]) -> Result<T> {
-    serde_json::from_slice(text).map_err(|error| {
+    serde_json::from_str(&text::decode(text)).map_err(|error| {
         Error::data(
             format!("line {} column {}", error.line(), error.column()),
             error.to_string(),

@@ -1,106 +1,101 @@
 //! OFF, the Object File Format of Geomview, in text: positions and polygons.
 //!
-//! Normals, colours and texture coordinates that stand between (NOFF, COFF, STOFF) are passed over;
-//! binary, 4D and n-dimensional files are refused.
+//! Normals, colours and texture coordinates that stand between (NOFF, COFF, STOFF, in any order and case)
+//! are passed over. Values may wrap over lines. Binary and n-dimensional files are refused.
+
+mod header;
+mod values;
 
 use crate::error::{Error, Result};
+use crate::format::off::header::Header;
+use crate::format::off::values::Values;
 use crate::format::polygon_mesh::PolygonMesh;
+use crate::format::text;
 
-/// The lines of a file without comments and empty ones, each with its number.
-struct Lines<'a> {
-    rest: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
-}
-
-impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Self {
-        let content = |(number, line): (usize, &'a str)| {
-            (number + 1, line.split('#').next().unwrap_or("").trim())
-        };
-        let rest = text
-            .lines()
-            .enumerate()
-            .map(content)
-            .filter(|(_, line)| !line.is_empty());
-        Self {
-            rest: Box::new(rest),
-        }
-    }
-
-    fn next(&mut self, expected: impl FnOnce() -> String) -> Result<(usize, &'a str)> {
-        self.rest
-            .next()
-            .ok_or_else(|| Error::data("end of file", "the file is cut off").expected(expected()))
-    }
+/// How the numbers of vertices are told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Layout {
+    /// A vertex per line, whatever follows its position there.
+    Lines,
+    /// So many numbers per vertex, wherever lines end.
+    Numbers(usize),
 }
 
 /// Parses an OFF file's bytes.
 pub fn parse(bytes: &[u8]) -> Result<PolygonMesh> {
-    let text = String::from_utf8_lossy(bytes);
-    let mut lines = Lines::new(&text);
-    let (vertices, faces) = header(&mut lines)?;
+    let text = text::decode(bytes);
+    let (header, values) = Header::read(Values::new(&text))?;
+    let by_line = body(&header, values.clone(), Layout::Lines);
+    let Err(fault) = by_line else { return by_line };
+    let mut layouts = header.numbers_per_vertex().into_iter();
+    layouts
+        .find_map(|count| body(&header, values.clone(), Layout::Numbers(count)).ok())
+        .ok_or(fault)
+}
+
+fn body(header: &Header, mut values: Values<'_>, layout: Layout) -> Result<PolygonMesh> {
     let mut mesh = PolygonMesh::default();
-    for vertex in 0..vertices {
-        let (line, content) = lines.next(|| format!("vertex {vertex} of {vertices}"))?;
-        let mut words = content.split_ascii_whitespace();
-        let mut position = [0.0; 3];
-        for value in &mut position {
-            *value = number(words.next(), line)?;
-        }
-        mesh.positions.push(position);
+    if !header.has_keyword {
+        mesh.unused
+            .push("no OFF keyword: taken as plain OFF".into());
+    }
+    match layout {
+        Layout::Lines => values.end_line(),
+        // The count of edges.
+        Layout::Numbers(_) => drop(values.number::<usize>(true)?),
+    }
+    let count = header.vertices;
+    for vertex in 0..count {
+        values.check_left(|| format!("vertex {vertex} of {count}"))?;
+        mesh.positions.push(position(header, &mut values, layout)?);
     }
     let mut small_faces = 0;
-    for face in 0..faces {
-        let (line, content) = lines.next(|| format!("face {face} of {faces}"))?;
-        small_faces += usize::from(!take_face(&mut mesh, content, line)?);
+    for face in 0..header.faces {
+        values.check_left(|| format!("face {face} of {}", header.faces))?;
+        small_faces += usize::from(!take_face(&mut mesh, &mut values, layout)?);
     }
-    if small_faces > 0 {
-        mesh.notes.push(format!(
-            "{small_faces} faces of fewer than 3 corners left out"
-        ));
+    if layout != Layout::Lines {
+        values.check_end()?;
     }
+    mesh.note_small_faces(small_faces);
     Ok(mesh)
 }
 
-/// The counts of vertices and faces; they may follow the keyword on its line, even without space.
-fn header(lines: &mut Lines<'_>) -> Result<(usize, usize)> {
-    let (line, first) = lines.next(|| "an OFF file".into())?;
-    let refuse = |found: &str| {
-        Err(Error::data(format!("line {line}"), format!("`{found}`"))
-            .expected("a text file that begins with OFF (or NOFF, COFF, STOFF)"))
-    };
-    let Some((kind, rest)) = first.split_once("OFF") else {
-        return refuse(first);
-    };
-    if !matches!(kind, "" | "N" | "C" | "CN" | "ST" | "STN" | "STC" | "STCN")
-        || rest.trim_start().starts_with("BINARY")
-    {
-        return refuse(first);
+fn position(header: &Header, values: &mut Values<'_>, layout: Layout) -> Result<[f64; 3]> {
+    let wraps = layout != Layout::Lines;
+    let mut position = [0.0; 3];
+    for value in &mut position {
+        *value = values.number(wraps)?;
     }
-    let counts = if rest.trim().is_empty() {
-        lines.next(|| "the counts of vertices and faces".into())?
-    } else {
-        (line, rest)
-    };
-    let mut words = counts.1.split_ascii_whitespace();
-    let vertices = number(words.next(), counts.0)?;
-    let faces = number(words.next(), counts.0)?;
-    Ok((vertices, faces))
+    if header.is_homogeneous {
+        let weight: f64 = values.number(wraps)?;
+        position = position.map(|value| value / weight);
+    }
+    match layout {
+        Layout::Lines => values.end_line(),
+        Layout::Numbers(count) => {
+            for _ in header.position_numbers()..count {
+                values.number::<f64>(true)?;
+            }
+        }
+    }
+    Ok(position)
 }
 
-fn take_face(mesh: &mut PolygonMesh, content: &str, line: usize) -> Result<bool> {
-    let mut words = content.split_ascii_whitespace();
-    let size: usize = number(words.next(), line)?;
+/// Takes a face, whose line its colour ends; says whether it has corners enough.
+fn take_face(mesh: &mut PolygonMesh, values: &mut Values<'_>, layout: Layout) -> Result<bool> {
+    let wraps = layout != Layout::Lines;
+    let size: usize = values.number(wraps)?;
     let begin = mesh.faces.corners.len();
     for _ in 0..size {
-        let index: u32 = number(words.next(), line)?;
+        let index: u32 = values.number(wraps)?;
         if index as usize >= mesh.positions.len() {
-            return Err(
-                Error::data(format!("line {line}"), format!("vertex index {index}"))
-                    .expected(format!("below {} vertices", mesh.positions.len())),
-            );
+            return Err(Error::data(values.place(), format!("vertex index {index}"))
+                .expected(format!("below {} vertices", mesh.positions.len())));
         }
         mesh.faces.corners.push(index);
     }
+    values.end_line();
     if size < 3 {
         mesh.faces.corners.truncate(begin);
         return Ok(false);
@@ -109,18 +104,11 @@ fn take_face(mesh: &mut PolygonMesh, content: &str, line: usize) -> Result<bool>
     Ok(true)
 }
 
-fn number<T: std::str::FromStr>(word: Option<&str>, line: usize) -> Result<T> {
-    let place = format!("line {line}");
-    let Some(word) = word else {
-        return Err(Error::data(place, "the line ends early").expected("a number"));
-    };
-    word.parse()
-        .map_err(|_| Error::data(place, format!("`{word}`")).expected("a number"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const BODY: &str = "\n0 0 0 255\n1 0 0 # x\n\n1 1 0\n0 1 0\n4 0 1 2 3 0.5 0.5\n2 0 1\n";
 
     #[test]
     fn odd_headers_comments_and_colours_are_read() {
@@ -128,14 +116,46 @@ mod tests {
             "OFF\n4 2 0",
             "  OFF4 2 0 # or nah",
             "COFF # colours\n\n4 2 5",
+            "noff 4 2",
+            "NCOFF 4 2 0",
+            "CstNoff\n4 2 0",
+            "\u{feff}nOFF 3 4 2 0",
+            "4 2 0",
         ] {
-            let text =
-                format!("{head}\n0 0 0 255\n1 0 0 # x\n\n1 1 0\n0 1 0\n4 0 1 2 3 0.5 0.5\n2 0 1\n");
-            let mesh = parse(text.as_bytes()).unwrap();
-            assert_eq!(mesh.positions.len(), 4);
-            assert_eq!(mesh.faces.iter().collect::<Vec<_>>(), [[0, 1, 2, 3]]);
-            assert_eq!(mesh.notes.len(), 1);
+            for text in [
+                format!("{head}{BODY}"),
+                format!("{head}{BODY}").replace('\n', "\r"),
+            ] {
+                let mesh = parse(text.as_bytes()).unwrap();
+                assert_eq!(mesh.positions.len(), 4);
+                assert_eq!(mesh.positions[2], [1.0, 1.0, 0.0]);
+                assert_eq!(mesh.faces.iter().collect::<Vec<_>>(), [[0, 1, 2, 3]]);
+                assert_eq!(mesh.notes.len(), 1);
+                assert_eq!(mesh.unused.len(), usize::from(head == "4 2 0"));
+            }
         }
+    }
+
+    #[test]
+    fn values_may_wrap_over_lines() {
+        let plain = parse(b"OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").unwrap();
+        let colour = "0 0 255 255";
+        for text in [
+            "OFF 3 1 0 0 0 0 1 0 0 0 1 0 3 0 1 2".to_owned(),
+            "OFF\n3\n1 0\n0 0\n0 1 0 0\n0 1\n0\n3 0\n1 2 255 0 0\n".to_owned(),
+            "NOFF 3 1 0\n0 0 0\n0 0 1\n1 0 0 0 0 1 0 1 0 0 0 1\n3 0 1\n2\n".to_owned(),
+            format!("COFF 3 1 0\n0 0 0\n{colour} 1 0 0 {colour} 0 1 0 {colour}\n3 0 1 2 9\n"),
+            "COFF 3 1 0\n0 0 0\n9 9 9 1 0 0 9 9 9 0 1 0 9 9 9\n3 0 1 2\n".to_owned(),
+        ] {
+            let mesh = parse(text.as_bytes()).unwrap();
+            assert_eq!(mesh, plain, "{text}");
+        }
+    }
+
+    #[test]
+    fn homogeneous_positions_are_divided() {
+        let mesh = parse(b"4OFF 3 1 0\n0 0 0 1\n2 0 0 2\n0 3 0 3\n3 0 1 2\n").unwrap();
+        assert_eq!(mesh.positions[1..], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     }
 
     #[test]
@@ -143,7 +163,8 @@ mod tests {
         let error = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
         assert!(error("OFF\n2 1 0\n0 0 0\n1 0 0\n3 0 1 2\n").contains("vertex index 2"));
         assert!(error("OFF\n3000000000 1 0\n0 0 0\n").contains("vertex 1 of 3000000000"));
-        assert!(error("4OFF\n1 0 0\n").contains("`4OFF`"));
+        assert!(error("nOFF 4\n1 0 0\n").contains("dimension 4"));
+        assert!(error("XOFF\n1 0 0\n").contains("`XOFF`"));
         assert!(error("OFF BINARY\n").contains("BINARY"));
         assert!(error("OFF\n1 1 0\n0 zero 0\n").contains("line 3"));
         assert!(error("").contains("OFF"));

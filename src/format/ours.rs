@@ -120,6 +120,7 @@ mod tests {
         )
         .unwrap();
         let mesh = ObjMesh {
+            origin: [0.0; 3],
             positions: &triangle,
             normals: &[],
             uvs: None,
@@ -127,6 +128,8 @@ mod tests {
         };
         obj::write(&at("a.obj"), &mesh).unwrap();
         let mesh = GltfMesh {
+            origin: [0.0; 3],
+            uvs: None,
             positions: &triangle,
             normals: &triangle,
             triangles: &[[0, 1, 2]],

@@ -1,26 +1,26 @@
 //! PLY files of vertices and faces: ascii or binary in, binary little-endian out.
 //!
-//! Vertex properties come as named columns of numbers, faces as polygons of vertex indices. List
-//! properties of vertices and elements other than `vertex` and `face` are skipped.
+//! Vertex properties come as named columns of numbers, faces as polygons of vertex indices with the texture
+//! coordinates of their corners. Strips of triangles (`tristrips`) are faces as well. List properties of
+//! vertices and other elements are skipped.
+
+mod preamble;
+mod rows;
+mod writing;
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Write};
-use std::ops::Range;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-use ply_rs_bw::parser::{ParseError, Parser, Reader as PlyReader};
-use ply_rs_bw::ply::{
-    Addable, DefaultElement, ElementDef, Encoding, Header, Property, PropertyAccess,
-    PropertyAccessResult, PropertyDef, PropertyType, ScalarType,
-};
-use ply_rs_bw::writer::Writer;
+use ply_rs_bw::parser::{Parser, Reader as PlyReader};
+use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyType, ScalarType};
+
+pub use crate::format::ply::writing::{Column, write, write_textured};
 
 use crate::error::{Error, Result};
-use crate::format::atomic;
 use crate::format::guard::guarded;
-
-/// Vertices, or faces, that are written at once.
-const WRITTEN: usize = 1024;
+use crate::format::ply::preamble::Preamble;
+use crate::format::ply::rows::{Record, Rows};
 
 /// Polygons of any number of corners, in one flat list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -56,10 +56,14 @@ pub struct PlyFile {
     pub comments: Vec<String>,
     /// Vertices in all.
     pub vertex_count: usize,
-    /// Scalar vertex properties in the file's order: name and one number a vertex.
+    /// Scalar vertex properties in the file's order: name and one number per vertex.
     pub columns: Vec<(String, Vec<f64>)>,
+    /// Whether the positions are stored in single precision.
+    pub single_precision: bool,
     /// The faces; their indices are below [`vertex_count`](Self::vertex_count).
     pub faces: Polygons,
+    /// Texture coordinates of the faces' corners (face property `texcoord`); NaN where there are none.
+    pub corner_uvs: Option<Vec<[f32; 2]>>,
 }
 
 impl PlyFile {
@@ -85,33 +89,44 @@ pub fn read(path: &Path) -> Result<PlyFile> {
 }
 
 /// Parses a PLY file from any source.
-pub fn parse(source: impl BufRead) -> Result<PlyFile> {
+pub fn parse(mut source: impl BufRead) -> Result<PlyFile> {
+    let preamble = Preamble::read(&mut source)?;
     let parser = Parser::<Record>::new();
-    let mut reader = PlyReader::new(source);
-    let header = parser
-        .read_header(&mut reader)
+    let mut header = parser
+        .read_header(&mut PlyReader::new(preamble.text.as_bytes()))
         .map_err(|error| fault("header", &error))?;
-    let mut source = reader.into_inner();
+    if header.encoding == Encoding::Ascii {
+        read_floats_as_doubles(&mut header);
+    }
     let mut ply = PlyFile {
         comments: header.comments.clone(),
         ..PlyFile::default()
     };
     for element in header.elements.values() {
         check_properties(element)?;
-        let mut rows = Rows {
-            parser: &parser,
-            encoding: header.encoding,
-            element,
-            line: String::new(),
-        };
+        let mut rows = Rows::new(&parser, header.encoding, element, preamble.line_end);
         match element.name.as_str() {
             "vertex" => read_vertices(&mut rows, &mut source, &mut ply)?,
             "face" => read_faces(&mut rows, &mut source, &mut ply)?,
+            "tristrips" => read_strips(&mut rows, &mut source, &mut ply)?,
             _ => (0..element.count).try_for_each(|row| rows.next(row, &mut source).map(drop))?,
         }
     }
     check_indices(&ply)?;
+    if let Some(uvs) = &mut ply.corner_uvs {
+        uvs.resize(ply.faces.corners.len(), [f32::NAN; 2]);
+    }
     Ok(ply)
+}
+
+/// Text may have more digits than its header says.
+fn read_floats_as_doubles(header: &mut Header) {
+    let elements = header.elements.iter_mut().map(|(_, element)| element);
+    for (_, property) in elements.flat_map(|element| element.properties.iter_mut()) {
+        if let PropertyType::Scalar(kind @ ScalarType::Float) = &mut property.data_type {
+            *kind = ScalarType::Double;
+        }
+    }
 }
 
 /// Rows without properties are no bytes, so that nothing would end a count beyond all measure.
@@ -128,38 +143,6 @@ fn check_properties(element: &ElementDef) -> Result<()> {
 
 fn fault(place: impl Into<String>, error: &dyn std::fmt::Display) -> Error {
     Error::data(place, error.to_string()).advice("the file is cut off or is no sound PLY")
-}
-
-/// Reads the rows of one element, in either encoding.
-struct Rows<'a> {
-    parser: &'a Parser<Record>,
-    encoding: Encoding,
-    element: &'a ElementDef,
-    line: String,
-}
-
-impl Rows<'_> {
-    fn next(&mut self, row: usize, source: &mut impl BufRead) -> Result<Record> {
-        let record = match self.encoding {
-            Encoding::Ascii => self.next_line(source),
-            Encoding::BinaryLittleEndian => {
-                self.parser.read_little_endian_element(source, self.element)
-            }
-            Encoding::BinaryBigEndian => self.parser.read_big_endian_element(source, self.element),
-        };
-        record.map_err(|error| fault(format!("{} {row}", self.element.name), &error))
-    }
-
-    fn next_line(&mut self, source: &mut impl BufRead) -> std::result::Result<Record, ParseError> {
-        self.line.clear();
-        while self.line.trim().is_empty() {
-            self.line.clear();
-            if source.read_line(&mut self.line)? == 0 {
-                return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
-            }
-        }
-        self.parser.read_ascii_element(&self.line, self.element)
-    }
 }
 
 fn read_vertices(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile) -> Result<()> {
@@ -179,6 +162,9 @@ fn read_vertices(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFi
         .expected(format!("at most {}", Record::MOST_SCALARS)));
     }
     ply.vertex_count = rows.element.count;
+    let x = rows.element.properties.get("x");
+    ply.single_precision =
+        x.is_some_and(|x| x.data_type == PropertyType::Scalar(ScalarType::Float));
     for row in 0..rows.element.count {
         let record = rows.next(row, source)?;
         for ((_, column), &value) in ply.columns.iter_mut().zip(&record.scalars) {
@@ -191,13 +177,39 @@ fn read_vertices(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFi
 fn read_faces(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile) -> Result<()> {
     for row in 0..rows.element.count {
         let record = rows.next(row, source)?;
-        let Some(polygon) = record.indices else {
+        let Some(polygon) = record.indices() else {
             return Err(
                 Error::data(format!("face {row}"), "no usable `vertex_indices`")
                     .expected("a list of vertex indices, none negative"),
             );
         };
         ply.faces.push(&polygon);
+        if let Some(uvs) = record.texture_coordinates(polygon.len()) {
+            let all = ply.corner_uvs.get_or_insert_default();
+            all.resize(ply.faces.corners.len() - polygon.len(), [f32::NAN; 2]);
+            all.extend(uvs);
+        }
+    }
+    Ok(())
+}
+
+/// Strips of triangles: every index makes one with the two before it, and −1 begins anew.
+fn read_strips(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile) -> Result<()> {
+    for row in 0..rows.element.count {
+        let record = rows.next(row, source)?;
+        let Some(strips) = record.strips() else {
+            return Err(
+                Error::data(format!("tristrips {row}"), "no usable `vertex_indices`")
+                    .expected("a list of vertex indices, with -1 between strips"),
+            );
+        };
+        for strip in strips {
+            for (k, corners) in strip.windows(3).enumerate() {
+                let [a, b, c] = [corners[0], corners[1], corners[2]];
+                ply.faces
+                    .push(&if k % 2 == 0 { [a, b, c] } else { [b, a, c] });
+            }
+        }
     }
     Ok(())
 }
@@ -215,188 +227,6 @@ fn check_indices(ply: &PlyFile) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// One row of any element: its scalars in order, and its list of vertex indices.
-#[derive(Debug)]
-struct Record {
-    scalars: [f64; Self::MOST_SCALARS],
-    filled: usize,
-    indices: Option<Vec<u32>>,
-}
-
-impl Record {
-    const MOST_SCALARS: usize = 64;
-
-    fn push(&mut self, value: f64) -> PropertyAccessResult {
-        if let Some(slot) = self.scalars.get_mut(self.filled) {
-            *slot = value;
-            self.filled += 1;
-        }
-        PropertyAccessResult::Set
-    }
-}
-
-impl PropertyAccess for Record {
-    fn new() -> Self {
-        Self {
-            scalars: [0.0; Self::MOST_SCALARS],
-            filled: 0,
-            indices: None,
-        }
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        match property {
-            Property::Char(v) => self.push(v.into()),
-            Property::UChar(v) => self.push(v.into()),
-            Property::Short(v) => self.push(v.into()),
-            Property::UShort(v) => self.push(v.into()),
-            Property::Int(v) => self.push(v.into()),
-            Property::UInt(v) => self.push(v.into()),
-            Property::Float(v) => self.push(v.into()),
-            Property::Double(v) => self.push(v),
-            list if matches!(name, "vertex_indices" | "vertex_index") => {
-                self.indices = list.to_u32_list();
-                PropertyAccessResult::Set
-            }
-            _ => PropertyAccessResult::Ignored,
-        }
-    }
-}
-
-/// The numbers of a vertex property to be written.
-#[derive(Clone, Copy, Debug)]
-pub enum Column<'a> {
-    /// `float`
-    Float(&'a [f32]),
-    /// `ushort`
-    UShort(&'a [u16]),
-    /// `uchar`
-    UChar(&'a [u8]),
-    /// `int`
-    Int(&'a [i32]),
-}
-
-impl Column<'_> {
-    fn len(&self) -> usize {
-        match self {
-            Self::Float(values) => values.len(),
-            Self::UShort(values) => values.len(),
-            Self::UChar(values) => values.len(),
-            Self::Int(values) => values.len(),
-        }
-    }
-
-    fn scalar_type(&self) -> ScalarType {
-        match self {
-            Self::Float(_) => ScalarType::Float,
-            Self::UShort(_) => ScalarType::UShort,
-            Self::UChar(_) => ScalarType::UChar,
-            Self::Int(_) => ScalarType::Int,
-        }
-    }
-
-    /// Puts the numbers of some rows into their records: `size` bytes each, this number `offset` behind
-    /// their start.
-    fn fill(&self, rows: Range<usize>, records: &mut [u8], size: usize, offset: usize) {
-        match self {
-            Self::Float(values) => fill(&values[rows], f32::to_le_bytes, records, size, offset),
-            Self::UShort(values) => fill(&values[rows], u16::to_le_bytes, records, size, offset),
-            Self::UChar(values) => fill(&values[rows], u8::to_le_bytes, records, size, offset),
-            Self::Int(values) => fill(&values[rows], i32::to_le_bytes, records, size, offset),
-        }
-    }
-
-    /// Bytes a number.
-    fn size(&self) -> usize {
-        match self {
-            Self::Float(_) | Self::Int(_) => 4,
-            Self::UShort(_) => 2,
-            Self::UChar(_) => 1,
-        }
-    }
-}
-
-fn fill<T: Copy, const N: usize>(
-    values: &[T],
-    bytes: impl Fn(T) -> [u8; N],
-    records: &mut [u8],
-    size: usize,
-    offset: usize,
-) {
-    for (record, &value) in records.chunks_exact_mut(size).zip(values) {
-        record[offset..][..N].copy_from_slice(&bytes(value));
-    }
-}
-
-/// Writes a binary little-endian PLY of vertices and triangles.
-pub fn write(
-    path: &Path,
-    comments: &[String],
-    columns: &[(&str, Column<'_>)],
-    triangles: &[[u32; 3]],
-) -> Result<()> {
-    let header = header_of(comments, columns, triangles.len());
-    atomic::write_file(path, |sink| {
-        Writer::<DefaultElement>::new().write_header(sink, &header)?;
-        write_vertices(sink, columns)?;
-        write_faces(sink, triangles)
-    })
-}
-
-/// Writes the vertices, some at a time, column after column of them.
-fn write_vertices(sink: &mut impl Write, columns: &[(&str, Column<'_>)]) -> io::Result<()> {
-    let count = columns.first().map_or(0, |(_, column)| column.len());
-    let size: usize = columns.iter().map(|(_, column)| column.size()).sum();
-    let mut records = vec![0; WRITTEN.min(count) * size];
-    for start in (0..count).step_by(WRITTEN) {
-        let rows = start..(start + WRITTEN).min(count);
-        let mut offset = 0;
-        for (_, column) in columns {
-            column.fill(rows.clone(), &mut records, size, offset);
-            offset += column.size();
-        }
-        sink.write_all(&records[..rows.len() * size])?;
-    }
-    Ok(())
-}
-
-fn write_faces(sink: &mut impl Write, triangles: &[[u32; 3]]) -> io::Result<()> {
-    const SIZE: usize = 1 + size_of::<[u32; 3]>();
-    let mut records = vec![3; WRITTEN.min(triangles.len()) * SIZE];
-    for triangles in triangles.chunks(WRITTEN) {
-        for (record, triangle) in records.chunks_exact_mut(SIZE).zip(triangles) {
-            for (bytes, corner) in record[1..].chunks_exact_mut(4).zip(triangle) {
-                bytes.copy_from_slice(&corner.to_le_bytes());
-            }
-        }
-        sink.write_all(&records[..triangles.len() * SIZE])?;
-    }
-    Ok(())
-}
-
-fn header_of(comments: &[String], columns: &[(&str, Column<'_>)], triangles: usize) -> Header {
-    let mut vertex = ElementDef::new("vertex".into());
-    vertex.count = columns.first().map_or(0, |(_, column)| column.len());
-    for (name, column) in columns {
-        debug_assert_eq!(column.len(), vertex.count);
-        let data_type = PropertyType::Scalar(column.scalar_type());
-        vertex
-            .properties
-            .add(PropertyDef::new((*name).into(), data_type));
-    }
-    let mut face = ElementDef::new("face".into());
-    face.count = triangles;
-    let list = PropertyType::List(ScalarType::UChar, ScalarType::Int);
-    face.properties
-        .add(PropertyDef::new("vertex_indices".into(), list));
-    let mut header = Header::new();
-    header.encoding = Encoding::BinaryLittleEndian;
-    header.comments = comments.to_vec();
-    header.elements.add(vertex);
-    header.elements.add(face);
-    header
 }
 
 #[cfg(test)]
@@ -420,6 +250,63 @@ mod tests {
         assert_eq!(ply.column("red").unwrap(), [255.0, 0.0, 0.0, 7.0]);
         assert_eq!(ply.faces.iter().collect::<Vec<_>>(), [[0, 1, 2, 3]]);
         assert!(ply.require("z").unwrap_err().to_string().contains("`z`"));
+    }
+
+    #[test]
+    fn line_ends_and_encodings_of_other_systems_are_read() {
+        let plain = parse_text(QUAD).unwrap();
+        assert_eq!(parse_text(&QUAD.replace('\n', "\r")).unwrap(), plain);
+        assert_eq!(parse_text(&QUAD.replace('\n', "\r\n")).unwrap(), plain);
+        assert_eq!(parse_text(&format!("\u{feff}{QUAD}")).unwrap(), plain);
+        let latin: Vec<u8> = QUAD
+            .replace("by hand", "in K\u{f6}ln")
+            .chars()
+            .map(|c| c as u8)
+            .collect();
+        assert_eq!(parse(latin.as_slice()).unwrap().comments, ["made in Köln"]);
+    }
+
+    #[test]
+    fn a_binary_body_may_begin_with_a_line_feed() {
+        let header = "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar x\nend_header\n";
+        for ends in ["\n", "\r", "\r\n"] {
+            let mut bytes = header.replace('\n', ends).into_bytes();
+            bytes.push(b'\n');
+            assert_eq!(
+                parse(bytes.as_slice()).unwrap().column("x").unwrap(),
+                [10.0]
+            );
+        }
+    }
+
+    #[test]
+    fn strips_are_triangles() {
+        let header = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\n\
+            element tristrips 1\nproperty list int int vertex_indices\nend_header\n0\n1\n2\n3\n4\n";
+        let mesh = parse_text(&format!("{header}8 0 1 2 3 -1 4 3 2\n")).unwrap();
+        assert_eq!(mesh.faces.corners, [0, 1, 2, 2, 1, 3, 4, 3, 2]);
+        let error = parse_text(&format!("{header}3 0 1 7\n")).unwrap_err();
+        assert!(error.to_string().contains("vertex index 7"), "{error}");
+        assert!(parse_text(&format!("{header}3 0 1 -2\n")).is_err());
+    }
+
+    #[test]
+    fn corners_may_have_texture_coordinates() {
+        let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nelement face 2\n\
+            property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n\
+            0\n1\n2\n3 0 1 2 0\n3 2 1 0 6 0 0 1 0 0 1\n";
+        let uvs = parse_text(text).unwrap().corner_uvs.unwrap();
+        assert!(uvs[..3].iter().all(|uv| uv[0].is_nan()));
+        assert_eq!(uvs[3..], [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    }
+
+    #[test]
+    fn text_keeps_more_digits_than_its_header_says() {
+        let text =
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n4485513.7\n";
+        let ply = parse_text(text).unwrap();
+        assert_eq!(ply.column("x").unwrap(), [4_485_513.7]);
+        assert!(!ply.single_precision);
     }
 
     #[test]
@@ -468,7 +355,7 @@ mod tests {
     fn vertices_and_faces_beyond_one_block_read_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.ply");
-        let count = 2 * WRITTEN + 3;
+        let count = 2 * writing::WRITTEN + 3;
         let (x, label): (Vec<f32>, Vec<i32>) = (0..count)
             .map(|row| (row as f32 + 0.5, -(row as i32)))
             .unzip();

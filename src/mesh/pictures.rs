@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use rand::Rng;
 
 use crate::error::Result;
@@ -11,6 +11,7 @@ use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column};
 use crate::mesh::field::Field;
 use crate::mesh::field::singularities::Singularity;
+use crate::mesh::origin::origin_comment;
 use crate::mesh::rings::Rings;
 use crate::mesh::shapes;
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -44,8 +45,8 @@ impl Picture {
         self.colors.resize(self.mesh.positions.len(), color);
     }
 
-    /// Writes a PLY with red, green and blue, for other viewers.
-    pub fn write(&self, path: &Path) -> Result<()> {
+    /// Writes a PLY with red, green and blue, for other viewers; positions count from `origin`.
+    pub fn write(&self, path: &Path, origin: DVec3) -> Result<()> {
         let positions = columns(&self.mesh.positions);
         let channels: [Vec<u8>; 3] =
             std::array::from_fn(|channel| self.colors.iter().map(|color| color[channel]).collect());
@@ -56,7 +57,11 @@ impl Picture {
             .into_iter()
             .zip(channels.iter().map(|c| Column::UChar(c)));
         let all: Vec<(&str, Column<'_>)> = named.chain(colors).collect();
-        ply::write(path, &[MESH_MARK.into()], &all, &self.mesh.triangles)
+        let comments: Vec<String> = [MESH_MARK.into()]
+            .into_iter()
+            .chain(origin_comment(origin))
+            .collect();
+        ply::write(path, &comments, &all, &self.mesh.triangles)
     }
 }
 

@@ -3,16 +3,18 @@
 
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
+use crate::format::ours::MESH_MARK;
 use crate::format::polygon_mesh::PolygonMesh;
 use crate::format::{gltf, obj, off, ply, source, stl};
 use crate::mesh::cleaning::{
     RepairReport, Split, retain_triangles, split_non_manifold, useful_triangles, weld,
     without_specks,
 };
+use crate::mesh::origin::{origin_of, parse_origin, warn_of_precision};
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::mesh::triangulation::triangulate;
@@ -38,8 +40,17 @@ pub struct UserMesh {
     pub normals: Option<Vec<Vec3>>,
     /// Texture coordinates of each triangle's corners; NaN where the file has none.
     pub corner_uvs: Option<Vec<[Vec2; 3]>>,
+    /// What positions count from; subtracted from the file's coordinates, zero for a mesh near zero.
+    pub origin: DVec3,
     /// What cleaning changed.
     pub report: RepairReport,
+}
+
+impl UserMesh {
+    /// Whether numbers other than normals came with its vertices.
+    pub fn has_vertex_numbers(&self) -> bool {
+        self.orientation.is_some() || self.scale.is_some() || self.rotation.is_some()
+    }
 }
 
 /// How strictly a mesh is read.
@@ -90,31 +101,40 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
 
 fn polygons_of_ply(file: ply::PlyFile) -> Result<PolygonMesh> {
     let axes = [file.require("x")?, file.require("y")?, file.require("z")?];
-    let triple = |columns: [&[f64]; 3], v: usize| columns.map(|column| column[v] as f32);
-    let positions = (0..file.vertex_count).map(|v| triple(axes, v)).collect();
+    let origin = ply_origin(&file)?;
+    let vertices = 0..file.vertex_count;
+    let position = |v: usize| std::array::from_fn(|axis| origin[axis] + axes[axis][v]);
+    let positions = vertices.clone().map(position).collect();
     let normals = match ["nx", "ny", "nz"].map(|name| file.column(name)) {
         [Some(x), Some(y), Some(z)] => Some(
-            (0..file.vertex_count)
-                .map(|v| triple([x, y, z], v))
+            vertices
+                .map(|v| [x, y, z].map(|column| column[v] as f32))
                 .collect(),
         ),
         _ => None,
     };
     let mut mesh = PolygonMesh {
         positions,
+        single_precision: file.single_precision && origin == [0.0; 3],
         normals,
         columns: file.columns,
         ..PolygonMesh::default()
     };
-    for polygon in file.faces.iter().filter(|polygon| polygon.len() >= 3) {
+    let mut begin = 0;
+    for polygon in file.faces.iter() {
+        let corners = begin..begin + polygon.len();
+        begin = corners.end;
+        if polygon.len() < 3 {
+            continue;
+        }
         mesh.faces.push(polygon);
+        if let Some(uvs) = &file.corner_uvs {
+            let kept = mesh.corner_uvs.get_or_insert_default();
+            kept.extend_from_slice(&uvs[corners]);
+        }
     }
-    let small = file.faces.sizes.len() - mesh.faces.sizes.len();
-    if small > 0 {
-        mesh.notes
-            .push(format!("{small} faces of fewer than 3 corners left out"));
-    }
-    if let Some(uvs) = vertex_uvs(&mesh) {
+    mesh.note_small_faces(file.faces.sizes.len() - mesh.faces.sizes.len());
+    if let Some(uvs) = vertex_uvs(&mesh).filter(|_| mesh.corner_uvs.is_none()) {
         mesh.corner_uvs = Some(
             mesh.faces
                 .corners
@@ -124,6 +144,19 @@ fn polygons_of_ply(file: ply::PlyFile) -> Result<PolygonMesh> {
         );
     }
     Ok(mesh)
+}
+
+/// What the positions of a surface texton map count from; zero for any other PLY.
+fn ply_origin(file: &ply::PlyFile) -> Result<[f64; 3]> {
+    let is_ours = file.comments.iter().any(|line| line == MESH_MARK);
+    let origin = file
+        .comments
+        .iter()
+        .find_map(|line| line.strip_prefix("origin "));
+    match origin.filter(|_| is_ours) {
+        Some(text) => parse_origin(text),
+        None => Ok([0.0; 3]),
+    }
 }
 
 /// Texture coordinates per vertex, under the names other programs write.
@@ -151,12 +184,15 @@ pub fn clean(
     check_positions(&file)?;
     let mut report = RepairReport {
         notes: file.notes.clone(),
+        unused: file.unused.clone(),
         ..RepairReport::default()
     };
+    warn_of_precision(&file, progress);
+    let origin = origin_of(&file);
     let positions: Vec<Vec3> = file
         .positions
         .iter()
-        .map(|&p| Vec3::from_array(p))
+        .map(|&p| (DVec3::from_array(p) - origin).as_vec3())
         .collect();
     let (mut mesh, mut uvs) = cut_polygons(&file, positions, &mut report, progress)?;
     progress.check()?;
@@ -174,15 +210,21 @@ pub fn clean(
     let split = split_non_manifold(&mut mesh, &mut report);
     progress.check()?;
     turn_corners(uvs.as_mut(), &split);
+    for component in &mut report.turned_components {
+        let centre = DVec3::from_array(component.centre) + origin;
+        component.centre = centre.to_array();
+    }
     report.unused_vertices = mesh.positions.len() - mesh.referenced_count();
     if options.strict && !report.is_sound() {
         return Err(refusal(&report));
     }
-    attach(file, mesh, uvs, from_file, &split, report)
+    let mut user = attach(file, mesh, uvs, from_file, &split, report)?;
+    user.origin = origin;
+    Ok(user)
 }
 
 fn check_positions(file: &PolygonMesh) -> Result<()> {
-    let bad = |p: &[f32; 3]| p.iter().any(|c| !c.is_finite() || c.abs() > 1e15);
+    let bad = |p: &[f64; 3]| p.iter().any(|c| !c.is_finite() || c.abs() > 1e15);
     match file.positions.iter().position(bad) {
         Some(vertex) => Err(Error::data(
             format!("vertex {vertex}"),
@@ -336,6 +378,7 @@ fn attach(
         mesh,
         from_file,
         corner_uvs,
+        origin: DVec3::ZERO,
         report,
     };
     check_properties(&user)?;

@@ -75,6 +75,14 @@ impl SurfaceTree {
         self.nearest_accepted(point, f32::INFINITY, |_| true)
     }
 
+    /// The nearest point on the side towards which a triangle faces, else the nearest at all.
+    pub fn nearest_alike(&self, point: Vec3, [a, b, c]: &[Vec3; 3]) -> Option<SurfacePoint> {
+        let normal = (b - a).cross(c - a);
+        let alike = |[a, b, c]: &[Vec3; 3]| (b - a).cross(c - a).dot(normal) > 0.0;
+        self.nearest_accepted(point, f32::INFINITY, alike)
+            .or_else(|| self.nearest(point))
+    }
+
     /// The nearest point closer than `reach` in a triangle that `accept` takes (given its corners).
     pub fn nearest_accepted(
         &self,

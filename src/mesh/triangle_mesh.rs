@@ -39,6 +39,18 @@ impl TriangleMesh {
             .sum()
     }
 
+    /// The volume that the triangles enclose, in mesh units cubed; negative where they face inwards. Means
+    /// something for a closed surface alone.
+    pub fn volume(&self) -> f64 {
+        let reference = self.bounds().0.as_dvec3();
+        (0..self.triangles.len())
+            .map(|t| {
+                let [a, b, c] = self.corners(t).map(|corner| corner.as_dvec3() - reference);
+                a.dot(b.cross(c)) / 6.0
+            })
+            .sum()
+    }
+
     /// Which vertices stand in a triangle.
     pub fn referenced(&self) -> Vec<bool> {
         let mut referenced = vec![false; self.positions.len()];
@@ -90,6 +102,9 @@ mod tests {
         assert!((mesh.area() - 3.0).abs() < 1e-6);
         let sum: f32 = mesh.vertex_areas().iter().sum();
         assert!((sum - 3.0).abs() < 1e-5);
+        let ball = crate::mesh::shapes::icosphere(4);
+        let full = 4.0 / 3.0 * std::f64::consts::PI;
+        assert!((ball.volume() / full - 1.0).abs() < 0.01);
         assert_eq!(mesh.referenced_count(), 20);
         assert!((mesh.diagonal() - 2.5).abs() < 1e-6);
     }

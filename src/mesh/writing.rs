@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
 use crate::format::gltf::{self, GltfMesh};
@@ -51,9 +51,11 @@ pub fn write_user(path: &Path, user: &UserMesh) -> Result<()> {
         _ => gltf::write(
             path,
             &GltfMesh {
+                origin: user.origin.to_array(),
                 positions: &arrays(&user.mesh.positions),
                 normals: &arrays(&normals),
                 triangles: &user.mesh.triangles,
+                uvs: corner_uvs(user).as_deref(),
             },
         ),
     }
@@ -77,43 +79,66 @@ pub(crate) fn columns(vectors: &[Vec3]) -> [Vec<f32>; 3] {
     std::array::from_fn(|axis| vectors.iter().map(|v| v[axis]).collect())
 }
 
+fn corner_uvs(user: &UserMesh) -> Option<Vec<[[f32; 2]; 3]>> {
+    let all = user.corner_uvs.as_ref()?;
+    Some(all.iter().map(|uvs| uvs.map(|uv| uv.to_array())).collect())
+}
+
 fn write_ply(path: &Path, user: &UserMesh, normals: &[Vec3]) -> Result<()> {
-    let mut named: Vec<(&str, Vec<f32>)> = Vec::new();
-    let mut add = |names: [&'static str; 3], vectors: &[Vec3]| {
-        named.extend(names.into_iter().zip(columns(vectors)));
+    // Doubles where an origin was subtracted, so that nothing is lost when it is put back.
+    let restored = restored_columns(user);
+    let plain = columns(&user.mesh.positions);
+    let mut named: Vec<(&str, Column<'_>)> = match &restored {
+        Some(axes) => {
+            let axes = axes.iter().map(|axis| Column::Double(axis));
+            ["x", "y", "z"].into_iter().zip(axes).collect()
+        }
+        None => {
+            let axes = plain.iter().map(|axis| Column::Float(axis));
+            ["x", "y", "z"].into_iter().zip(axes).collect()
+        }
     };
-    add(["x", "y", "z"], &user.mesh.positions);
-    add(["nx", "ny", "nz"], normals);
-    if let Some(orientation) = &user.orientation {
-        add(["sx", "sy", "sz"], orientation);
+    let normals = columns(normals);
+    let orientation = user.orientation.as_deref().map(columns);
+    let vectors = [
+        (["nx", "ny", "nz"], Some(&normals)),
+        (["sx", "sy", "sz"], orientation.as_ref()),
+    ];
+    for (names, axes) in vectors {
+        let axes = axes.into_iter().flatten().map(|axis| Column::Float(axis));
+        named.extend(names.into_iter().zip(axes));
     }
     for (name, values) in [("scale", &user.scale), ("rotation", &user.rotation)] {
-        named.extend(values.iter().map(|values| (name, values.clone())));
+        named.extend(values.iter().map(|values| (name, Column::Float(values))));
     }
-    let columns: Vec<(&str, Column<'_>)> = named
-        .iter()
-        .map(|(name, values)| (*name, Column::Float(values)))
-        .collect();
-    ply::write(path, &[MESH_MARK.into()], &columns, &user.mesh.triangles)
+    let (comments, triangles) = ([MESH_MARK.into()], &user.mesh.triangles);
+    match corner_uvs(user) {
+        Some(uvs) => ply::write_textured(path, &comments, &named, triangles, &uvs),
+        None => ply::write(path, &comments, &named, triangles),
+    }
+}
+
+/// The three columns of positions in the file's coordinates; `None` for a mesh without an origin.
+fn restored_columns(user: &UserMesh) -> Option<[Vec<f64>; 3]> {
+    let positions = user.mesh.positions.iter();
+    (user.origin != DVec3::ZERO).then(|| {
+        [0, 1, 2].map(|axis| {
+            positions
+                .clone()
+                .map(|p| user.origin[axis] + f64::from(p[axis]))
+                .collect()
+        })
+    })
 }
 
 fn write_obj(path: &Path, user: &UserMesh, normals: &[Vec3]) -> Result<()> {
-    let uvs: Option<Vec<[[f32; 2]; 3]>> = user.corner_uvs.as_ref().map(|all| {
-        let finite = |uv: glam::Vec2| {
-            if uv.is_finite() {
-                uv.to_array()
-            } else {
-                [0.0; 2]
-            }
-        };
-        all.iter().map(|corners| corners.map(finite)).collect()
-    });
     obj::write(
         path,
         &ObjMesh {
+            origin: user.origin.to_array(),
             positions: &arrays(&user.mesh.positions),
             normals: &arrays(normals),
-            uvs: uvs.as_deref(),
+            uvs: corner_uvs(user).as_deref(),
             triangles: &user.mesh.triangles,
         },
     )

@@ -31,9 +31,12 @@ pub struct PlannedFrame {
 const DEFAULT_SWEEP: u32 = 24;
 
 /// Works out the frames of a sweep round a mesh.
-pub fn plan(options: &RenderOptions, bounds: &Bounds) -> Result<Vec<PlannedFrame>> {
+///
+/// Positions that options and files name are in the coordinates of the mesh's file. Bounds and frames
+/// count from `origin`, as the map does.
+pub fn plan(options: &RenderOptions, bounds: &Bounds, origin: DVec3) -> Result<Vec<PlannedFrame>> {
     options.validate()?;
-    let planner = Planner::new(options, bounds)?;
+    let planner = Planner::new(options, bounds, origin)?;
     let range = planner.range();
     let length = planner.length(range)?;
     options
@@ -61,6 +64,7 @@ pub fn plan(options: &RenderOptions, bounds: &Bounds) -> Result<Vec<PlannedFrame
 struct Planner<'a> {
     options: &'a RenderOptions,
     bounds: &'a Bounds,
+    origin: DVec3,
     rows: Vec<Row>,
     environment: Option<FloatImage>,
 }
@@ -71,7 +75,7 @@ struct Moment {
 }
 
 impl<'a> Planner<'a> {
-    fn new(options: &'a RenderOptions, bounds: &'a Bounds) -> Result<Self> {
+    fn new(options: &'a RenderOptions, bounds: &'a Bounds, origin: DVec3) -> Result<Self> {
         let environment = match &options.environment {
             Some(path) => Some(image::read(path)?.into_linear().into_rgb()),
             None => None,
@@ -79,6 +83,7 @@ impl<'a> Planner<'a> {
         Ok(Self {
             options,
             bounds,
+            origin,
             rows: read_rows(options)?,
             environment,
         })
@@ -172,7 +177,7 @@ impl<'a> Planner<'a> {
     fn camera(&self, row: &Row) -> Camera {
         let options = self.options;
         let compass = Compass::of_axis(options.up);
-        let point = |given: Option<[f64; 3]>| given.map(DVec3::from_array);
+        let point = |given: Option<[f64; 3]>| given.map(|p| DVec3::from_array(p) - self.origin);
         let target = point(row.target)
             .or(point(options.camera_target.map(|p| p.0)))
             .unwrap_or(self.bounds.centre);
@@ -205,7 +210,8 @@ impl<'a> Planner<'a> {
         ) {
             *height = given;
         }
-        camera.up = point(row.up).unwrap_or_else(|| upright(options, &camera));
+        let up = row.up.map(DVec3::from_array);
+        camera.up = up.unwrap_or_else(|| upright(options, &camera));
         camera
     }
 
@@ -246,9 +252,10 @@ impl<'a> Planner<'a> {
                 position,
                 irradiance,
             } => {
-                let (position, reference) = (DVec3::from_array(position), self.bounds.centre);
+                let position = DVec3::from_array(position) - self.origin;
+                let reference = self.bounds.centre;
                 if (position - reference).length() < 1e-6 * self.bounds.radius {
-                    let fault = Error::data("point light", format!("{position}"))
+                    let fault = Error::data("point light", format!("{}", position + self.origin))
                         .expected("a place outside the surface, not the mesh's centre");
                     return Err(of_options(self.options, "light", fault));
                 }
@@ -439,7 +446,7 @@ mod tests {
             camera_azimuth: 90.0,
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds()).unwrap();
+        let frames = plan(&options, &bounds(), DVec3::ZERO).unwrap();
         // The camera stands at +x; seen from above, counter-clockwise from +x comes −z.
         for (frame, wanted) in frames
             .iter()
@@ -465,8 +472,8 @@ mod tests {
             ..whole.clone()
         };
         let (whole, part) = (
-            plan(&whole, &bounds()).unwrap(),
-            plan(&part, &bounds()).unwrap(),
+            plan(&whole, &bounds(), DVec3::ZERO).unwrap(),
+            plan(&part, &bounds(), DVec3::ZERO).unwrap(),
         );
         assert_eq!(part.len(), 3);
         for frame in &part {
@@ -483,7 +490,7 @@ mod tests {
             light_azimuth: 0.0,
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds()).unwrap();
+        let frames = plan(&options, &bounds(), DVec3::ZERO).unwrap();
         for (frame, wanted) in frames.iter().zip([DVec3::Z, DVec3::Y, -DVec3::Z]) {
             assert!((towards(frame) - wanted).length() < 1e-12);
         }
@@ -497,7 +504,7 @@ mod tests {
             camera_position: Some(Point([0.0, 1.0, 3.0])),
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds()).unwrap();
+        let frames = plan(&options, &bounds(), DVec3::ZERO).unwrap();
         let wanted = [
             [0.0, 1.0, 3.0],
             [3.0, 1.0, 0.0],
@@ -517,7 +524,11 @@ mod tests {
 
     #[test]
     fn impossible_plans_are_refused() {
-        let refused = |options: RenderOptions| plan(&options, &bounds()).unwrap_err().to_string();
+        let refused = |options: RenderOptions| {
+            plan(&options, &bounds(), DVec3::ZERO)
+                .unwrap_err()
+                .to_string()
+        };
         let short = RenderOptions {
             sweep: Sweep::ViewOrbit,
             frames: Some("5-9".parse().unwrap()),

@@ -16,6 +16,7 @@ use crate::format::exr::{self, Attribute, ExrImage};
 use crate::format::id::ContentId;
 use crate::format::image;
 use crate::format::ours::{Format, check_replaceable};
+use crate::mesh::origin::origin_text;
 use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::frame::{Frame, LayerGroup};
@@ -98,7 +99,7 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
     options.validate()?;
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds)?;
+    let frames = plan(options, &bounds, inputs.map.origin)?;
     surroundings::check(&inputs.map.mesh, &bounds, &frames, progress)
         .map_err(|error| of_options(options, "light", error))?;
     let job = Job {
@@ -128,7 +129,7 @@ pub fn with_renderer<R>(
     options.validate()?;
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds)?;
+    let frames = plan(options, &bounds, inputs.map.origin)?;
     let radiance = lay_out(inputs, options, progress)?;
     let mut renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
     work(&mut renderer, &frames)
@@ -380,6 +381,9 @@ impl Job<'_> {
             };
             attributes.insert(name.into(), Attribute::Vector(vector.as_vec3().to_array()));
             attributes.insert("lightIrradiance".into(), Attribute::Float(key.luminance()));
+        }
+        if let Some(origin) = origin_text(self.inputs.map.origin) {
+            attributes.insert("mesotex:origin".into(), text(origin));
         }
         if frame.lights.len() > 1 {
             attributes.insert(

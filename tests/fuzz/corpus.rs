@@ -298,6 +298,7 @@ pub fn sample(dtype: DType, layout: Layout) -> (Vec<u8>, Vec<u8>) {
 pub fn map() -> Vec<u8> {
     let id = ContentId::of_bytes(b"x");
     let map = SurfaceTextonMap {
+        origin: glam::DVec3::new(4_485_513.5, 0.25, -7.0),
         mesh: TriangleMesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ONE],
             triangles: vec![[0, 1, 2], [1, 3, 2]],
@@ -341,6 +342,8 @@ const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 /// A binary glTF file.
 pub fn glb() -> Vec<u8> {
     let mesh = GltfMesh {
+        origin: [0.0; 3],
+        uvs: Some(&[[[0.0, 0.5]; 3]; 4]),
         positions: &CORNERS,
         normals: &[[0., 0., 1.]; 4],
         triangles: &FACES,

@@ -140,6 +140,7 @@ fn map_headers_give_the_texel_back() {
         coords: vec![TexCoord { s: 0.5, t: 0.5 }; 3],
         textons: vec![TextonLabel(1); 3],
         exemplar: [8, 4],
+        origin: DVec3::ZERO,
         texel: 1.0,
         seed: u64::MAX,
         sample: id.clone(),
@@ -176,6 +177,7 @@ fn mesh_files_give_coordinates_back() {
     let bits_of = |at: [f32; 3]| at.map(f32::to_bits);
 
     let mesh = ObjMesh {
+        origin: [0.0; 3],
         positions: &positions,
         normals: &[],
         uvs: None,
@@ -183,11 +185,18 @@ fn mesh_files_give_coordinates_back() {
     };
     obj::write(&path("a.obj"), &mesh).unwrap();
     let read = obj::parse(&fs::read(path("a.obj")).unwrap()).unwrap();
-    assert_same("OBJ", &positions, &read.positions, bits_of);
+    let read: Vec<[f32; 3]> = read
+        .positions
+        .iter()
+        .map(|at| at.map(|x| x as f32))
+        .collect();
+    assert_same("OBJ", &positions, &read, bits_of);
 
     let mesh = GltfMesh {
+        origin: [0.0; 3],
         positions: &positions,
         normals: &positions,
+        uvs: None,
         triangles: &triangles,
     };
     gltf::write(&path("a.glb"), &mesh).unwrap();

@@ -201,6 +201,7 @@ fn map_over(
     };
     let count = normals.len();
     SurfaceTextonMap {
+        origin: glam::DVec3::ZERO,
         orientations: normals.iter().map(orientation).collect(),
         coords: (0..count).map(coord).collect(),
         textons: (0..count).map(|v| TextonLabel((v % 7) as u16)).collect(),

@@ -9,6 +9,7 @@ use crate::exemplar::space::{Features, Space};
 use crate::format::id::check_same;
 use crate::grid::TexelGrid;
 use crate::index::TextonLabel;
+use crate::mesh::origin::origin_text;
 use crate::surface_map::SurfaceTextonMap;
 
 /// Reads a whole map and says what it holds.
@@ -31,6 +32,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
             map.texel, map.seed
         ))
         .line(format!("{unused} vertices carry no texton"))
+        .figure("origin", map.origin.to_array().to_vec())
         .figure("kind", "surface texton map")
         .figure("vertices", map.mesh.positions.len())
         .figure("triangles", map.mesh.triangles.len())
@@ -39,6 +41,9 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .figure("seed", map.seed)
         .figure("sample", map.sample.to_string())
         .figure("space", map.space.to_string());
+    if let Some(origin) = origin_text(map.origin) {
+        outcome = outcome.line(format!("positions count from the origin {origin}"));
+    }
     if let Some(other) = against {
         check_belongs(&map, other).map_err(|error| error.in_file(path))?;
         outcome = outcome.line(format!("it belongs to {}", other.display()));

@@ -11,6 +11,6 @@ use crate::progress::Progress;
 /// Reads and cleans a mesh and says what it holds.
 pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     let user = read(path, progress)?;
-    let outcome = with_shape(read_outcome(path, &user), &user.mesh);
+    let outcome = with_shape(read_outcome(path, &user), &user);
     Ok(outcome.figure("kind", "mesh"))
 }

@@ -17,6 +17,7 @@ use crate::format::ours::Format;
 use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column};
 use crate::grid::{TexCoord, TexelGrid};
+use crate::mesh::origin::origin_comment;
 use crate::progress::Progress;
 use crate::render::preview;
 use crate::surface_map::SurfaceTextonMap;
@@ -169,7 +170,7 @@ impl Plane {
     pub fn of(target: &Target) -> Self {
         match target {
             Target::Grid { grid, .. } => Self::Grid(grid.width, grid.height),
-            Target::Surface(_) => Self::Surface,
+            Target::Surface(..) => Self::Surface,
         }
     }
 
@@ -235,5 +236,9 @@ fn write_vertex_colors(path: &Path, map: &SurfaceTextonMap, colors: &[[u8; 3]]) 
     for (name, numbers) in ["red", "green", "blue"].into_iter().zip(&channels) {
         columns.push((name, Column::UChar(numbers)));
     }
-    ply::write(path, &[MESH_MARK.into()], &columns, &map.mesh.triangles)
+    let comments: Vec<String> = [MESH_MARK.into()]
+        .into_iter()
+        .chain(origin_comment(map.origin))
+        .collect();
+    ply::write(path, &comments, &columns, &map.mesh.triangles)
 }

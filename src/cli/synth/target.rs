@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::machine::Need;
@@ -53,8 +53,8 @@ pub struct TargetArguments {
 
 /// A target ready for synthesis.
 pub enum Target {
-    /// A prepared mesh.
-    Surface(Box<Surface>),
+    /// A prepared mesh, and what its positions count from.
+    Surface(Box<Surface>, DVec3),
     /// A flat grid.
     Grid {
         /// Its size.
@@ -109,9 +109,10 @@ impl Target {
                 })
             }
             (Some(path), None) => {
-                let surface = prepare_mesh(path, arguments, (table, exemplar), levels, session)?;
+                let (surface, origin) =
+                    prepare_mesh(path, arguments, (table, exemplar), levels, session)?;
                 check_density(&surface, arguments.surface.texel)?;
-                Ok(Self::Surface(Box::new(surface)))
+                Ok(Self::Surface(Box::new(surface), origin))
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
         }
@@ -120,7 +121,7 @@ impl Target {
     /// The sites of all levels.
     pub fn sites(&self) -> &SiteHierarchy {
         match self {
-            Self::Surface(surface) => &surface.hierarchy,
+            Self::Surface(surface, _) => &surface.hierarchy,
             Self::Grid { sites, .. } => sites,
         }
     }
@@ -128,15 +129,23 @@ impl Target {
     /// The surface of level 0.
     pub fn mesh(&self) -> &TriangleMesh {
         match self {
-            Self::Surface(surface) => &surface.meshes[0],
+            Self::Surface(surface, _) => &surface.meshes[0],
             Self::Grid { mesh, .. } => mesh,
+        }
+    }
+
+    /// What the positions of the surface count from.
+    pub fn origin(&self) -> DVec3 {
+        match self {
+            Self::Surface(_, origin) => *origin,
+            Self::Grid { .. } => DVec3::ZERO,
         }
     }
 
     /// Unit normals of the sites.
     pub fn normals(&self) -> Vec<Vec3> {
         match self {
-            Self::Surface(surface) => surface.normals[0].clone(),
+            Self::Surface(surface, _) => surface.normals[0].clone(),
             Self::Grid { mesh, .. } => vec![Vec3::Z; mesh.positions.len()],
         }
     }
@@ -144,7 +153,7 @@ impl Target {
     /// The orientation field.
     pub fn orientations(&self) -> Vec<Vec3> {
         match self {
-            Self::Surface(surface) => surface.frames[0].iter().map(|frame| frame.s).collect(),
+            Self::Surface(surface, _) => surface.frames[0].iter().map(|frame| frame.s).collect(),
             Self::Grid { mesh, .. } => vec![Vec3::X; mesh.positions.len()],
         }
     }
@@ -152,7 +161,7 @@ impl Target {
     /// Mesh units a texel covers.
     pub fn texel(&self) -> f64 {
         match self {
-            Self::Surface(surface) => surface.texel,
+            Self::Surface(surface, _) => surface.texel,
             Self::Grid { .. } => 1.0,
         }
     }
@@ -160,7 +169,7 @@ impl Target {
     /// Every edge i < j, with the place of j seen from i in texels.
     pub fn edges(&self) -> Vec<SiteEdge> {
         match self {
-            Self::Surface(surface) => mesh_edges(surface),
+            Self::Surface(surface, _) => mesh_edges(surface),
             Self::Grid { grid, .. } => grid.edges(),
         }
     }
@@ -173,7 +182,7 @@ fn prepare_mesh(
     (table, exemplar): (&NeighborTable, u64),
     levels: usize,
     session: &Session,
-) -> Result<Surface> {
+) -> Result<(Surface, DVec3)> {
     let user = crate::mesh::reading::read(path, session.progress())?;
     let options = SurfaceOptions {
         levels: levels as u32,
@@ -195,8 +204,9 @@ fn prepare_mesh(
          knn --neighborhood",
     )?;
     let cache = cache::folder_of(path);
-    surface::prepare(&user, &options, Some(&cache), session.progress())
-        .map_err(|error| error.in_file(path))
+    let surface = surface::prepare(&user, &options, Some(&cache), session.progress())
+        .map_err(|error| error.in_file(path))?;
+    Ok((surface, user.origin))
 }
 
 /// Refuses a target that this machine has too little memory for.

@@ -9,6 +9,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use gltf::buffer::Source;
+use percent_encoding::percent_decode_str;
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
@@ -61,18 +62,23 @@ impl<'a> Buffers<'a> {
             return decode_base64(encoded)
                 .ok_or_else(|| Error::data("buffer", "a data address").expected("base64"));
         }
-        let beside = atomic::parent(path).join(uri);
+        let name = file_name(uri);
         if uri.contains("://")
-            || Path::new(uri).is_absolute()
-            || uri.split('/').any(|part| part == "..")
+            || Path::new(&*name).is_absolute()
+            || name.split('/').any(|part| part == "..")
         {
             return Err(Error::data("buffer", format!("address `{uri}`"))
                 .expected("a file beside the glTF, or a data address"));
         }
-        let bytes = read_file(&beside)?;
+        let bytes = read_file(&atomic::parent(path).join(&*name))?;
         self.outside = self.outside.saturating_add(bytes.len());
         Ok(bytes)
     }
+}
+
+/// The name of a file that an address stands for: bytes may be written as `%20`.
+pub(super) fn file_name(uri: &str) -> Cow<'_, str> {
+    percent_decode_str(uri).decode_utf8_lossy()
 }
 
 /// The bytes of a plain file: a device would never end.
@@ -120,6 +126,12 @@ fn decode_base64(encoded: &str) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn addresses_may_be_percent_encoded() {
+        assert_eq!(file_name("Box%20With%20Spaces.bin"), "Box With Spaces.bin");
+        assert_eq!(file_name("b%C3%B6x 100%.bin"), "böx 100%.bin");
+    }
 
     #[test]
     fn base64_decodes() {

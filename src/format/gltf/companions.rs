@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::error::{Error, Result};
+use crate::format::gltf::buffers::file_name;
 use crate::format::{atomic, source};
 
 /// The largest description looked into, in bytes.
@@ -34,7 +35,7 @@ pub fn companions(path: &Path) -> Result<Vec<PathBuf>> {
     Ok(entries
         .filter_map(|entry| entry["uri"].as_str())
         .filter(|uri| !uri.starts_with("data:") && !uri.contains("://"))
-        .map(|uri| atomic::parent(path).join(uri))
+        .map(|uri| atomic::parent(path).join(&*file_name(uri)))
         .collect())
 }
 
@@ -60,10 +61,10 @@ mod tests {
     fn buffers_and_images_are_named_and_inner_data_is_not() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.gltf");
-        let text = r#"{"buffers": [{"uri": "a.bin"}, {"uri": "data:;base64,AA=="}, {}],
+        let text = r#"{"buffers": [{"uri": "a%20b.bin"}, {"uri": "data:;base64,AA=="}, {}],
             "images": [{"uri": "bark.png"}]}"#;
         std::fs::write(&path, text).unwrap();
-        let expected = ["a.bin", "bark.png"].map(|name| folder.path().join(name));
+        let expected = ["a b.bin", "bark.png"].map(|name| folder.path().join(name));
         assert_eq!(companions(&path).unwrap(), expected);
         std::fs::write(&path, "no JSON").unwrap();
         assert!(companions(&path).unwrap().is_empty());
@@ -81,6 +82,8 @@ mod tests {
         let path = folder.path().join("a.glb");
         let points = [[0.0; 3]];
         let mesh = GltfMesh {
+            origin: [0.0; 3],
+            uvs: None,
             positions: &points,
             normals: &points,
             triangles: &[],

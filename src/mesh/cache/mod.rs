@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use bytemuck::Pod;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use ndarray::{Array1, ArrayView1};
 use serde::{Deserialize, Serialize};
 use serde_json::Map;
@@ -92,6 +92,10 @@ fn key(user: &UserMesh, options: &SurfaceOptions) -> Result<ContentId> {
         None => Vec::new(),
     };
     section("guide", &guide);
+    // Guides name points from zero; meshes near zero have no origin, and their keys none either.
+    if user.origin != DVec3::ZERO {
+        section("origin", bytemuck::cast_slice(&user.origin.to_array()));
+    }
     let told = SurfaceOptions {
         guide: None,
         ..options.clone()

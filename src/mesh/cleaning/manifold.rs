@@ -46,8 +46,9 @@ pub fn split_non_manifold(mesh: &mut TriangleMesh, report: &mut RepairReport) ->
     split
 }
 
-/// Pairs half-edges between the same two vertices, whatever way they run. Of three and more those
-/// go together whose triangles are nearest to one plane, if `by_plane`; else none do. Also lists
+/// Pairs half-edges between the same two vertices, whatever way they run. Where three and more meet,
+/// only those are joined that run against each other, so that a solid whose triangles agree is never
+/// turned: first those of one sheet, then those nearest to one plane, if `by_plane`; else none. Also lists
 /// the half-edges of such crowds.
 fn pair_up(mesh: &TriangleMesh, by_plane: bool, report: &mut RepairReport) -> (Pairing, Vec<u32>) {
     let mut keyed: Vec<(u32, u32, u32)> = (0..mesh.triangles.len() as u32 * 3)
@@ -58,30 +59,42 @@ fn pair_up(mesh: &TriangleMesh, by_plane: bool, report: &mut RepairReport) -> (P
         .collect();
     keyed.sort_unstable();
     let mut pairing = vec![NONE; keyed.len()];
-    let mut crowded = Vec::new();
+    let mut crowds: Vec<Vec<u32>> = Vec::new();
     for group in keyed.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
         match group {
             [_] => {}
             [first, second] => pair(&mut pairing, first.2, second.2),
-            crowd => {
-                let members: Vec<u32> = crowd.iter().map(|entry| entry.2).collect();
-                if by_plane {
-                    pair_by_plane(mesh, &members, &mut pairing);
-                    report.cut_edges += 1;
-                    report.say_first(|| {
-                        format!(
-                            "edge {}–{} of {} triangles",
-                            crowd[0].0,
-                            crowd[0].1,
-                            crowd.len()
-                        )
-                    });
-                }
-                crowded.extend(members);
-            }
+            crowd => crowds.push(crowd.iter().map(|entry| entry.2).collect()),
         }
     }
-    (pairing, crowded)
+    if by_plane && !crowds.is_empty() {
+        let mut sheets = sheets(&pairing);
+        for members in &crowds {
+            pair_crowd(mesh, members, &mut sheets, &mut pairing);
+            report.cut_edges += 1;
+            report.say_first(|| {
+                let [a, b] = ends(&mesh.triangles, members[0]);
+                format!(
+                    "edge {}–{} of {} triangles",
+                    a.min(b),
+                    a.max(b),
+                    members.len()
+                )
+            });
+        }
+    }
+    (pairing, crowds.concat())
+}
+
+/// The triangles that hang together across paired half-edges, as a union–find forest.
+fn sheets(pairing: &Pairing) -> Vec<u32> {
+    let mut sheets: Vec<u32> = (0..pairing.len() as u32 / 3).collect();
+    for (half_edge, &twin) in pairing.iter().enumerate() {
+        if twin != NONE {
+            join(&mut sheets, half_edge as u32 / 3, twin / 3);
+        }
+    }
+    sheets
 }
 
 fn pair(pairing: &mut Pairing, a: u32, b: u32) {
@@ -89,8 +102,8 @@ fn pair(pairing: &mut Pairing, a: u32, b: u32) {
     pairing[b as usize] = a;
 }
 
-/// Pairs the flattest first; of an odd crowd one stays alone.
-fn pair_by_plane(mesh: &TriangleMesh, members: &[u32], pairing: &mut Pairing) {
+/// Pairs half-edges that run against each other: those of one sheet first, then the flattest.
+fn pair_crowd(mesh: &TriangleMesh, members: &[u32], sheets: &mut [u32], pairing: &mut Pairing) {
     // From the edge towards the far corner, at right angles to the edge.
     let wings: Vec<glam::DVec3> = members
         .iter()
@@ -102,14 +115,24 @@ fn pair_by_plane(mesh: &TriangleMesh, members: &[u32], pairing: &mut Pairing) {
             arm.reject_from(b - a).normalize_or_zero()
         })
         .collect();
+    let begins = |half_edge: u32| ends(&mesh.triangles, half_edge)[0];
     let mut pairs = Vec::new();
     for i in 0..members.len() {
         for j in i + 1..members.len() {
-            pairs.push((wings[i].dot(wings[j]), members[i], members[j]));
+            let (a, b) = (members[i], members[j]);
+            if begins(a) != begins(b) {
+                let apart = find(sheets, a / 3) != find(sheets, b / 3);
+                pairs.push((apart, wings[i].dot(wings[j]), a, b));
+            }
         }
     }
-    pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-    for (_, a, b) in pairs {
+    pairs.sort_by(|x, y| {
+        let key = |pair: &(bool, f64, u32, u32)| (pair.2, pair.3);
+        x.0.cmp(&y.0)
+            .then(x.1.total_cmp(&y.1))
+            .then(key(x).cmp(&key(y)))
+    });
+    for (_, _, a, b) in pairs {
         if pairing[a as usize] == NONE && pairing[b as usize] == NONE {
             pair(pairing, a, b);
         }
@@ -231,6 +254,82 @@ mod tests {
         assert_eq!((report.cut_edges, report.split_vertices), (1, 2));
         assert_eq!(after.triangles[2], [5, 6, 4]);
         assert!(report.first.unwrap().contains("edge 0–1 of 3 triangles"));
+    }
+
+    /// A cube whose least corner is `at`, facing outwards.
+    fn cube(at: Vec3) -> [[Vec3; 3]; 12] {
+        let corner = |k: u32| at + Vec3::new((k & 1) as f32, (k >> 1 & 1) as f32, (k >> 2) as f32);
+        let quads = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        std::array::from_fn(|k| {
+            let [a, b, c, d] = quads[k / 2];
+            if k % 2 == 0 { [a, b, c] } else { [a, c, d] }.map(corner)
+        })
+    }
+
+    /// The triangles of some bodies, with one vertex per place.
+    fn welded(triangles: &[[Vec3; 3]]) -> TriangleMesh {
+        let positions: Vec<Vec3> = triangles.iter().flatten().copied().collect();
+        let first = crate::mesh::cleaning::weld(&positions);
+        let triangles = first.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+        TriangleMesh {
+            positions,
+            triangles,
+        }
+    }
+
+    fn volume(mesh: &TriangleMesh) -> f32 {
+        let volumes = (0..mesh.triangles.len()).map(|t| {
+            let [a, b, c] = mesh.corners(t);
+            a.dot(b.cross(c)) / 6.0
+        });
+        volumes.sum()
+    }
+
+    #[test]
+    fn solids_that_touch_in_an_edge_part_and_are_not_turned() {
+        let far = [
+            Vec3::new(1.0, 1.0, 0.0),
+            Vec3::new(0.0, 1.0, 1.0),
+            Vec3::new(1.0, 0.0, 1.0),
+        ];
+        for at in far {
+            let mesh = welded(&[cube(Vec3::ZERO), cube(at)].concat());
+            assert!((volume(&mesh) - 2.0).abs() < 1e-5);
+            let (after, report, _) = made_manifold(mesh);
+            assert_eq!((report.turned_triangles, report.cut_edges), (0, 1));
+            assert!((volume(&after) - 2.0).abs() < 1e-5);
+            assert_eq!(Topology::new(&after.triangles).shape(&after).components, 2);
+        }
+    }
+
+    #[test]
+    fn a_hollow_body_keeps_the_facing_of_its_inside() {
+        let hollow = cube(Vec3::ZERO).map(|t| [t[0], t[2], t[1]].map(|p| p * 0.5 + 0.25));
+        let mesh = welded(&[cube(Vec3::ZERO), hollow].concat());
+        let (after, report, _) = made_manifold(mesh);
+        assert!(report.is_sound() && (volume(&after) - 0.875).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_component_that_is_turned_is_named() {
+        let mut flawed = cube(Vec3::ZERO);
+        flawed[3].swap(0, 1);
+        let sound = cube(Vec3::X * 7.0);
+        let (after, report, _) = made_manifold(welded(&[flawed, sound].concat()));
+        assert!((volume(&after) - 2.0).abs() < 1e-4);
+        let [named] = &report.turned_components[..] else {
+            panic!("{report:?}")
+        };
+        assert_eq!((named.triangles, named.turned), (12, 1));
+        assert_eq!(named.centre, [0.5; 3]);
+        assert!(report.lines()[1].contains("round (0.500000, 0.500000, 0.500000): 1 of 12"));
     }
 
     #[test]

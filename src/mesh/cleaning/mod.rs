@@ -17,7 +17,7 @@ pub use manifold::{Split, split_non_manifold};
 pub use welding::weld;
 
 /// What cleaning changed, in numbers.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct RepairReport {
     /// Vertices at the place of an earlier one, made one with it.
@@ -42,9 +42,38 @@ pub struct RepairReport {
     pub unused_vertices: usize,
     /// The first thing that was wrong, by its place in the file.
     pub first: Option<String>,
-    /// What the reader left out.
+    /// The components that were turned, whole or in part.
+    pub turned_components: Vec<TurnedComponent>,
+    /// Faces that the reader left out.
     pub notes: Vec<String>,
+    /// What the file holds beside the surface and could not be used: no repair.
+    pub unused: Vec<String>,
 }
+
+/// A component of which triangles were turned to face one way.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct TurnedComponent {
+    /// Its triangles.
+    pub triangles: usize,
+    /// Those that were turned.
+    pub turned: usize,
+    /// The middle of its box, in the file's coordinates.
+    pub centre: [f64; 3],
+}
+
+impl TurnedComponent {
+    fn line(&self) -> String {
+        let [x, y, z] = self.centre;
+        format!(
+            "component round ({x:.6}, {y:.6}, {z:.6}): {} of {} triangles turned",
+            self.turned, self.triangles
+        )
+    }
+}
+
+/// Turned components that are named one by one.
+const NAMED: usize = 8;
 
 impl RepairReport {
     /// Whether the file was sound as it was: nothing left out, cut, turned or split. Vertices a
@@ -90,6 +119,11 @@ impl RepairReport {
         let mut lines: Vec<String> = told
             .map(|(count, what)| format!("{count} {what}"))
             .collect();
+        let named = self.turned_components.iter().take(NAMED);
+        lines.extend(named.map(TurnedComponent::line));
+        if let Some(more @ 1..) = self.turned_components.len().checked_sub(NAMED) {
+            lines.push(format!("{more} more components turned"));
+        }
         lines.extend(self.notes.iter().cloned());
         lines
     }

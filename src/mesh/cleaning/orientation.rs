@@ -1,6 +1,8 @@
 //! Triangles turned so that neighbours face the same way; edges cut where that cannot be.
 
-use crate::mesh::cleaning::RepairReport;
+use glam::Vec3;
+
+use crate::mesh::cleaning::{RepairReport, TurnedComponent};
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
@@ -24,7 +26,15 @@ pub fn orient(mesh: &TriangleMesh, pairing: &mut Pairing, report: &mut RepairRep
                 .iter()
                 .for_each(|&t| turned[t as usize] = !turned[t as usize]);
         }
-        report.turned_triangles += members.iter().filter(|&&t| turned[t as usize]).count();
+        let turning = members.iter().filter(|&&t| turned[t as usize]).count();
+        if turning > 0 {
+            report.turned_triangles += turning;
+            report.turned_components.push(TurnedComponent {
+                triangles: members.len(),
+                turned: turning,
+                centre: centre(mesh, &members),
+            });
+        }
     }
     cut_disagreeing(mesh, pairing, &turned, report);
     turned
@@ -92,6 +102,16 @@ fn wants_turning(mesh: &TriangleMesh, pairing: &Pairing, members: &[u32], turned
         })
         .sum();
     volume < 0.0
+}
+
+/// The middle of the box round some triangles.
+fn centre(mesh: &TriangleMesh, members: &[u32]) -> [f64; 3] {
+    let corners = members.iter().flat_map(|&t| mesh.corners(t as usize));
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for corner in corners {
+        (low, high) = (low.min(corner), high.max(corner));
+    }
+    (0.5 * (low.as_dvec3() + high.as_dvec3())).to_array()
 }
 
 fn cut_disagreeing(

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
@@ -91,7 +91,7 @@ pub struct Guide {
     pub vertex: Option<u64>,
     /// A point on or near the surface, in mesh units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub point: Option<[f32; 3]>,
+    pub point: Option<[f64; 3]>,
     /// The direction, in mesh space; projected on the tangent plane.
     pub direction: [f32; 3],
 }
@@ -216,7 +216,8 @@ impl Canvas<'_> {
                 }
             }
             (None, Some(point)) if point.iter().all(|c| c.is_finite()) => {
-                let nearest = self.tree.nearest(Vec3::from_array(point));
+                let local = (DVec3::from_array(point) - self.user.origin).as_vec3();
+                let nearest = self.tree.nearest(local);
                 let Some(nearest) = nearest else {
                     return fault("a point".into(), "a mesh with triangles".into());
                 };

@@ -27,9 +27,15 @@ pub struct Features {
 
 impl Features {
     /// Finds boundaries, edges whose triangles turn by more than `crease` radians, and corners:
-    /// vertices where a line ends, meets another, or itself turns by more than `crease`.
-    pub fn find(mesh: &TriangleMesh, crease: f64) -> Self {
-        Self::at_scale(mesh, |_| true, crease, 0.0)
+    /// vertices where a line ends, meets another, or itself turns by more than `crease`. Half-edges that
+    /// `lines` names (none, if empty) are lines as well.
+    pub fn find(mesh: &TriangleMesh, crease: f64, lines: &[bool]) -> Self {
+        let topology = Topology::new(&mesh.triangles);
+        let mut sharp = sharp_half_edges(mesh, &topology, crease);
+        for (sharp, &line) in sharp.iter_mut().zip(lines) {
+            *sharp |= line;
+        }
+        Self::of_lines(mesh, &topology, sharp, crease, 0.0)
     }
 
     /// The same at the scale of edges of length `edge`, among the half-edges that are `known` to
@@ -45,8 +51,18 @@ impl Features {
         for (half_edge, sharp) in sharp.iter_mut().enumerate() {
             *sharp &= topology.opposite[half_edge] == NONE || known(half_edge);
         }
-        Lines::new(mesh, &topology, &sharp).drop_short(&topology, &mut sharp, SHORTEST * edge);
-        let lines = Lines::new(mesh, &topology, &sharp);
+        Self::of_lines(mesh, &topology, sharp, crease, edge)
+    }
+
+    fn of_lines(
+        mesh: &TriangleMesh,
+        topology: &Topology,
+        mut sharp: Vec<bool>,
+        crease: f64,
+        edge: f32,
+    ) -> Self {
+        Lines::new(mesh, topology, &sharp).drop_short(topology, &mut sharp, SHORTEST * edge);
+        let lines = Lines::new(mesh, topology, &sharp);
         let segments = lines.segments();
         Self {
             freedom: lines.freedom(crease, edge),

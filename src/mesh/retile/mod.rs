@@ -5,6 +5,7 @@
 //! points and re-triangulates, edges are split, collapsed and turned in place and vertices relaxed
 //! (Botsch and Kobbelt 2004), which keeps the topology by construction.
 
+pub mod carrying;
 pub mod features;
 pub mod lines;
 pub mod needle;
@@ -46,7 +47,17 @@ pub fn retile(
     crease: f64,
     progress: Progress<'_>,
 ) -> Result<TriangleMesh> {
-    Retiler::new(mesh, &Target::new(mesh, crease)).to(vertices, progress)
+    retile_along(mesh, vertices, (crease, &[]), progress)
+}
+
+/// Retiles as [`retile`] does, and keeps the lines of some half-edges as well: the seams of a texture.
+pub fn retile_along(
+    mesh: &TriangleMesh,
+    vertices: usize,
+    (crease, lines): (f64, &[bool]),
+    progress: Progress<'_>,
+) -> Result<TriangleMesh> {
+    Retiler::new(mesh, &Target::along(mesh, crease, lines)).to(vertices, progress)
 }
 
 /// A mesh being retiled on its own surface, to one count after another.

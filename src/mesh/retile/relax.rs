@@ -26,9 +26,14 @@ pub struct Target {
 impl Target {
     /// A mesh, with the creases of `crease` radians and more.
     pub fn new(mesh: &TriangleMesh, crease: f64) -> Self {
+        Self::along(mesh, crease, &[])
+    }
+
+    /// The same with the lines of some half-edges besides.
+    pub fn along(mesh: &TriangleMesh, crease: f64, lines: &[bool]) -> Self {
         Self {
             tree: SurfaceTree::new(mesh),
-            features: Features::find(mesh, crease),
+            features: Features::find(mesh, crease, lines),
             crease,
         }
     }
