@@ -27,4 +27,5 @@ pub mod seal;
 pub mod source;
 pub mod stl;
 pub mod stored_array;
+pub mod text;
 pub mod zip_sink;
