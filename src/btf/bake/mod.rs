@@ -76,7 +76,7 @@ pub struct BakeOptions {
     /// Least roughness of the coat, above 0 to 1: smoother texels are made as rough. Highlights narrower
     /// than the steps between the lights fall between them; 0.2 is a start.
     #[arg(long, value_name = "ROUGHNESS")]
-    pub min_roughness: Option<f32>,
+    pub min_roughness: Option<f64>,
     /// Seed of what is drawn at random.
     #[arg(skip)]
     pub seed: u64,
@@ -143,7 +143,7 @@ impl BakeOptions {
         };
         roughness
             .iter_mut()
-            .for_each(|rough| *rough = rough.max(least));
+            .for_each(|rough| *rough = rough.max(least as f32));
         Ok(material)
     }
 }

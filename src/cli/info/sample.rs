@@ -94,6 +94,10 @@ pub(super) fn directions(kind: &str, directions: &[Direction]) -> String {
         .map(|direction| direction.theta().to_degrees());
     let least = degrees.clone().fold(f64::INFINITY, f64::min);
     let most = degrees.fold(0.0, f64::max);
+    let kind = match directions.len() {
+        1 => kind.trim_end_matches('s'),
+        _ => kind,
+    };
     format!(
         "{} {kind}, {least:.1}° to {most:.1}° from the normal",
         directions.len()

@@ -1,5 +1,6 @@
 //! One file per role: the best of those that fit, where one is clearly better; else both are named.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::btf::bake::maps::folder::listing::precision;
@@ -20,10 +21,13 @@ pub(super) struct Candidate {
     variant: u32,
     /// Whether its name says 16 or 32 bits.
     many_bits: bool,
+    /// Whether its name is the asset's and nothing more.
+    is_nameless: bool,
 }
 
 impl Candidate {
-    pub(super) fn new(file: &Path, words: &[Word], told: Option<Told>) -> Self {
+    pub(super) fn new(file: &Path, words: &[Word], own: Range<usize>, told: Option<Told>) -> Self {
+        let says_size = |word: &Word| resolution(&word.text).is_some() || is_format(&word.text);
         let after = told.map_or(words.len(), |told| told.at + 1);
         let bare = |(at, word): (usize, &Word)| {
             let text = word.text.as_str();
@@ -58,6 +62,7 @@ impl Candidate {
                 .next()
                 .unwrap_or(of_role),
             many_bits,
+            is_nameless: words[own].iter().all(says_size),
             told,
         }
     }
@@ -104,17 +109,8 @@ impl Ranking {
         }
     }
 
-    /// Takes the file of a role; says which others could have played it.
+    /// Takes the file of a role, used as `what`; says which others could have played it.
     pub(super) fn take(
-        &mut self,
-        what: &str,
-        fits: impl Fn(&Told) -> bool,
-    ) -> Result<Option<PathBuf>> {
-        self.take_as(what, fits)
-    }
-
-    /// The same, with other words for what it is used as.
-    pub(super) fn take_as(
         &mut self,
         what: &str,
         fits: impl Fn(&Told) -> bool,
@@ -210,6 +206,9 @@ fn use_of(candidate: Candidate, decided: Option<(bool, String)>) -> FileUse {
         let why = match role {
             Some(Role::Other(other)) => other.why,
             Some(_) => "the folder is not used",
+            None if candidate.is_nameless => {
+                "its name is the asset's alone: it seems to be a preview"
+            }
             None => "its name does not say what it shows",
         };
         (false, why.to_owned())
@@ -229,21 +228,24 @@ pub(super) fn naming(images: &[PathBuf]) -> Option<&'static str> {
     styles.next()
 }
 
+/// The library whose way of naming a stem follows; only what others do not do counts.
 fn style(stem: &str) -> Option<&'static str> {
     let parts: Vec<&str> = stem.split('_').collect();
     let (first, rest) = parts.split_first()?;
     let last = rest.last()?;
+    let has = |words: &[&str]| rest.iter().any(|part| words.contains(part));
     let is_small = |text: &str| !text.chars().any(char::is_uppercase);
-    let shouts = |part: &&str| {
-        let is_loud = |b: u8| b.is_ascii_uppercase() || b.is_ascii_digit();
-        part.len() > 1 && !is_small(part) && !is_size(part) && part.bytes().all(is_loud)
-    };
     let has_size = rest.iter().any(|part| is_size(part));
     Some(match () {
         () if stem.contains("K-JPG_") || stem.contains("K-PNG_") => "ambientCG",
-        () if *first == "Poliigon" || (has_size && rest.iter().any(shouts)) => "Poliigon",
-        () if is_size(last) && is_small(stem) => "Poly Haven",
-        () if has_size && !is_size(last) && is_small(first) => "Megascans",
+        () if *first == "Poliigon" => "Poliigon",
+        () if has_size && has(&["COL", "NRM", "NRM16", "REFL", "DISP", "DISP16", "GLOSS"]) => {
+            "Poliigon"
+        }
+        () if is_size(last) && has(&["diff", "nor", "arm", "rough"]) => "Poly Haven",
+        () if has(&["LOD0"]) || (has(&["2K", "4K", "8K"]) && is_small(first) && !is_size(last)) => {
+            "Megascans"
+        }
         () if *first == "T" => "Unreal",
         () => return None,
     })

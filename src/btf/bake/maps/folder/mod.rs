@@ -10,11 +10,12 @@ mod names;
 mod roles;
 
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::btf::bake::maps::folder::choice::{Candidate, Ranking, naming};
-use crate::btf::bake::maps::folder::names::{own_words, words_of};
-use crate::btf::bake::maps::folder::roles::{BUMP, Other, Role, Told, told, unreal};
+use crate::btf::bake::maps::folder::names::{Word, own_words, words_of};
+use crate::btf::bake::maps::folder::roles::{BUMP, PREVIEW, Role, Told, told, unreal};
 use crate::btf::bake::maps::normals::NormalY;
 use crate::btf::bake::maps::packed::PackedChannel;
 use crate::btf::bake::maps::recipe::{Color, PackedMap, Recipe, Scalar};
@@ -43,39 +44,54 @@ fn asset_name(folder: &Path) -> String {
         .unwrap_or_default()
 }
 
-/// What each image's name says.
+/// What each image's name says. Previews are set aside first: their names need not share the asset's.
 fn candidates(images: &[PathBuf]) -> Vec<Candidate> {
-    let words: Vec<_> = images.iter().map(|file| words_of(file)).collect();
-    let is_preview = |told: &Told| {
-        matches!(
-            told.role,
-            Role::Other(Other {
-                name: "preview",
-                ..
-            })
+    let (previews, maps): (Vec<Named>, Vec<Named>) =
+        images.iter().map(Named::new).partition(Named::is_preview);
+    let words: Vec<Vec<Word>> = maps.iter().map(|map| map.words.clone()).collect();
+    let own = own_words(&words, |at, range| told(&words[at], range).is_some());
+    let is_unreal = words.len() > 1 && words.iter().all(|words| begins_with_t(words));
+    let tell = if is_unreal { unreal } else { told };
+    let of_map = |(map, own): (Named, Range<usize>)| {
+        let told = tell(&map.words, own.clone());
+        Candidate::new(map.file, &map.words, own, told)
+    };
+    let of_preview = |preview: Named| {
+        let whole = 0..preview.words.len();
+        Candidate::new(
+            preview.file,
+            &preview.words,
+            whole.clone(),
+            told(&preview.words, whole),
         )
     };
-    let whole = |at: usize| told(&words[at], 0..words[at].len());
-    let (previews, maps): (Vec<usize>, Vec<usize>) =
-        (0..images.len()).partition(|&at| whole(at).as_ref().is_some_and(is_preview));
-    let of_maps: Vec<_> = maps.iter().map(|&at| words[at].clone()).collect();
-    let own = own_words(&of_maps, |at, range| told(&of_maps[at], range).is_some());
-    let says_t = |words: &Vec<names::Word>| words.first().is_some_and(|word| word.text == "t");
-    let unreals = of_maps.len() > 1 && of_maps.iter().all(says_t);
-    let mut found: Vec<Candidate> = Vec::new();
-    for (place, &at) in maps.iter().enumerate() {
-        let by_own = || told(&of_maps[place], own[place].clone());
-        let told = match unreals {
-            true => unreal(&of_maps[place]),
-            false => by_own(),
-        };
-        found.push(Candidate::new(&images[at], &words[at], told));
+    let maps = maps.into_iter().zip(own).map(of_map);
+    maps.chain(previews.into_iter().map(of_preview)).collect()
+}
+
+/// An image with the words of its name.
+struct Named<'a> {
+    file: &'a Path,
+    words: Vec<Word>,
+}
+
+impl<'a> Named<'a> {
+    fn new(file: &'a PathBuf) -> Self {
+        Self {
+            file,
+            words: words_of(file),
+        }
     }
-    let previews = previews
-        .iter()
-        .map(|&at| Candidate::new(&images[at], &words[at], whole(at)));
-    found.extend(previews);
-    found
+
+    fn is_preview(&self) -> bool {
+        let told = told(&self.words, 0..self.words.len());
+        told.is_some_and(|told| told.role.name() == PREVIEW)
+    }
+}
+
+/// Whether a name begins as `T_Rock_N`.
+fn begins_with_t(words: &[Word]) -> bool {
+    matches!(words, [first, second, ..] if first.text == "t" && !second.glued)
 }
 
 /// The recipe of what the files show.
@@ -84,7 +100,7 @@ fn recipe(folder: &Path, name: &str, ranking: &mut Ranking) -> Result<Recipe> {
     let albedo = ranking.take("albedo", |told| told.role == Role::Albedo)?;
     let roughness = ranking.take("roughness", |told| told.role == Role::Roughness)?;
     let gloss = match &roughness {
-        None => ranking.take_as("roughness = 1 − gloss", |told| told.role == Role::Gloss)?,
+        None => ranking.take("roughness = 1 − gloss", |told| told.role == Role::Gloss)?,
         Some(_) => {
             ranking.pass_over("the roughness map goes first", |told| {
                 told.role == Role::Gloss
@@ -148,7 +164,7 @@ fn relief(ranking: &mut Ranking) -> Result<ReliefMaps> {
     // Both conventions show the same relief: the one whose green points along +y goes first.
     for y in [NormalY::Up, NormalY::Down, NormalY::Auto] {
         let what = "normal, integrated to a relief";
-        if let Some(file) = ranking.take_as(what, |told| told.role == Role::Normal(y))? {
+        if let Some(file) = ranking.take(what, |told| told.role == Role::Normal(y))? {
             ranking.pass_over("another normal map gives the relief", is_normal);
             let why = "the normal map gives the relief, with its true slopes";
             ranking.pass_over(why, |told| told.role == Role::Height);
@@ -156,10 +172,7 @@ fn relief(ranking: &mut Ranking) -> Result<ReliefMaps> {
         }
     }
     let what = "height (a bump map: its depth is not known)";
-    Ok((
-        ranking.take_as(what, |told| told.role == Role::Height)?,
-        None,
-    ))
+    Ok((ranking.take(what, |told| told.role == Role::Height)?, None))
 }
 
 /// The packed map, where it holds what no map of its own does.
@@ -197,9 +210,6 @@ fn packed(ranking: &mut Ranking, has_rough: bool, has_metal: bool) -> Result<Opt
     Ok(Some(PackedMap { file, order }))
 }
 
-#[cfg(test)]
-mod tests;
-
 /// Uses of files that are no candidates, for the listing.
 fn unused(file: PathBuf, role: &str, why: impl Into<String>) -> FileUse {
     FileUse {
@@ -209,3 +219,6 @@ fn unused(file: PathBuf, role: &str, why: impl Into<String>) -> FileUse {
         why: why.into(),
     }
 }
+
+#[cfg(test)]
+mod tests;

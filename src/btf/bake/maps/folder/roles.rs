@@ -54,6 +54,9 @@ pub(super) struct Told {
     pub(super) at: usize,
 }
 
+/// What a report calls pictures of a material.
+pub(super) const PREVIEW: &str = "preview";
+
 /// The most words that stand for one role, as `occlusion roughness metallic`.
 const LONGEST: usize = 4;
 
@@ -225,7 +228,7 @@ fn other(word: &str) -> Option<Role> {
         | "subsurfacescattering" => ("translucency", "the bake lets no light through the surface"),
         "preview" | "previews" | "thumb" | "thumbnail" | "thumbs" | "sphere" | "ball"
         | "render" | "renders" | "rendered" | "icon" | "promo" | "cover" | "screenshot" => {
-            ("preview", "it shows the material and is no map of it")
+            (PREVIEW, "it shows the material and is no map of it")
         }
         "fuzz" | "sheen" | "anisotropy" | "aniso" | "anisotropyangle" | "anisotropylevel"
         | "clearcoat" | "coat" | "clearcoatroughness" | "coatroughness" | "direction" | "flow"
@@ -252,7 +255,7 @@ fn other(word: &str) -> Option<Role> {
 }
 
 /// The role of an Unreal name, `T_Bricks_N`: only where every image is named so.
-pub(super) fn unreal(words: &[Word]) -> Option<Told> {
+pub(super) fn unreal(words: &[Word], own: Range<usize>) -> Option<Told> {
     let at = words
         .iter()
         .rposition(|word| super::names::resolution(&word.text).is_none())?;
@@ -265,7 +268,7 @@ pub(super) fn unreal(words: &[Word]) -> Option<Told> {
         "s" => other("specular")?,
         "e" => other("emission")?,
         "o" => other("opacity")?,
-        _ => return told(words, 1..words.len()),
+        _ => return told(words, own),
     };
     Some(Told { role, rank: 0, at })
 }
@@ -322,6 +325,9 @@ mod tests {
     fn single_letters_are_unreals() {
         let words = words_of(Path::new("T_Bricks_N.png"));
         assert_eq!(told(&words, 0..words.len()), None);
-        assert_eq!(unreal(&words).map(|told| told.role.name()), Some("normal"));
+        assert_eq!(
+            unreal(&words, 1..3).map(|told| told.role.name()),
+            Some("normal")
+        );
     }
 }
