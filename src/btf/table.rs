@@ -39,9 +39,12 @@ impl Table {
             .has_headers(false)
             .from_reader(text.as_bytes());
         let mut rows = Vec::new();
+        let mut lines = Lines::new(text, skipped);
         for record in reader.records() {
             let record = record.map_err(|error| Error::data("table", error.to_string()))?;
-            let line = record.position().map_or(0, csv::Position::line) + skipped;
+            let line = lines.of(record
+                .position()
+                .map_or(0, |position| position.byte() as usize));
             let fields: Vec<String> = record.iter().map(str::to_owned).collect();
             if fields.iter().any(|field| !field.is_empty()) {
                 rows.push(Row { line, fields });
@@ -112,6 +115,39 @@ impl Table {
     }
 }
 
+/// Counts the lines of a text up to places that come in order.
+struct Lines<'a> {
+    text: &'a str,
+    counted: usize,
+    lines: u64,
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a str, before: u64) -> Self {
+        Self {
+            text,
+            counted: 0,
+            lines: before,
+        }
+    }
+
+    /// The line, from 1, of the first content at or after a place: empty lines and comments are passed.
+    fn of(&mut self, place: usize) -> u64 {
+        let mut rest = self.text.get(place..).unwrap_or_default();
+        while let Some((line, after)) = rest.split_once('\n') {
+            if !line.trim().is_empty() && !line.starts_with('#') {
+                break;
+            }
+            rest = after;
+        }
+        let place = self.text.len() - rest.len();
+        let passed = self.text.get(self.counted..place).unwrap_or_default();
+        self.lines += passed.matches('\n').count() as u64;
+        self.counted = place;
+        self.lines + 1
+    }
+}
+
 /// A number that may have a comma before its decimals.
 pub(in crate::btf) fn number_with_comma(text: &str) -> Option<f64> {
     match text.contains('.') {
@@ -177,7 +213,8 @@ mod tests {
             assert_eq!(numbers(text), [(2, 1.5, 2.0)], "{text:?}");
         }
         assert_eq!(numbers("sep=;\na;b\n1,5;2\n"), [(3, 1.5, 2.0)]);
-        assert_eq!(numbers("# made by hand\na,b\n\n1.5,2\n"), [(4, 1.5, 2.0)]);
+        let spaced = "# made by hand\na,b\n\n1.5,2\n# more\n\n3,4";
+        assert_eq!(numbers(spaced), [(4, 1.5, 2.0), (7, 3.0, 4.0)]);
     }
 
     #[test]

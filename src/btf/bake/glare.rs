@@ -19,6 +19,8 @@ const VIEWS: usize = 6;
 const TEXELS: usize = 1024;
 /// The share of the values that is held against the rest.
 const BRIGHTEST: f64 = 0.01;
+/// Fewer values than this say nothing about a hundredth of them.
+const LEAST_VALUES: usize = 1000;
 /// When they carry more than this share of the light, the sample is warned of.
 const MOST: f64 = 0.8;
 
@@ -26,6 +28,8 @@ const MOST: f64 = 0.8;
 pub(super) struct Glare {
     /// Share of all light in the brightest hundredth of the values.
     pub(super) share: f64,
+    /// Values that were looked at.
+    values: usize,
 }
 
 impl Glare {
@@ -55,13 +59,14 @@ impl Glare {
         };
         let values: Vec<f32> = tries.par_iter().flat_map_iter(shaded).collect();
         Self {
+            values: values.len(),
             share: share_of_brightest(values),
         }
     }
 
     /// What a user should know before the bake.
     pub(super) fn objection(&self) -> Option<String> {
-        (self.share > MOST).then(|| {
+        (self.share > MOST && self.values >= LEAST_VALUES).then(|| {
             format!(
                 "{:.0} % of the light sits in 1 % of the values: highlights are narrower than the steps \
                  between the lights and will sparkle; --min-roughness 0.2 widens them (or more lights, or \

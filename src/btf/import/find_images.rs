@@ -13,8 +13,10 @@ use crate::error::{Error, Result};
 const ENDINGS: [&str; 10] = [
     "png", "jpg", "jpeg", "tif", "tiff", "exr", "hdr", "bmp", "gif", "jpe",
 ];
-/// The most files and folders looked at in one place.
+/// The most files looked at in one folder.
 const MOST: usize = 200_000;
+/// Where more folders than this lie beside each other, none of them is looked into.
+const MOST_FOLDERS: usize = 200;
 
 /// The files of a list's images, in its order.
 #[derive(Debug)]
@@ -128,7 +130,10 @@ fn folders_in(folder: &Path) -> Result<Vec<PathBuf>> {
         .filter(|path| path.is_dir())
         .collect();
     folders.sort();
-    Ok(folders)
+    match folders.len() {
+        0..=MOST_FOLDERS => Ok(folders),
+        _ => Ok(Vec::new()),
+    }
 }
 
 fn entries(folder: &Path) -> Result<Vec<PathBuf>> {

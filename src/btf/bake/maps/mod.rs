@@ -197,7 +197,10 @@ pub fn material(
         progress,
     };
     let heights = relief.resampled(width, height);
-    let (roughness, metallic) = loader.coat()?;
+    let Coat {
+        roughness,
+        metallic,
+    } = loader.coat()?;
     let material = Material {
         name: recipe.name.clone(),
         grid: TexelGrid {
@@ -241,6 +244,12 @@ pub struct Loaded {
     pub depth: Option<f64>,
     /// What a report should say of the maps.
     pub notes: Vec<String>,
+}
+
+/// What a coat is made of, per texel; `None` as in [`Material`].
+struct Coat {
+    roughness: Option<Vec<f32>>,
+    metallic: Option<Vec<f32>>,
 }
 
 /// Reads maps onto the texel grid.
@@ -290,7 +299,7 @@ impl Loader<'_> {
     }
 
     /// Roughness and metalness: from maps or numbers of their own, else from a packed image.
-    fn coat(&self) -> Result<(Option<Vec<f32>>, Option<Vec<f32>>)> {
+    fn coat(&self) -> Result<Coat> {
         let recipe = self.recipe;
         let packed = match &recipe.packed {
             Some(file) => Some(self.packed(file)?),
@@ -310,10 +319,10 @@ impl Loader<'_> {
             .or_else(|| channel(PackedChannel::Roughness))
             .or_else(|| channel(PackedChannel::Gloss).map(rough));
         let metallic = self.scalar("metallic", recipe.metallic.as_ref())?;
-        Ok((
+        Ok(Coat {
             roughness,
-            metallic.or_else(|| channel(PackedChannel::Metallic)),
-        ))
+            metallic: metallic.or_else(|| channel(PackedChannel::Metallic)),
+        })
     }
 
     /// A packed image on the grid, its numbers as they stand.

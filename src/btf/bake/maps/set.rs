@@ -115,10 +115,9 @@ fn defaults(recipe: &Recipe) -> Vec<DefaultRole> {
             add(role, value);
         }
     }
-    if !recipe.metal_is_packed() {
-        if let Some(value) = number(&recipe.metallic, "0 everywhere, no metal") {
-            add("metallic", value);
-        }
+    let metallic = number(&recipe.metallic, "0 everywhere, no metal");
+    if let Some(value) = metallic.filter(|_| !recipe.metal_is_packed()) {
+        add("metallic", value);
     }
     defaults
 }
