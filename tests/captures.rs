@@ -198,13 +198,13 @@ fn images_are_found_elsewhere_and_axes_turned_on_request() {
     );
     let info = succeed(folder.path(), &["info", "x.sample"]);
     assert_eq!(info["source"]["handedness"], "left");
-    photographs(&folder.path().join("copy"), NAMES);
+    photographs(&folder.path().join("images"), NAMES);
     let twice = refused(
         folder.path(),
         &["import", "lists/dirs.lp", "-o", "x.sample"],
     );
     assert!(
-        twice.contains("jpg") && twice.contains("copy") && twice.contains("--images"),
+        twice.contains("jpg") && twice.contains("images") && twice.contains("--images"),
         "{twice}"
     );
 }
