@@ -6,15 +6,16 @@
 
 use std::f64::consts::PI;
 use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
 use crate::btf::direction::{Direction, SAME_DIRECTION};
+use crate::btf::table::{Row, Table};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
+use crate::format::text;
 
 /// The most directions a set may have.
 const MOST: usize = 100_000;
@@ -148,66 +149,27 @@ fn fibonacci(index: usize, count: usize) -> Direction {
 }
 
 fn read_csv(path: &Path) -> Result<Vec<Direction>> {
-    let size = fs::metadata(path).map_err(Error::io(path, "read"))?.len();
-    if size > LARGEST_FILE {
-        return Err(Error::data("size", format!("{size} bytes"))
-            .expected(format!("at most {LARGEST_FILE}"))
-            .in_file(path));
-    }
-    let bytes = fs::read(path).map_err(Error::io(path, "read"))?;
-    let parse = || {
-        let text = std::str::from_utf8(&bytes)
-            .map_err(|_| Error::data("text", "bytes that are no UTF-8"))?;
-        parse_csv(text)
-    };
-    guarded(path, parse)
+    guarded(path, || parse_csv(&text::read(path, LARGEST_FILE)?.text))
 }
 
-/// The directions of a table with the columns theta_deg and phi_deg, among others; empty lines
-/// and lines that begin with `#` are left out.
+/// The directions of a table with the columns theta_deg and phi_deg, among others.
 fn parse_csv(text: &str) -> Result<Vec<Direction>> {
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(index, line)| (index + 1, line.trim().trim_start_matches('\u{feff}')))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let header = lines.next().map_or("", |(_, line)| line);
-    let column = |name: &str| header.split(',').position(|field| field.trim() == name);
-    let (Some(theta), Some(phi)) = (column("theta_deg"), column("phi_deg")) else {
-        return Err(Error::data("header", format!("`{header}`"))
-            .expected("the columns theta_deg and phi_deg"));
+    let table = Table::parse(text)?;
+    let [theta, phi] = table.find_all([&["theta_deg"], &["phi_deg"]])?;
+    let read = |row: &Row| {
+        let theta_deg = table.number(row, theta)?;
+        check_theta(theta_deg).map_err(|expected| {
+            let place = format!("line {}: theta_deg", row.line);
+            Error::data(place, theta_deg.to_string()).expected(expected)
+        })?;
+        Ok(from_degrees(theta_deg, table.number(row, phi)?))
     };
-    let directions: Vec<Direction> = lines
-        .map(|(number, line)| {
-            let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-            let theta_deg = degrees(&fields, theta, number, "theta_deg")?;
-            check_theta(theta_deg).map_err(|expected| {
-                Error::data(format!("line {number}: theta_deg"), theta_deg.to_string())
-                    .expected(expected)
-            })?;
-            Ok(from_degrees(
-                theta_deg,
-                degrees(&fields, phi, number, "phi_deg")?,
-            ))
-        })
-        .collect::<Result<_>>()?;
+    let directions: Vec<Direction> = table.rows.iter().map(read).collect::<Result<_>>()?;
     match directions.len() {
         0 => Err(Error::data("directions", "none").expected("at least 1 line")),
         1..=MOST => Ok(directions),
         count => Err(Error::data("directions", count.to_string()).expected(format!("≤ {MOST}"))),
     }
-}
-
-fn degrees(fields: &[&str], column: usize, line: usize, name: &str) -> Result<f64> {
-    let field = fields.get(column).copied().unwrap_or("");
-    field
-        .parse()
-        .ok()
-        .filter(|value: &f64| value.is_finite())
-        .ok_or_else(|| {
-            Error::data(format!("line {line}: {name}"), format!("`{field}`"))
-                .expected("a number of degrees")
-        })
 }
 
 fn check_theta(theta_deg: f64) -> std::result::Result<(), &'static str> {
@@ -402,7 +364,8 @@ mod tests {
     #[test]
     fn bad_tables_are_refused_by_line() {
         for (text, says) in [
-            ("", "theta_deg and phi_deg"),
+            ("", "names of the columns"),
+            ("theta,phi\n1,2\n", "theta_deg, phi_deg"),
             ("theta_deg,phi_deg\n", "none"),
             ("theta_deg,phi_deg\n10,0\n100,0", "line 3: theta_deg: 100"),
             ("theta_deg,phi_deg\n10", "line 2: phi_deg: ``"),

@@ -5,4 +5,5 @@ pub mod direction;
 pub mod direction_set;
 pub mod import;
 pub mod sample;
+mod table;
 pub mod writer;

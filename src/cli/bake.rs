@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use serde_json::{Value, json};
 
 use crate::btf::bake::export::write_surface;
-use crate::btf::bake::maps::{self, MapOptions, read_recipe};
+use crate::btf::bake::maps::{self, MapOptions, MaterialSet, read_recipe, read_set};
 use crate::btf::bake::material::Material;
 use crate::btf::bake::presets::Preset;
 use crate::btf::bake::preview::write_preview;
+use crate::btf::bake::steepness::Steepness;
 use crate::btf::bake::{BakeOptions, Baked, bake};
 use crate::btf::direction_set::DirectionSet;
 use crate::btf::sample::Sample;
@@ -44,7 +46,8 @@ A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR beside it:
   roughness = 0.6              # or a map; without it the surface is matte (Lambert)
 docs/bake.md lists all fields.")]
 pub struct Arguments {
-    /// A material file (TOML), or a folder of maps with the names that ambientCG and Poly Haven use.
+    /// A material file (TOML), or a folder of maps with the names that libraries and programs give them
+    /// (ambientCG, Poly Haven, Poliigon and others; `mesotex info FOLDER` says what is found).
     #[arg(required_unless_present = "preset", conflicts_with = "preset")]
     pub material: Option<PathBuf>,
     /// The sample folder to write, as bark.sample.
@@ -79,11 +82,12 @@ impl Arguments {
         };
         self.check()?;
         let _locks = self.files()?.claim()?;
-        let material = self.material(session)?;
+        let (material, found) = self.material(session)?;
+        let material = options.applied_to(material)?;
         let started = Instant::now();
         let baked = bake(&material, &options, &self.output, &session.progress())?;
         let seconds = started.elapsed().as_secs_f64();
-        let mut outcome = self.outcome(&material, &baked, seconds);
+        let mut outcome = self.outcome(found, &material, &baked, seconds);
         if let Some(path) = &self.surface {
             write_surface(&material, path)?;
             outcome = outcome.wrote(path);
@@ -124,8 +128,8 @@ impl Arguments {
         self.options.validate()
     }
 
-    /// The material, at the size it is baked.
-    fn material(&self, session: &Session) -> Result<Material> {
+    /// The material, at the size it is baked, and a report of how it was made.
+    fn material(&self, session: &Session) -> Result<(Material, Outcome)> {
         let need = Need {
             bytes: BYTES_A_TEXEL.saturating_mul(u64::from(self.size).pow(2)),
             work: format!("{0} × {0} texels", self.size),
@@ -134,21 +138,32 @@ impl Arguments {
         };
         need.check()?;
         if let Some(preset) = self.preset {
-            return preset.material(self.size, session.seed(), &session.progress());
+            let material = preset.material(self.size, session.seed(), &session.progress())?;
+            return Ok((material, Outcome::default()));
         }
-        let path = self.material.as_deref().unwrap_or(Path::new(""));
-        let recipe = read_recipe(path)?;
-        maps::material(&recipe, &self.maps, self.size, &session.progress())
+        let set = read_set(self.material.as_deref().unwrap_or(Path::new("")))?;
+        let mut report = with_files(Outcome::default(), &set);
+        let loaded = maps::material(&set.recipe?, &self.maps, self.size, &session.progress())?;
+        for note in loaded.notes {
+            report = report.line(note);
+        }
+        if let Some(depth) = loaded.depth {
+            report = report
+                .line(format!("depth: {depth:.3} of the width"))
+                .figure("depth", depth);
+        }
+        Ok((loaded.material, report))
     }
 
-    fn outcome(&self, material: &Material, baked: &Baked, seconds: f64) -> Outcome {
+    fn outcome(&self, found: Outcome, material: &Material, baked: &Baked, seconds: f64) -> Outcome {
+        let steepness = Steepness::of(material);
         let description = &baked.description;
         let (views, lights) = (description.views.len(), description.lights.len());
         let (width, height) = (description.width, description.height);
         let rate = baked.rays as f64 / seconds / 1e6;
         let outcome = match baked.resumed {
-            0 => Outcome::default(),
-            images => Outcome::default().line(format!("went on after {images} images")),
+            0 => found,
+            images => found.line(format!("went on after {images} images")),
         };
         outcome
             .line(format!(
@@ -159,6 +174,10 @@ impl Arguments {
                 "{} rays in {seconds:.2} s, {rate:.1} million a second",
                 baked.rays
             ))
+            .line(steepness.describe())
+            .figure("slope_mean_deg", steepness.mean_deg)
+            .figure("slope_p95_deg", steepness.p95_deg)
+            .figure("light_in_brightest_hundredth", baked.glare)
             .figure("name", material.name.clone())
             .figure("width", width)
             .figure("height", height)
@@ -175,4 +194,31 @@ impl Arguments {
                 self.output.with_extension("textons.npz").display()
             ))
     }
+}
+
+/// Says what every file of a material is used for, and what stands in for roles that no file plays.
+pub fn with_files(mut outcome: Outcome, set: &MaterialSet) -> Outcome {
+    for line in set.lines() {
+        outcome = outcome.line(line);
+    }
+    let files: Vec<Value> = set
+        .files
+        .iter()
+        .map(|file| {
+            json!({
+                "file": file.file.to_string_lossy(),
+                "role": file.role,
+                "used": file.used,
+                "why": file.why,
+            })
+        })
+        .collect();
+    let defaults = set.defaults.iter();
+    let defaults: Vec<Value> = defaults
+        .map(|role| json!({ "role": role.role, "value": role.value }))
+        .collect();
+    outcome
+        .figure("naming", set.naming)
+        .figure("files", files)
+        .figure("defaults", defaults)
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::btf::import::{ImportOptions, assemble, read_list};
+use crate::btf::import::{ImportOptions, ListOptions, assemble, read_list_with};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -18,13 +18,16 @@ use crate::error::Result;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex import capture/dirs.lp -o coin.sample
-  mesotex import felt/angles.csv -o felt.sample --tileable --texel-mm 0.2")]
+  mesotex import felt/angles.csv -o felt.sample --tileable --texel-mm 0.2
+  mesotex import dome.lp --images \"coin/*.jpg\" -o coin.sample")]
 pub struct Arguments {
     /// The .lp or .csv file, or its folder.
     pub path: PathBuf,
     /// The sample to write, NAME.sample.
     #[arg(short, long)]
     pub output: PathBuf,
+    #[command(flatten)]
+    pub list: ListOptions,
     #[command(flatten)]
     pub options: ImportOptions,
     #[command(flatten)]
@@ -34,7 +37,7 @@ pub struct Arguments {
 impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
-        let list = read_list(&self.path)?;
+        let list = read_list_with(&self.path, &self.list)?;
         let images: Vec<PathBuf> = list.images.into_iter().map(|image| image.path).collect();
         Ok(Files::default()
             .read([&self.path, &list.path])
@@ -45,7 +48,10 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
-        let list = read_list(&self.path)?;
+        let list = read_list_with(&self.path, &self.list)?;
+        for note in &list.notes {
+            session.progress().warn(note.as_str());
+        }
         let sample = assemble::assemble(&list, &self.options, &self.output, session.progress())?;
         Ok(Outcome::default()
             .line(format!(

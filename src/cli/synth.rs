@@ -9,6 +9,8 @@ use std::time::Instant;
 
 use clap::Args;
 
+pub use crate::cli::synth::report::FORMAT as REPORT_FORMAT;
+
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};

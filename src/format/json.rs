@@ -29,7 +29,7 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
 
 /// Parses JSON bytes; a fault names line and column.
 pub fn parse<T: DeserializeOwned>(text: &[u8]) -> Result<T> {
-    serde_json::from_str(&text::decode(text)).map_err(|error| {
+    serde_json::from_str(&text::decode(text)?.text).map_err(|error| {
         Error::data(
             format!("line {} column {}", error.line(), error.column()),
             error.to_string(),

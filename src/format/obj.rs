@@ -38,7 +38,7 @@ struct Faults {
 
 /// Parses an OBJ file's bytes.
 pub fn parse(bytes: &[u8]) -> Result<PolygonMesh> {
-    let text = text::decode(bytes);
+    let text = text::decode(bytes)?.text;
     let mut parsed = Parsed::default();
     let mut joined = String::new();
     for (number, line) in text::lines(&text) {

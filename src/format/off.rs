@@ -23,7 +23,7 @@ enum Layout {
 
 /// Parses an OFF file's bytes.
 pub fn parse(bytes: &[u8]) -> Result<PolygonMesh> {
-    let text = text::decode(bytes);
+    let text = text::decode(bytes)?.text;
     let (header, values) = Header::read(Values::new(&text))?;
     let by_line = body(&header, values.clone(), Layout::Lines);
     let Err(fault) = by_line else { return by_line };

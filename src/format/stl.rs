@@ -12,7 +12,7 @@ const BINARY_TRIANGLE: usize = 50;
 /// Parses an STL file's bytes. Every facet has vertices of its own, in the file's order.
 pub fn parse(bytes: &[u8]) -> Result<PolygonMesh> {
     match is_text(bytes) {
-        true => parse_text(&text::decode(bytes)),
+        true => parse_text(&text::decode(bytes)?.text),
         false => parse_binary(bytes),
     }
 }
@@ -24,7 +24,8 @@ fn is_text(bytes: &[u8]) -> bool {
     if start.starts_with(&[0xFF, 0xFE]) || start.starts_with(&[0xFE, 0xFF]) {
         return true;
     }
-    let word = text::decode(start)
+    let word = String::from_utf8_lossy(start)
+        .trim_start_matches('\u{feff}')
         .trim_start()
         .get(..5)
         .map(str::to_ascii_lowercase);

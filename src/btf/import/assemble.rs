@@ -75,7 +75,7 @@ fn describe(
         pairs: arrangement.pairs.clone(),
         tileable: options.tileable,
         id: ContentId::of_bytes(b""),
-        source: json!({ "kind": list.kind, "values": options.values, "encoding": options.encoding }),
+        source: json!({ "kind": list.kind, "handedness": list.handedness, "values": options.values, "encoding": options.encoding }),
     }
 }
 
@@ -171,6 +171,7 @@ fn radiance(image: &MeasuredImage, size: (u32, u32), options: &ImportOptions) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::btf::import::Handedness;
     use crate::btf::sample::Sample;
 
     fn measured(folder: &Path, name: &str, grey: u8, view: f64, light: f64) -> MeasuredImage {
@@ -188,7 +189,9 @@ mod tests {
             name: "set".into(),
             path: "list.csv".into(),
             kind: "test",
+            handedness: Handedness::Right,
             images,
+            notes: Vec::new(),
         };
         let target = folder.join("x.sample");
         let options = ImportOptions {
@@ -240,7 +243,9 @@ mod tests {
             name: "set".into(),
             path: "list.csv".into(),
             kind: "test",
+            handedness: Handedness::Right,
             images,
+            notes: Vec::new(),
         };
         let target = folder.path().join("x.sample");
         let error = assemble(

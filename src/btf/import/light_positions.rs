@@ -1,105 +1,178 @@
-//! RTI captures: a `.lp` file names one image a light, all taken from straight above.
+//! RTI captures: a `.lp` file names one image per light, all taken from straight above.
 //!
-//! Format: a first line with the number of images, then `file x y z` a line: the light's position
-//! on a dome, x to the image's right, y up, z towards the camera; positions are normalised.
-
-use std::fs;
-use std::path::{Path, PathBuf};
+//! Format: a first line with the number of images, which may be missing, then `file x y z` per line: the
+//! light's position on a dome, x to the image's right, y up, z towards the camera; positions are
+//! normalised. Numbers are parted by any white space, or by commas or semicolons; names may hold spaces
+//! and stand in quotes. Empty lines and lines that begin with `#` are left out, and so is what follows
+//! ` #` after the position. In the list of a calibrated dome, lines may be `x y z` alone.
 
 use glam::DVec3;
 
 use crate::btf::direction::Direction;
-use crate::btf::import::{ImageList, MeasuredImage};
+use crate::btf::import::Listed;
+use crate::btf::table::number_with_comma;
 use crate::error::{Error, Result};
-use crate::format::guard::guarded;
 
-/// Reads a `.lp` file.
-pub fn read(path: &Path) -> Result<ImageList> {
-    let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let images = guarded(path, || parse(&text, folder))?;
-    Ok(ImageList {
-        name: name_of(path),
-        path: path.to_path_buf(),
-        kind: "rti",
-        images,
-    })
+/// Lengths further than this from 1 are positions, not directions.
+const UNIT: f64 = 0.01;
+/// Lights below the horizon that an error names.
+const NAMED: usize = 5;
+
+/// What a `.lp` file says.
+#[derive(Debug)]
+pub(super) struct Lights {
+    pub(super) listed: Vec<Listed>,
+    /// What the user should know.
+    pub(super) notes: Vec<String>,
 }
 
-/// A capture's name: its folder's, since most `.lp` files are called `dirs` or `lights`.
-fn name_of(path: &Path) -> String {
-    let folder = fs::canonicalize(path)
-        .ok()
-        .and_then(|path| Some(path.parent()?.file_name()?.to_string_lossy().into_owned()));
-    folder.unwrap_or_else(|| "rti".into())
+/// A line of the list.
+struct Entry<'a> {
+    line: u64,
+    /// Empty where the line has none.
+    file: &'a str,
+    position: DVec3,
 }
 
-fn parse(text: &str, folder: &Path) -> Result<Vec<MeasuredImage>> {
+/// Reads the text of a `.lp` file.
+pub(super) fn parse(text: &str) -> Result<Lights> {
+    let text = text.trim_start_matches('\u{feff}');
     let mut lines = text
         .lines()
         .enumerate()
-        .filter(|(_, line)| !line.trim().is_empty());
-    let count: Option<usize> = lines.next().and_then(|(_, line)| line.trim().parse().ok());
-    let Some(count) = count else {
-        return Err(Error::data("line 1", "no number").expected("the number of images"));
-    };
-    let images = lines
-        .map(|(number, line)| parse_line(line, folder).map_err(|fault| at_line(number + 1, fault)))
-        .collect::<Result<Vec<_>>>()?;
-    if images.len() != count || count == 0 {
-        return Err(Error::data("line 1", format!("{count} images announced"))
-            .expected(format!("the {} that follow", images.len())));
+        .map(|(index, line)| (index as u64 + 1, line.trim()))
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+        .peekable();
+    let announced = lines.next_if(|(_, line)| count(line).is_some());
+    let entries: Vec<Entry> = lines
+        .map(|(line, text)| entry(line, text))
+        .collect::<Result<_>>()?;
+    if entries.is_empty() {
+        return Err(Error::data("list", "no image").expected("a line `file x y z` per image"));
     }
-    Ok(images)
-}
-
-fn at_line(line: usize, (found, expected): (String, &str)) -> Error {
-    Error::data(format!("line {line}"), found).expected(expected)
-}
-
-fn parse_line(
-    line: &str,
-    folder: &Path,
-) -> std::result::Result<MeasuredImage, (String, &'static str)> {
-    // File names may hold spaces; the last three words are the position.
-    let words: Vec<&str> = line.trim().rsplitn(4, char::is_whitespace).collect();
-    let [z, y, x, file] = words[..] else {
-        return Err((format!("`{line}`"), "file x y z"));
-    };
-    let numbers: Vec<f64> = [x, y, z]
-        .iter()
-        .filter_map(|word| word.parse().ok())
-        .collect();
-    let position = match numbers[..] {
-        [x, y, z] => DVec3::new(x, y, z),
-        _ => return Err((format!("position `{x} {y} {z}`"), "three numbers")),
-    };
-    let light = match position.try_normalize() {
-        Some(direction) if direction.z >= 0.0 => Direction(direction),
-        _ => {
-            return Err((
-                format!("position ({x}, {y}, {z})"),
-                "a light above the horizon, z >= 0",
-            ));
+    if let Some((line, text)) = announced {
+        let number = count(text).unwrap_or(0);
+        if number != entries.len() as u64 {
+            return Err(
+                Error::data(format!("line {line}"), format!("{number} images announced"))
+                    .expected(format!("{}, as many as lines follow", entries.len()))
+                    .advice("correct the number, or delete the line"),
+            );
         }
-    };
-    Ok(MeasuredImage {
-        path: find_image(file.trim(), folder),
-        view: Direction(DVec3::Z),
-        light,
+    }
+    check_horizon(&entries)?;
+    Ok(Lights {
+        notes: note_on_lengths(&entries).into_iter().collect(),
+        listed: entries.iter().map(listed).collect(),
     })
 }
 
-/// The image as the line names it; or, since captures are moved and their `.lp` files keep the old
-/// folders, a file of that name beside the `.lp` file.
-fn find_image(named: &str, folder: &Path) -> PathBuf {
-    let named = named.replace('\\', "/");
-    let as_named = folder.join(&named);
-    if as_named.exists() {
-        return as_named;
+/// The number of images, where a line holds nothing else.
+fn count(line: &str) -> Option<u64> {
+    line.trim_end_matches([',', ';']).parse().ok()
+}
+
+fn entry(line: u64, text: &str) -> Result<Entry<'_>> {
+    let without_comment = text.rsplit_once(" #").map(|(before, _)| before);
+    let found = split(text).or_else(|| split(without_comment?));
+    let Some((file, position)) = found else {
+        return Err(Error::data(format!("line {line}"), format!("`{text}`"))
+            .expected("file x y z: a name and three numbers"));
+    };
+    if position.try_normalize().is_none() {
+        return Err(
+            Error::data(format!("line {line}"), format!("position {position}"))
+                .expected("a position of the light"),
+        );
     }
-    let beside = Path::new(&named).file_name().map(|name| folder.join(name));
-    beside.filter(|path| path.exists()).unwrap_or(as_named)
+    Ok(Entry {
+        line,
+        file,
+        position,
+    })
+}
+
+/// The name and the position of a line: the last three words are numbers.
+fn split(line: &str) -> Option<(&str, DVec3)> {
+    split_at(line, char::is_whitespace).or_else(|| split_at(line, |c| c == ',' || c == ';'))
+}
+
+fn split_at(line: &str, is_between: impl Fn(char) -> bool + Copy) -> Option<(&str, DVec3)> {
+    let mut rest = line;
+    let mut numbers = [0.0; 3];
+    for number in numbers.iter_mut().rev() {
+        rest = rest.trim_end_matches(|c: char| is_between(c) || c.is_whitespace());
+        let start = rest.rfind(is_between).map_or(0, |at| {
+            at + rest[at..].chars().next().map_or(1, char::len_utf8)
+        });
+        let word = rest[start..].trim().trim_end_matches([',', ';']);
+        *number = number_with_comma(word).filter(|number: &f64| number.is_finite())?;
+        rest = &rest[..start];
+    }
+    let name = rest.trim_matches(|c: char| is_between(c) || c.is_whitespace());
+    let name = name.trim_end_matches([',', ';']);
+    let name = name
+        .strip_prefix('"')
+        .and_then(|name| name.strip_suffix('"'))
+        .unwrap_or(name);
+    Some((name, DVec3::from_array(numbers)))
+}
+
+fn listed(entry: &Entry) -> Listed {
+    Listed {
+        line: entry.line,
+        file: entry.file.to_owned(),
+        view: Direction(DVec3::Z),
+        light: Direction(entry.position.normalize()),
+    }
+}
+
+/// Refuses lights below the horizon, by name.
+fn check_horizon(entries: &[Entry]) -> Result<()> {
+    let below: Vec<&Entry> = entries
+        .iter()
+        .filter(|entry| entry.position.z < 0.0)
+        .collect();
+    let Some(first) = below.first() else {
+        return Ok(());
+    };
+    let told = below.iter().take(NAMED).map(|entry| {
+        let depth = -entry.position.normalize().z.asin().to_degrees();
+        format!("{} ({depth:.1}° below, line {})", entry.file, entry.line)
+    });
+    let told: Vec<String> = told.collect();
+    let more = match below.len() - told.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    Err(Error::data(
+        format!("line {}", first.line),
+        format!(
+            "{} of {} lights lie below the horizon: {}{more}",
+            below.len(),
+            entries.len(),
+            told.join(", ")
+        ),
+    )
+    .expected("lights above it, z >= 0")
+    .advice("if z points away from the camera, change the sign of the last column"))
+}
+
+/// Says when positions are far from unit length, as millimetres are.
+fn note_on_lengths(entries: &[Entry]) -> Option<String> {
+    let lengths = || entries.iter().map(|entry| entry.position.length());
+    let off = lengths()
+        .filter(|length| (length - 1.0).abs() > UNIT)
+        .count();
+    let least = lengths().fold(f64::INFINITY, f64::min);
+    let most = lengths().fold(0.0, f64::max);
+    (off > 0).then(|| {
+        format!(
+            "{off} of {} light positions are no unit vectors (lengths {least:.3} to {most:.3}); they are \
+             taken as directions to distant lights",
+            entries.len()
+        )
+    })
 }
 
 #[cfg(test)]
@@ -108,21 +181,63 @@ mod tests {
 
     #[test]
     fn positions_become_directions() {
-        let list = parse("2\na b.jpg 0 0 2\nb.jpg 3 0 4\n", Path::new("rti")).unwrap();
-        assert_eq!(list[0].path, Path::new("rti/a b.jpg"));
-        assert_eq!(list[0].light.0, DVec3::Z);
-        assert!((list[1].light.0 - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-15);
+        let list = parse("2\na b.jpg 0 0 2\nb.jpg 3 0 4\n").unwrap();
+        assert_eq!(list.listed[0].file, "a b.jpg");
+        assert_eq!(list.listed[0].light.0, DVec3::Z);
+        assert!((list.listed[1].light.0 - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-15);
+        assert!(
+            list.notes[0].contains("lengths 2.000 to 5.000"),
+            "{:?}",
+            list.notes
+        );
+    }
+
+    #[test]
+    fn every_way_to_part_columns_is_read() {
+        for text in [
+            "1\na.jpg  0.6   0.0  0.8\n",
+            "a.jpg\t0.6\t0\t0.8",
+            "\u{feff}1\r\na.jpg 0.6 0 0.8\r\n",
+            "# dome\n1\n\n# lights\na.jpg 0.6 0 0.8 # first\n",
+            "1\n\"a.jpg\" 0.6 0 0.8\n",
+            "1\na.jpg,0.6,0,0.8\n",
+            "1;\na.jpg; 0,6; 0; 0,8\n",
+            "a.jpg 0,6 0,0 0,8\n",
+            "a.jpg, 0.6, 0.0, 0.8\n",
+        ] {
+            let list = parse(text).unwrap();
+            assert_eq!(list.listed[0].file, "a.jpg", "{text:?}");
+            let light = list.listed[0].light.0;
+            assert!(
+                (light - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12,
+                "{text:?}"
+            );
+            assert_eq!(list.notes, Vec::<String>::new());
+        }
+        let named = parse("my photo #3.jpg 0 0 1\n0.6 0 0.8\n").unwrap().listed;
+        assert_eq!(
+            (named[0].file.as_str(), named[1].file.as_str()),
+            ("my photo #3.jpg", "")
+        );
     }
 
     #[test]
     fn broken_lists_are_refused_by_line() {
-        let refused = |text: &str| parse(text, Path::new("")).unwrap_err().to_string();
-        assert!(refused("a.jpg 0 0 1\n").contains("line 1"));
-        assert!(refused("2\na.jpg 0 0 1\n").contains("2 images announced"));
+        let refused = |text: &str| parse(text).unwrap_err().to_string();
+        let count = refused("2\na.jpg 0 0 1\n");
+        assert!(
+            count.contains("2 images announced") && count.contains("expected 1,"),
+            "{count}"
+        );
         assert!(refused("1\na.jpg 0 0\n").contains("line 2"));
         assert!(refused("1\na.jpg 0 x 1\n").contains("three numbers"));
-        assert!(refused("1\na.jpg 0 0 -1\n").contains("horizon"));
-        assert!(refused("1\na.jpg 0 NaN 1\n").contains("horizon"));
-        assert!(refused("0\n").contains("announced"));
+        let below = refused("a.jpg 0 0 1\nb.jpg 0 1 -1\nc.jpg 0 0 -1\n");
+        assert!(
+            below.contains("line 2: 2 of 3") && below.contains("b.jpg (45.0° below"),
+            "{below}"
+        );
+        assert!(refused("1\na.jpg 0 NaN 1\n").contains("line 2"));
+        assert!(refused("1\na.jpg 0 0 0\n").contains("position"));
+        assert!(refused("0\n").contains("no image"));
     }
 }

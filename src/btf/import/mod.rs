@@ -1,21 +1,32 @@
 //! Measured image sets in, BTF samples out.
 //!
 //! A *source* lists its images, each with the view and light it was taken under; [`assemble`]
-//! turns the list into a sample. One file a source: [`light_positions`] (RTI captures),
-//! [`image_table`] (a folder of rectified images with a CSV of angles).
+//! turns the list into a sample. One file per source: [`light_positions`] (RTI captures),
+//! [`image_table`] (a folder of rectified images with a table of angles); [`find_images`] looks for what
+//! they name.
 
 pub mod assemble;
-pub mod image_table;
-pub mod light_positions;
+mod find_images;
+mod image_table;
+mod light_positions;
+mod list_options;
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::btf::import::list_options::{Handedness, ListOptions};
+
 use crate::btf::direction::Direction;
+use crate::btf::import::find_images::Found;
 use crate::btf::sample::DType;
 use crate::error::{Error, Result};
+use crate::format::guard::guarded;
 use crate::format::image::Encoding;
+use crate::format::text::{self, TextEncoding};
+
+/// The largest list read, in bytes.
+const LARGEST_LIST: u64 = 64 << 20;
 
 /// How an image set becomes a sample.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
@@ -89,6 +100,17 @@ pub struct MeasuredImage {
     pub light: Direction,
 }
 
+/// An image as a list names it.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::btf) struct Listed {
+    /// The line of the list, counted from 1.
+    line: u64,
+    /// The file, as the list names it; empty where it does not.
+    file: String,
+    view: Direction,
+    light: Direction,
+}
+
 /// Everything a source says of its images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageList {
@@ -98,33 +120,97 @@ pub struct ImageList {
     pub path: PathBuf,
     /// The kind of source, for `btf.json`.
     pub kind: &'static str,
+    /// Which way the list's y axis was taken to point, for `btf.json`.
+    pub handedness: Handedness,
     /// The images, in the source's order.
     pub images: Vec<MeasuredImage>,
+    /// What the user should know of the list.
+    pub notes: Vec<String>,
 }
 
 /// Reads the image list of `path`: a `.lp` or `.csv` file, or a folder that holds just one.
 pub fn read_list(path: &Path) -> Result<ImageList> {
+    read_list_with(path, &ListOptions::default())
+}
+
+/// The same with what the user says of it.
+pub fn read_list_with(path: &Path, options: &ListOptions) -> Result<ImageList> {
     let list = if path.is_dir() {
         find_list(path)?
     } else {
         path.to_path_buf()
     };
     match extension(&list).as_str() {
-        "lp" => light_positions::read(&list),
-        "csv" => image_table::read(&list),
+        "lp" | "csv" | "tsv" => guarded(&list, || read(&list, options)),
         other => Err(Error::data("source", format!("a file of kind `.{other}`"))
             .expected("a folder, a .lp file (RTI) or a .csv file of angles")
             .in_file(path)),
     }
 }
 
-fn find_list(folder: &Path) -> Result<PathBuf> {
+fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
+    let text::Text { text, encoding } = text::read(path, LARGEST_LIST)?;
+    let is_rti = extension(path) == "lp";
+    let (listed, mut notes) = match is_rti {
+        true => light_positions::parse(&text).map(|lights| (lights.listed, lights.notes))?,
+        false => (image_table::parse(&text)?, Vec::new()),
+    };
+    if encoding == TextEncoding::Latin1 {
+        notes.push("the list is no UTF-8; its names are read as Latin-1".into());
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let Found { paths, note } = match &options.images {
+        Some(source) => find_images::from(&listed, source)?,
+        None => find_images::find(&listed, folder)?,
+    };
+    notes.extend(note);
+    let measured = |(listed, path): (&Listed, PathBuf)| MeasuredImage {
+        path,
+        view: options.handedness.applied_to(listed.view),
+        light: options.handedness.applied_to(listed.light),
+    };
+    Ok(ImageList {
+        name: if is_rti {
+            folder_name(path)
+        } else {
+            own_name(path)
+        },
+        path: path.to_path_buf(),
+        kind: if is_rti { "rti" } else { "images with angles" },
+        handedness: options.handedness,
+        images: listed.iter().zip(paths).map(measured).collect(),
+        notes,
+    })
+}
+
+/// A capture's name: its folder's, since most `.lp` files are called `dirs` or `lights`.
+fn folder_name(path: &Path) -> String {
+    let folder = std::fs::canonicalize(path)
+        .ok()
+        .and_then(|path| Some(path.parent()?.file_name()?.to_string_lossy().into_owned()));
+    folder.unwrap_or_else(|| "rti".into())
+}
+
+fn own_name(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// The lists that lie in a folder, sorted.
+pub fn lists_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).map_err(Error::io(folder, "read"))?;
     let mut lists: Vec<PathBuf> = entries
         .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| matches!(extension(path).as_str(), "lp" | "csv"))
+        .filter(|path| matches!(extension(path).as_str(), "lp" | "csv" | "tsv"))
         .collect();
     lists.sort();
+    Ok(lists)
+}
+
+fn find_list(folder: &Path) -> Result<PathBuf> {
+    let lists = lists_in(folder)?;
     match lists.as_slice() {
         [list] => Ok(list.clone()),
         _ => Err(

@@ -1,19 +1,22 @@
 //! `mesotex info`: what a file holds, and whether it is sound.
 
 mod archive;
+mod capture;
 mod image;
+mod json;
+mod kind;
 mod map;
+mod material;
 mod mesh;
 mod sample;
 
-use std::fs;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::btf::sample::DESCRIPTION;
+use crate::cli::info::kind::{Kind, frames_in, unknown};
 use crate::cli::outcome::Outcome;
+use crate::cli::run;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::{is_set_aside, repair};
@@ -23,10 +26,14 @@ use crate::format::npy;
 /// What a file holds, and whether it is sound: every number is read and checked.
 ///
 /// Takes a sample, a texton vocabulary, a surface texton space, a neighbour table, a surface texton
-/// map, a mesh, an .npy array, an OpenEXR frame or any other image.
+/// map, a mesh, an .npy array, an OpenEXR frame or any other image; a folder of maps or a material file
+/// (which file plays which role, and why others play none); a capture, by its folder or list; a scene
+/// (its stages and products); a table of directions, a camera path, and the JSON files of this program.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex info weave.sample
+  mesotex info Bricks075_2K-PNG/
+  mesotex info capture/dirs.lp
   mesotex info bunny.map.ply --against weave.space.npz
   mesotex info frames/frame.0001.exr --json")]
 pub struct Arguments {
@@ -58,6 +65,13 @@ impl Arguments {
             Kind::Archive => archive::describe(&self.path),
             Kind::Array => array(&self.path),
             Kind::Image => image::describe(&self.path),
+            Kind::Material => material::describe(&self.path),
+            Kind::Scene => run::describe(&self.path, session),
+            Kind::Capture => capture::describe(&self.path),
+            Kind::Directions => capture::describe_directions(&self.path),
+            Kind::CameraPath => json::camera_path(&self.path),
+            Kind::Json => json::describe(&self.path, session.progress()),
+            Kind::Frames => frames(&self.path),
         }
     }
 }
@@ -79,47 +93,21 @@ impl Arguments {
     }
 }
 
-/// What a path holds, by its first bytes and, where they do not tell, its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Sample,
-    Map,
-    Mesh,
-    Archive,
-    Array,
-    Image,
-}
-
-impl Kind {
-    fn of(path: &Path) -> Result<Self> {
-        if path.join(DESCRIPTION).is_file() {
-            return Ok(Self::Sample);
-        }
-        fs::metadata(path).map_err(Error::io(path, "read"))?;
-        let extension = path
-            .extension()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .to_lowercase();
-        match extension.as_str() {
-            "npy" => Ok(Self::Array),
-            "npz" => Ok(Self::Archive),
-            "ply" if is_map(path)? => Ok(Self::Map),
-            "ply" | "obj" | "stl" | "off" | "glb" | "gltf" | "gz" => Ok(Self::Mesh),
-            _ => Ok(Self::Image),
-        }
-    }
-}
-
-/// Whether a PLY says in its header that it is a surface texton map.
-fn is_map(path: &Path) -> Result<bool> {
-    let mut start = Vec::new();
-    let file = fs::File::open(path).map_err(Error::io(path, "read"))?;
-    file.take(4096)
-        .read_to_end(&mut start)
-        .map_err(Error::io(path, "read"))?;
-    let mark = b"\ncomment exemplar ";
-    Ok(start.windows(mark.len()).any(|window| window == mark))
+/// A folder of frames: the first and the last, and what the first holds.
+fn frames(folder: &Path) -> Result<Outcome> {
+    let frames = frames_in(folder)?;
+    let (Some(first), Some(last)) = (frames.first(), frames.last()) else {
+        return Err(unknown(folder));
+    };
+    let outcome = image::describe(first)?.figure("kind", "frames");
+    Ok(outcome
+        .line(format!(
+            "the first of {} frames, {} to {}",
+            frames.len(),
+            first.display(),
+            last.display()
+        ))
+        .figure("frames", frames.len()))
 }
 
 fn array(path: &Path) -> Result<Outcome> {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use serde_json::Value;
 
 use crate::btf::direction::Direction;
 use crate::btf::sample::{Description, Layout, RADIANCE, Sample};
@@ -21,6 +22,7 @@ pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     let values = Values::of(&sample, progress)?;
     Ok(Outcome::default()
         .line(headline(description))
+        .line(origin(&description.source))
         .line(directions("views", &description.views))
         .line(directions("lights", &description.lights))
         .line(format!(
@@ -37,6 +39,7 @@ pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
         .figure("images", description.image_count())
         .figure("tileable", description.tileable)
         .figure("id", id.to_string())
+        .figure("source", description.source.clone())
         .figure("least", values.least)
         .figure("most", values.most)
         .figure("mean", values.mean.to_vec()))
@@ -64,12 +67,37 @@ fn headline(description: &Description) -> String {
     )
 }
 
-fn directions(kind: &str, directions: &[Direction]) -> String {
+/// How a sample was made, from the `source` of its description.
+fn origin(source: &Value) -> String {
+    let Some(fields) = source.as_object().filter(|fields| !fields.is_empty()) else {
+        return "its origin is not recorded".into();
+    };
+    let kind = match fields.get("kind").and_then(Value::as_str) {
+        Some("bake") => "baked".to_owned(),
+        Some("rti") => "imported from an RTI capture".into(),
+        Some(other) => format!("made from {other}"),
+        None => "origin".into(),
+    };
+    let said = |(name, value): (&String, &Value)| match value {
+        Value::Null => None,
+        Value::String(text) => Some(format!("{name} {text}")),
+        other => Some(format!("{name} {other}")),
+    };
+    let fields = fields.iter().filter(|(name, _)| *name != "kind");
+    let list: Vec<String> = fields.filter_map(said).collect();
+    format!("{kind}: {}", list.join(", "))
+}
+
+pub(super) fn directions(kind: &str, directions: &[Direction]) -> String {
     let degrees = directions
         .iter()
         .map(|direction| direction.theta().to_degrees());
     let least = degrees.clone().fold(f64::INFINITY, f64::min);
     let most = degrees.fold(0.0, f64::max);
+    let kind = match directions.len() {
+        1 => kind.trim_end_matches('s'),
+        _ => kind,
+    };
     format!(
         "{} {kind}, {least:.1}° to {most:.1}° from the normal",
         directions.len()

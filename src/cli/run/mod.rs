@@ -18,6 +18,8 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::cli::outcome::Outcome;
+pub use crate::cli::run::record::FORMAT as RECORD_FORMAT;
+
 use crate::cli::run::check::Stage;
 use crate::cli::run::faults::Faults;
 use crate::cli::run::record::Record;
@@ -79,6 +81,22 @@ impl Arguments {
         }
         chain.run(&stages)
     }
+}
+
+/// Says which stages a scene has and what they make; everything wrong with it is an error.
+pub fn describe(path: &Path, session: &Session) -> Result<Outcome> {
+    let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    enter(&folder)?;
+    let (scene, stages, record) = read(path, &text)?;
+    let session = session.with_seed(scene.seed);
+    let chain = Chain {
+        session: &session,
+        folder,
+        fresh: false,
+        record,
+    };
+    chain.products(&scene, &stages)
 }
 
 /// The scene, its stages, and what is known of earlier runs; all that is wrong with it is one error.
@@ -163,8 +181,23 @@ impl Chain<'_> {
         if !self.folder.as_os_str().is_empty() {
             outcome = outcome.line(format!("cd {}", quoted(&self.folder.to_string_lossy())));
         }
+        for (stage, is_done) in stages.iter().zip(self.done(stages)?) {
+            outcome = match is_done {
+                true => outcome.line(format!("# {}: skipped, nothing changed", stage.name)),
+                false => outcome
+                    .line(format!("# {}: would run", stage.name))
+                    .line(self.command_line(stage)),
+            };
+            reports.push(json!({ "stage": stage.name, "skipped": is_done, "command": self.command_line(stage) }));
+        }
+        Ok(outcome.figure("stages", reports))
+    }
+
+    /// Which stages a run would skip.
+    fn done(&mut self, stages: &[Stage]) -> Result<Vec<bool>> {
         // Without running a stage, the record cannot vouch for those that read what it writes.
         let mut stale: Vec<&PathBuf> = Vec::new();
+        let mut done = Vec::new();
         for stage in stages {
             let files = stage.command.files()?;
             let key = Record::key(&stage.words, self.session.seed());
@@ -173,18 +206,42 @@ impl Chain<'_> {
                 .iter()
                 .any(|input| stale.iter().any(|made| input.starts_with(made)));
             let skip = !self.fresh && !reads_stale && self.record.is_done(&key, &files)?;
-            outcome = match skip {
-                true => outcome.line(format!("# {}: skipped, nothing changed", stage.name)),
-                false => {
-                    stale.extend(&stage.outputs);
-                    outcome
-                        .line(format!("# {}: would run", stage.name))
-                        .line(self.command_line(stage))
-                }
-            };
-            reports.push(json!({ "stage": stage.name, "skipped": skip, "command": self.command_line(stage) }));
+            if !skip {
+                stale.extend(&stage.outputs);
+            }
+            done.push(skip);
         }
-        Ok(outcome.figure("stages", reports))
+        Ok(done)
+    }
+
+    /// Says what a scene's stages make, and what of it is there.
+    fn products(mut self, scene: &Scene, stages: &[Stage]) -> Result<Outcome> {
+        let mut outcome = Outcome::default().line(format!(
+            "scene `{}`: {} stages, seed {}",
+            scene.name,
+            stages.len(),
+            self.session.seed()
+        ));
+        let mut reports = Vec::new();
+        for (stage, is_done) in stages.iter().zip(self.done(stages)?) {
+            let outputs = stage.outputs.iter().map(|output| self.folder.join(output));
+            let outputs: Vec<String> = outputs.map(|path| path.display().to_string()).collect();
+            let state = match (is_done, stage.output.exists()) {
+                (true, _) => "done",
+                (false, true) => "there, but would run again",
+                (false, false) => "not made yet",
+            };
+            outcome = outcome.line(format!(
+                "{:<10} {}: {state}",
+                stage.name,
+                outputs.join(", ")
+            ));
+            reports.push(json!({ "stage": stage.name, "products": outputs, "done": is_done }));
+        }
+        Ok(outcome
+            .figure("kind", "scene")
+            .figure("name", scene.name.as_str())
+            .figure("stages", reports))
     }
 
     /// The command of a stage as a line for a shell.

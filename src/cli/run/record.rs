@@ -19,7 +19,8 @@ use crate::format::id::ContentId;
 use crate::format::json;
 use crate::format::ours::{Format, is_ours};
 
-const FORMAT: &str = "mesotex-run";
+/// What a record calls itself.
+pub const FORMAT: &str = "mesotex-run";
 const VERSION: u32 = 2;
 
 /// The record of one scene.

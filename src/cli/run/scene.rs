@@ -13,7 +13,7 @@ use crate::cli::run::faults::{Faults, Place, suggestion};
 /// Keys at the top of a scene.
 const TOP: [&str; 5] = ["name", "output", "seed", "sample", "surface"];
 /// Sections of a scene, in the order of their stages.
-const SECTIONS: [&str; 9] = [
+pub const SECTIONS: [&str; 9] = [
     "bake", "import", "exemplar", "textons", "gram", "knn", "mesh", "synth", "render",
 ];
 /// Sections without effect beside `[exemplar]`, which does their work.

@@ -12,6 +12,9 @@ use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::Agreement;
 
+/// What a report calls itself.
+pub const FORMAT: &str = "mesotex-synthesis-report";
+
 /// The `--report` file: the same for the same inputs, options and seed.
 #[derive(Debug, Serialize)]
 pub struct Report {
@@ -56,7 +59,7 @@ impl Report {
         metric_agreement: Option<Agreement>,
     ) -> Self {
         Self {
-            format: "mesotex-synthesis-report",
+            format: FORMAT,
             version: 1,
             vertices: map.mesh.positions.len(),
             exemplar: map.exemplar,

@@ -6,10 +6,13 @@
 //! and normals after their integration.
 
 mod folder;
+mod normal_map;
 mod normals;
+mod packed;
 mod recipe;
 mod relief;
 mod resample;
+mod set;
 
 use std::path::Path;
 
@@ -17,12 +20,16 @@ use clap::ValueEnum;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+pub use crate::btf::bake::maps::normal_map::NormalKind;
 pub use crate::btf::bake::maps::normals::NormalY;
+pub use crate::btf::bake::maps::packed::{PackedChannel, PackedOrder};
 pub use crate::btf::bake::maps::recipe::{Color, Recipe, Scalar};
+pub use crate::btf::bake::maps::set::{DefaultRole, FileUse, MaterialSet};
 
 use crate::btf::bake::brdf::Diffuse;
 use crate::btf::bake::maps::resample::resampled;
 use crate::btf::bake::material::Material;
+use crate::btf::bake::steepness::Steepness;
 use crate::error::{Error, Result};
 use crate::format::image::{self, Encoding, FloatImage};
 use crate::grid::TexelGrid;
@@ -72,6 +79,9 @@ pub struct MapOptions {
     /// Where green points in a normal map.
     #[arg(long, value_enum)]
     pub normal_y: Option<NormalY>,
+    /// How a normal map stores its vectors.
+    #[arg(long, value_enum)]
+    pub normal_kind: Option<NormalKind>,
     /// What to do about the steps of an 8-bit height map.
     #[arg(long, value_enum, default_value_t = MapOptions::default().terraces)]
     pub terraces: Terraces,
@@ -116,6 +126,18 @@ impl MapOptions {
                 "--width-mm beside it",
             )),
             _ => Ok(()),
+        }?;
+        let of_normals = [
+            ("normal-y", self.normal_y.is_some()),
+            ("normal-kind", self.normal_kind.is_some()),
+        ];
+        match of_normals.into_iter().find(|&(_, given)| given) {
+            Some((option, _)) if recipe.normal.is_none() => Err(Error::option(
+                option,
+                "given where no normal map is used",
+                "a material whose relief comes from a normal map",
+            )),
+            _ => Ok(()),
         }
     }
 
@@ -135,6 +157,7 @@ impl MapOptions {
             recipe.tileable = tiling == Tiling::Wrap;
         }
         recipe.normal_y = self.normal_y.unwrap_or(recipe.normal_y);
+        recipe.normal_kind = self.normal_kind.unwrap_or(recipe.normal_kind);
         recipe
     }
 }
@@ -142,23 +165,23 @@ impl MapOptions {
 /// Reads a recipe: a TOML file, a folder with `material.toml`, or a folder of maps with the names that
 /// ambientCG, Poly Haven and others give them.
 pub fn read_recipe(path: &Path) -> Result<Recipe> {
-    let inside = path.join("material.toml");
-    if path.is_dir() && !inside.is_file() {
-        folder::recognise(path)
-    } else if path.is_dir() {
-        recipe::read(&inside)
-    } else {
-        recipe::read(path)
-    }
+    read_set(path)?.recipe
 }
 
-/// The material of a recipe, `size` texels along its longer side.
+/// The same with what each file is used for. A folder whose maps make no material has the reason in its
+/// `recipe`.
+pub fn read_set(path: &Path) -> Result<MaterialSet> {
+    set::read(path)
+}
+
+/// The material of a recipe, `size` texels along the longer side. Slopes that no material has are warned
+/// of, with the depth that would give plausible ones.
 pub fn material(
     recipe: &Recipe,
     options: &MapOptions,
     size: u32,
     progress: &Progress,
-) -> Result<Material> {
+) -> Result<Loaded> {
     options.validate()?;
     if !(2..=16_384).contains(&size) {
         return Err(Error::option("size", size.to_string(), "2 to 16384 texels"));
@@ -174,7 +197,11 @@ pub fn material(
         progress,
     };
     let heights = relief.resampled(width, height);
-    Ok(Material {
+    let Coat {
+        roughness,
+        metallic,
+    } = loader.coat()?;
+    let material = Material {
         name: recipe.name.clone(),
         grid: TexelGrid {
             width,
@@ -186,14 +213,43 @@ pub fn material(
             .map(|mm| mm / f64::from(width)),
         heights,
         albedo: loader.albedo()?,
-        roughness: loader.scalar("roughness", recipe.roughness.as_ref())?,
-        metallic: loader.scalar("metallic", recipe.metallic.as_ref())?,
+        roughness,
+        metallic,
         reflectance: recipe.reflectance,
         diffuse: match recipe.oren_nayar_deg {
             Some(degrees) => Diffuse::OrenNayar(degrees.to_radians()),
             None => Diffuse::Lambert,
         },
+    };
+    if let Some(warning) = relief
+        .depth
+        .and_then(|depth| Steepness::of(&material).objection(depth))
+    {
+        progress.warn(warning);
+    }
+    Ok(Loaded {
+        material,
+        depth: relief.depth,
+        notes: relief.notes,
     })
+}
+
+/// A material with what was found on the way.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The material, at the size it is baked.
+    pub material: Material,
+    /// Height of map value 1 over 0 as a share of the map's width; `None` where no height map gives the
+    /// relief.
+    pub depth: Option<f64>,
+    /// What a report should say of the maps.
+    pub notes: Vec<String>,
+}
+
+/// What a coat is made of, per texel; `None` as in [`Material`].
+struct Coat {
+    roughness: Option<Vec<f32>>,
+    metallic: Option<Vec<f32>>,
 }
 
 /// Reads maps onto the texel grid.
@@ -236,14 +292,51 @@ impl Loader<'_> {
             Some(Scalar::Map(file)) => {
                 let path = self.recipe.folder.join(file);
                 let image = self.on_grid(image::read(&path)?.into_gray(), &path)?;
-                if let Some(&bad) = image.data.iter().find(|v| !(0.0..=1.0).contains(*v)) {
-                    return Err(Error::data(name, bad.to_string())
-                        .expected("0 to 1")
-                        .in_file(&path));
-                }
+                check_unit(name, &image).map_err(|error| error.in_file(&path))?;
                 Some(image.data)
             }
         })
+    }
+
+    /// Roughness and metalness: from maps or numbers of their own, else from a packed image.
+    fn coat(&self) -> Result<Coat> {
+        let recipe = self.recipe;
+        let packed = match &recipe.packed {
+            Some(file) => Some(self.packed(file)?),
+            None => None,
+        };
+        let channel = |wanted| -> Option<Vec<f32>> {
+            let place = recipe.packed_order.place_of(wanted)?;
+            let texels = packed.as_ref()?.data.chunks_exact(3);
+            Some(texels.map(|texel| texel[place]).collect())
+        };
+        let rough = |gloss: Vec<f32>| gloss.into_iter().map(|gloss| 1.0 - gloss).collect();
+        let own = match self.scalar("gloss", recipe.gloss.as_ref())? {
+            Some(gloss) => Some(rough(gloss)),
+            None => self.scalar("roughness", recipe.roughness.as_ref())?,
+        };
+        let roughness = own
+            .or_else(|| channel(PackedChannel::Roughness))
+            .or_else(|| channel(PackedChannel::Gloss).map(rough));
+        let metallic = self.scalar("metallic", recipe.metallic.as_ref())?;
+        Ok(Coat {
+            roughness,
+            metallic: metallic.or_else(|| channel(PackedChannel::Metallic)),
+        })
+    }
+
+    /// A packed image on the grid, its numbers as they stand.
+    fn packed(&self, file: &Path) -> Result<FloatImage> {
+        let path = self.recipe.folder.join(file);
+        let image = image::read(&path)?;
+        if image.channels != 3 {
+            return Err(Error::data("channels", image.channels.to_string())
+                .expected("3: a packed image holds a map per channel")
+                .in_file(&path));
+        }
+        let image = self.on_grid(image, &path)?;
+        check_unit("packed", &image).map_err(|error| error.in_file(&path))?;
+        Ok(image)
     }
 
     /// Checks a map and resamples it; says so when it has other sides than the height map.
@@ -260,6 +353,13 @@ impl Loader<'_> {
             ));
         }
         Ok(resampled(&image, self.target.0, self.target.1))
+    }
+}
+
+fn check_unit(name: &str, image: &FloatImage) -> Result<()> {
+    match image.data.iter().find(|v| !(0.0..=1.0).contains(*v)) {
+        Some(bad) => Err(Error::data(name, bad.to_string()).expected("0 to 1")),
+        None => Ok(()),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Normal maps to heights: the surface whose slopes are nearest to the map's in the least squares
 //! sense (Frankot and Chellappa 1988), on a torus, by Fourier transform.
 //!
-//! A map stores (n + 1)/2. Its green channel points up the image (OpenGL) or down (DirectX); slopes
+//! A map's green channel points up the image (OpenGL) or down (DirectX); slopes
 //! of a real surface have no curl, so the convention with less curl is the right one. Heights come out
 //! in texels of the map. Normals lower than [`LEAST_Z`] are lifted to it.
 
@@ -10,7 +10,7 @@ use rustfft::num_complex::Complex64;
 use rustfft::{FftDirection, FftPlanner};
 use serde::{Deserialize, Serialize};
 
-use crate::format::image::FloatImage;
+use crate::btf::bake::maps::normal_map::Normals;
 
 /// Steeper normals are noise: their slope would be infinite.
 const LEAST_Z: f64 = 0.05;
@@ -48,19 +48,18 @@ pub(super) struct Handedness {
 
 impl Slopes {
     /// The slopes a map shows, its green taken to point up.
-    pub(super) fn of_map(map: &FloatImage) -> Self {
-        let axis = |texel: &[f32], channel: usize| f64::from(texel[channel]) * 2.0 - 1.0;
-        let slope = |channel: usize| {
-            map.data
-                .chunks_exact(map.channels as usize)
-                .map(|texel| -axis(texel, channel) / axis(texel, 2).max(LEAST_Z))
+    pub(super) fn of_map(map: &Normals) -> Self {
+        let slopes = |axis: usize| {
+            let vectors = map.vectors.iter();
+            vectors
+                .map(|normal| -normal[axis] / normal.z.max(LEAST_Z))
                 .collect()
         };
         Self {
-            width: map.width as usize,
-            height: map.height as usize,
-            along_x: slope(0),
-            along_y: slope(1),
+            width: map.width,
+            height: map.height,
+            along_x: slopes(0),
+            along_y: slopes(1),
         }
     }
 
@@ -187,15 +186,15 @@ fn transform(values: &mut [Complex64], width: usize, height: usize, direction: F
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::image::{Encoding, Precision};
+    use glam::DVec3;
     use std::f64::consts::TAU;
 
     const WIDTH: usize = 24;
     const HEIGHT: usize = 16;
 
     /// A smooth wrapped surface and its normal map, green up.
-    fn surface() -> (Vec<f64>, FloatImage) {
-        let (mut heights, mut data) = (Vec::new(), Vec::new());
+    fn surface() -> (Vec<f64>, Normals) {
+        let (mut heights, mut vectors) = (Vec::new(), Vec::new());
         for row in 0..HEIGHT {
             for col in 0..WIDTH {
                 let x = TAU * col as f64 / WIDTH as f64;
@@ -203,19 +202,15 @@ mod tests {
                 heights.push((x + 0.3).sin() + 0.5 * (2.0 * y + x).cos());
                 let p = ((x + 0.3).cos() - 0.5 * (2.0 * y + x).sin()) * TAU / WIDTH as f64;
                 let q = -(2.0 * y + x).sin() * TAU / HEIGHT as f64;
-                let length = (p * p + q * q + 1.0).sqrt();
-                data.extend(
-                    [-p / length, -q / length, 1.0 / length].map(|n| (0.5 * n + 0.5) as f32),
-                );
+                vectors.push(DVec3::new(-p, -q, 1.0).normalize());
             }
         }
-        let map = FloatImage {
-            width: WIDTH as u32,
-            height: HEIGHT as u32,
-            channels: 3,
-            data,
-            encoding: Encoding::Linear,
-            precision: Precision::Float,
+        let map = Normals {
+            width: WIDTH,
+            height: HEIGHT,
+            vectors,
+            note: String::new(),
+            warning: None,
         };
         (heights, map)
     }

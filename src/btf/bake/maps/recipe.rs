@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::btf::bake::maps::normal_map::NormalKind;
 use crate::btf::bake::maps::normals::NormalY;
+use crate::btf::bake::maps::packed::{PackedChannel, PackedOrder};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
 
@@ -30,6 +32,13 @@ pub enum Scalar {
     Constant(f32),
     /// An image file, relative to the recipe; colour maps are averaged over their channels.
     Map(PathBuf),
+}
+
+/// A packed image with the order of its channels.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PackedMap {
+    pub(super) file: PathBuf,
+    pub(super) order: PackedOrder,
 }
 
 /// How the numbers of a colour map stand for light.
@@ -62,14 +71,22 @@ pub struct Recipe {
     pub normal: Option<PathBuf>,
     /// Where green points in the normal map.
     pub normal_y: NormalY,
+    /// How the normal map stores its vectors.
+    pub normal_kind: NormalKind,
     /// Base colour.
     pub albedo: Color,
     /// Whether the albedo map is sRGB; default: integers are, floats are not.
     pub albedo_encoding: Option<ColorEncoding>,
     /// Roughness of the coat, α its square; none: a matte surface without coat.
     pub roughness: Option<Scalar>,
+    /// The same as gloss, 1 − roughness; instead of `roughness`.
+    pub gloss: Option<Scalar>,
     /// 0 dielectric, 1 metal; none: 0.
     pub metallic: Option<Scalar>,
+    /// An image with a map per channel; `roughness`, `gloss` and `metallic` go before its channels.
+    pub packed: Option<PathBuf>,
+    /// What red, green and blue of the packed image hold.
+    pub packed_order: PackedOrder,
     /// Reflectance of the coat at normal incidence where it is no metal.
     pub reflectance: f32,
     /// Slope angle σ of Oren and Nayar's diffuse facets, in degrees; none: Lambert.
@@ -92,10 +109,14 @@ impl Default for Recipe {
             texel_mm: None,
             normal: None,
             normal_y: NormalY::Auto,
+            normal_kind: NormalKind::Auto,
             albedo: Color::Constant([0.5; 3]),
             albedo_encoding: None,
             roughness: None,
+            gloss: None,
             metallic: None,
+            packed: None,
+            packed_order: PackedOrder::default(),
             reflectance: 0.04,
             oren_nayar_deg: None,
             tileable: true,
@@ -107,6 +128,12 @@ impl Default for Recipe {
 impl Recipe {
     /// The files it names, for a command that must not write over them.
     pub fn files(&self) -> Vec<PathBuf> {
+        let maps = self.maps().into_iter();
+        maps.map(|(_, file, _)| self.folder.join(file)).collect()
+    }
+
+    /// The maps it names: role, file, and what the file is used as.
+    pub(super) fn maps(&self) -> Vec<(&'static str, PathBuf, String)> {
         let scalar = |scalar: &Option<Scalar>| match scalar {
             Some(Scalar::Map(file)) => Some(file.clone()),
             _ => None,
@@ -115,17 +142,39 @@ impl Recipe {
             Color::Map(file) => Some(file.clone()),
             Color::Constant(_) => None,
         };
+        let packed = format!("packed: {}", self.packed_order.describe());
         [
-            self.height.clone(),
-            self.normal.clone(),
-            albedo,
-            scalar(&self.roughness),
-            scalar(&self.metallic),
+            ("height", self.height.clone(), "height"),
+            (
+                "normal",
+                self.normal.clone(),
+                "normal, integrated to a relief",
+            ),
+            ("albedo", albedo, "albedo"),
+            ("roughness", scalar(&self.roughness), "roughness"),
+            ("gloss", scalar(&self.gloss), "roughness = 1 − gloss"),
+            ("metallic", scalar(&self.metallic), "metallic"),
+            ("packed", self.packed.clone(), &packed),
         ]
         .into_iter()
-        .flatten()
-        .map(|file| self.folder.join(file))
+        .filter_map(|(role, file, used_as)| Some((role, file?, used_as.to_owned())))
         .collect()
+    }
+
+    /// Whether roughness is a channel of the packed image.
+    pub(super) fn rough_is_packed(&self) -> bool {
+        let channels = [PackedChannel::Roughness, PackedChannel::Gloss];
+        let own = self.roughness.is_some() || self.gloss.is_some();
+        !own && channels.iter().any(|&channel| self.packs(channel))
+    }
+
+    /// Whether metalness is a channel of the packed image.
+    pub(super) fn metal_is_packed(&self) -> bool {
+        self.metallic.is_none() && self.packs(PackedChannel::Metallic)
+    }
+
+    fn packs(&self, channel: PackedChannel) -> bool {
+        self.packed.is_some() && self.packed_order.place_of(channel).is_some()
     }
 
     /// Width of the material in millimetres, its relief map being `columns` wide; `None` if unsaid.
@@ -157,12 +206,14 @@ impl Recipe {
             return Err(Error::data("normal", "given with height")
                 .expected("one of both: normals follow from heights"));
         }
+        self.check_packed()?;
         let unit = |v: f32| (0.0..=1.0).contains(&v);
         let scalar = |s: &Option<Scalar>| !matches!(s, Some(Scalar::Constant(v)) if !unit(*v));
         let color = !matches!(self.albedo, Color::Constant(rgb) if !rgb.into_iter().all(unit));
         for (name, sound) in [
             ("albedo", color),
             ("roughness", scalar(&self.roughness)),
+            ("gloss", scalar(&self.gloss)),
             ("metallic", scalar(&self.metallic)),
             ("reflectance", unit(self.reflectance)),
         ] {
@@ -175,6 +226,27 @@ impl Recipe {
             .is_some_and(|v| !(0.0..=90.0).contains(&v))
         {
             return Err(Error::data("oren-nayar-deg", "no angle of slopes").expected("0 to 90"));
+        }
+        Ok(())
+    }
+
+    /// Refuses two ways to say one roughness, and a packed image of which nothing is used.
+    fn check_packed(&self) -> Result<()> {
+        if self.roughness.is_some() && self.gloss.is_some() {
+            return Err(Error::data("gloss", "given with roughness")
+                .expected("one of both: gloss is 1 − roughness"));
+        }
+        if self.packed.is_some() && !self.rough_is_packed() && !self.metal_is_packed() {
+            return Err(Error::data("packed", "none of its channels is used")
+                .expected("no roughness, gloss or metallic beside it, or no packed image"));
+        }
+        if self.packed.is_none() && self.packed_order != PackedOrder::default() {
+            return Err(Error::data("packed-order", "given without packed")
+                .expected("the packed image beside it"));
+        }
+        if self.normal.is_none() && self.normal_kind != NormalKind::Auto {
+            return Err(Error::data("normal-kind", "given without a normal map")
+                .expected("`normal` beside it"));
         }
         Ok(())
     }
@@ -192,7 +264,7 @@ pub(super) fn read(path: &Path) -> Result<Recipe> {
     let parse = || {
         let text = std::str::from_utf8(&bytes)
             .map_err(|_| Error::data("text", "bytes that are no UTF-8").expected("TOML"))?;
-        parse(text)
+        parse(text.trim_start_matches('\u{feff}'))
     };
     let mut recipe = guarded(path, parse)?;
     if recipe.name.is_empty() {

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::btf::bake::maps::normal_map::normals;
 use crate::btf::bake::maps::normals::{Handedness, NormalY, Slopes};
 use crate::btf::bake::maps::recipe::Recipe;
 use crate::btf::bake::maps::resample::resampled;
@@ -26,6 +27,10 @@ pub(super) struct Relief {
     pub(super) height: u32,
     /// In widths of the map, any level.
     heights: Vec<f32>,
+    /// Height of map value 1, in widths of the map; `None` where no height map gives the relief.
+    pub(super) depth: Option<f64>,
+    /// What a report should say.
+    pub(super) notes: Vec<String>,
 }
 
 impl Relief {
@@ -86,6 +91,8 @@ fn plane(recipe: &Recipe) -> Result<Relief> {
         width,
         height,
         heights: vec![0.0; width as usize * height as usize],
+        depth: None,
+        notes: Vec::new(),
     })
 }
 
@@ -117,6 +124,8 @@ fn from_heights(
         width: image.width,
         height: image.height,
         heights: image.data,
+        depth: Some(depth),
+        notes: Vec::new(),
     };
     // Area means over n × n texels leave a step of 1/n of it on every texel of theirs.
     let reduction = f64::from(map.width.max(map.height)) / f64::from(size);
@@ -134,14 +143,15 @@ fn from_heights(
 }
 
 fn from_normals(recipe: &Recipe, map: &FloatImage, progress: &Progress) -> Result<Relief> {
-    if map.channels != 3 {
-        return Err(Error::data("channels", "1").expected("3: a normal map is a colour image"));
-    }
     if recipe.height_mm.is_some() || recipe.depth.is_some() {
         return Err(Error::data("height-mm or depth", "given for a normal map")
             .expected("neither: normals say how steep the surface is"));
     }
-    let slopes = Slopes::of_map(map);
+    let normals = normals(map, recipe.normal_kind)?;
+    if let Some(warning) = &normals.warning {
+        progress.warn(warning.as_str());
+    }
+    let slopes = Slopes::of_map(&normals);
     let slopes = match chosen_handedness(recipe.normal_y, slopes.handedness(), progress) {
         NormalY::Down => slopes.flipped(),
         NormalY::Up | NormalY::Auto => slopes,
@@ -158,6 +168,8 @@ fn from_normals(recipe: &Recipe, map: &FloatImage, progress: &Progress) -> Resul
         width: map.width,
         height: map.height,
         heights: heights.iter().map(|h| (h / width as f64) as f32).collect(),
+        depth: None,
+        notes: vec![normals.note],
     })
 }
 
@@ -263,6 +275,8 @@ mod tests {
             width: 64,
             height: 8,
             heights: stored.clone(),
+            depth: None,
+            notes: Vec::new(),
         };
         assert!(terraced(&map));
         let smooth = smoothed_within_steps(&map);

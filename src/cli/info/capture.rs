@@ -1,0 +1,77 @@
+//! A capture: its list, its images, its directions.
+
+use std::path::Path;
+
+use crate::btf::direction::Direction;
+use crate::btf::direction_set::DirectionSet;
+use crate::btf::import::{ImageList, MeasuredImage, read_list};
+use crate::cli::info::sample::directions;
+use crate::cli::outcome::Outcome;
+use crate::error::Result;
+
+/// Reads the list of a capture and says what it holds.
+pub fn describe(path: &Path) -> Result<Outcome> {
+    let list = read_list(path)?;
+    let missing: Vec<String> = list
+        .images
+        .iter()
+        .filter(|image| !image.path.is_file())
+        .map(|image| image.path.display().to_string())
+        .collect();
+    let mut outcome = Outcome::default()
+        .line(headline(&list))
+        .line(directions("views", &distinct(&list, |image| image.view)))
+        .line(directions("lights", &distinct(&list, |image| image.light)))
+        .figure("kind", "capture")
+        .figure("name", list.name.as_str())
+        .figure("list", list.path.to_string_lossy())
+        .figure("source", list.kind)
+        .figure("images", list.images.len())
+        .figure("views", distinct(&list, |image| image.view).len())
+        .figure("lights", distinct(&list, |image| image.light).len());
+    for note in &list.notes {
+        outcome = outcome.line(note.as_str());
+    }
+    outcome = match missing.first() {
+        None => outcome.next(format!("mesotex import {} -o {}.sample", path.display(), list.name)),
+        Some(first) => outcome.line(format!(
+            "cannot be imported: {} of {} images are missing, {first} first (import --images FOLDER says \
+             where they are)",
+            missing.len(),
+            list.images.len()
+        )),
+    };
+    Ok(outcome
+        .figure("notes", list.notes)
+        .figure("missing", missing))
+}
+
+fn headline(list: &ImageList) -> String {
+    format!(
+        "capture `{}` ({}): {} images listed in {}",
+        list.name,
+        list.kind,
+        list.images.len(),
+        list.path.display()
+    )
+}
+
+fn distinct(list: &ImageList, of: impl Fn(&MeasuredImage) -> Direction) -> Vec<Direction> {
+    let mut all: Vec<[f64; 3]> = list
+        .images
+        .iter()
+        .map(|image| of(image).0.to_array())
+        .collect();
+    all.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    all.dedup();
+    all.into_iter().map(Direction::from).collect()
+}
+
+/// Reads a table of directions and says what it holds.
+pub fn describe_directions(path: &Path) -> Result<Outcome> {
+    let set = DirectionSet::File(path.to_path_buf()).directions()?;
+    Ok(Outcome::default()
+        .line(directions("directions", &set))
+        .figure("kind", "direction set")
+        .figure("directions", set.len()))
+}

@@ -1,0 +1,183 @@
+//! What a path holds: by its name where that tells, else by its first bytes or its first line.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use crate::btf::import::lists_in;
+use crate::btf::sample::DESCRIPTION;
+use crate::cli::info::material;
+use crate::cli::run::scene::SECTIONS;
+use crate::error::{Error, Result};
+
+/// How much of a file is looked at.
+const START: u64 = 4096;
+
+/// What a path holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Sample,
+    Map,
+    Mesh,
+    Archive,
+    Array,
+    Image,
+    Material,
+    Scene,
+    Capture,
+    Directions,
+    CameraPath,
+    Json,
+    Frames,
+}
+
+/// What `info` knows, for errors.
+const KNOWN: &str = "a sample (X.sample), a folder of maps or a material recipe (.toml), a scene (.toml), \
+    a capture (a folder with a list, .lp, .csv), a table of directions or a camera path (.csv, .json), a \
+    folder of frames, an archive of ours (.npz), an array (.npy), a mesh or a surface texton map (PLY, OBJ, \
+    STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
+    HDR, GIF, BMP)";
+
+/// What is said of everything else.
+pub fn unknown(path: &Path) -> Error {
+    Error::data("kind", "nothing that info knows")
+        .expected(KNOWN)
+        .in_file(path)
+}
+
+impl Kind {
+    /// What is at `path`.
+    pub fn of(path: &Path) -> Result<Self> {
+        if path.join(DESCRIPTION).is_file() {
+            return Ok(Self::Sample);
+        }
+        let metadata = fs::metadata(path).map_err(Error::io(path, "read"))?;
+        if metadata.is_dir() {
+            return Self::of_folder(path);
+        }
+        let start = start_of(path)?;
+        let extension = path
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .to_lowercase();
+        match extension.as_str() {
+            "npy" => Ok(Self::Array),
+            "npz" => Ok(Self::Archive),
+            "ply" if is_map(&start) => Ok(Self::Map),
+            "ply" | "obj" | "stl" | "off" | "glb" | "gltf" | "gz" => Ok(Self::Mesh),
+            "toml" => Ok(of_toml(&start)),
+            "lp" => Ok(Self::Capture),
+            "csv" | "tsv" => of_table(path, &start),
+            "json" => Ok(Self::Json),
+            "png" | "jpg" | "jpeg" | "jpe" | "tif" | "tiff" | "exr" | "hdr" | "rgbe" | "pic"
+            | "gif" | "bmp" | "dib" => Ok(Self::Image),
+            _ if is_image(&start) => Ok(Self::Image),
+            _ => Err(unknown(path)),
+        }
+    }
+
+    fn of_folder(folder: &Path) -> Result<Self> {
+        if folder.join("material.toml").is_file() {
+            return Ok(Self::Material);
+        }
+        let lists = lists_in(folder)?;
+        if !lists.is_empty() {
+            return Ok(Self::Capture);
+        }
+        if !frames_in(folder)?.is_empty() {
+            return Ok(Self::Frames);
+        }
+        match material::is_set(folder)? {
+            true => Ok(Self::Material),
+            false => Err(unknown(folder)),
+        }
+    }
+}
+
+/// The frames in a folder, `NAME.0001.exr`, sorted.
+pub fn frames_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    let is_frame = |path: &PathBuf| {
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .to_lowercase();
+        let number = name
+            .strip_suffix(".exr")
+            .and_then(|stem| stem.rsplit_once('.'));
+        number.is_some_and(|(_, digits)| {
+            digits.len() >= 3 && digits.bytes().all(|byte| byte.is_ascii_digit())
+        })
+    };
+    let entries = fs::read_dir(folder).map_err(Error::io(folder, "read"))?;
+    let mut frames: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(is_frame)
+        .collect();
+    frames.sort();
+    Ok(frames)
+}
+
+fn start_of(path: &Path) -> Result<Vec<u8>> {
+    let mut start = Vec::new();
+    let file = fs::File::open(path).map_err(Error::io(path, "read"))?;
+    file.take(START)
+        .read_to_end(&mut start)
+        .map_err(Error::io(path, "read"))?;
+    Ok(start)
+}
+
+/// Whether a PLY says in its header that it is a surface texton map.
+fn is_map(start: &[u8]) -> bool {
+    let mark = b"\ncomment exemplar ";
+    start.windows(mark.len()).any(|window| window == mark)
+}
+
+fn is_image(start: &[u8]) -> bool {
+    let marks: [&[u8]; 9] = [
+        b"\x89PNG",
+        b"\xff\xd8\xff",
+        b"\x76\x2f\x31\x01",
+        b"II*\0",
+        b"MM\0*",
+        b"II+\0",
+        b"#?RADIANCE",
+        b"#?RGBE",
+        b"GIF8",
+    ];
+    marks.iter().any(|mark| start.starts_with(mark))
+}
+
+/// A scene has the sections of its stages, a recipe has none.
+fn of_toml(start: &[u8]) -> Kind {
+    let text = String::from_utf8_lossy(start);
+    let section = |line: &str| {
+        let name = line.trim().trim_start_matches('[').split(']').next();
+        line.trim().starts_with('[') && name.is_some_and(|name| SECTIONS.contains(&name.trim()))
+    };
+    match text.lines().any(section) {
+        true => Kind::Scene,
+        false => Kind::Material,
+    }
+}
+
+/// A table by the names of its columns.
+fn of_table(path: &Path, start: &[u8]) -> Result<Kind> {
+    let text = String::from_utf8_lossy(start)
+        .replace('\0', "")
+        .to_lowercase();
+    let is_content = |line: &&str| {
+        !line.trim().is_empty() && !line.starts_with(['#']) && !line.starts_with("sep=")
+    };
+    let header = text.lines().find(is_content).unwrap_or_default();
+    if header.contains("view_theta") || header.contains("light_theta") {
+        Ok(Kind::Capture)
+    } else if header.contains("theta_deg") {
+        Ok(Kind::Directions)
+    } else if header.contains("camera_") || header.contains("light_") {
+        Ok(Kind::CameraPath)
+    } else {
+        Err(unknown(path))
+    }
+}
