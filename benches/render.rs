@@ -158,7 +158,12 @@ fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
         camera_elevation: 30.0,
         ..RenderOptions::default()
     };
-    plan(&options, &Bounds::of(&material().map.mesh).unwrap()).unwrap()
+    plan(
+        &options,
+        &Bounds::of(&material().map.mesh).unwrap(),
+        &Progress::silent(),
+    )
+    .unwrap()
 }
 
 /// Colour alone.

@@ -5,12 +5,39 @@
 //! Each light stands at its part's centroid of energy and has all its energy: the sum of the
 //! lights' irradiances is the integral of radiance over solid angle, whatever their number.
 
+use std::path::Path;
+
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::format::image::FloatImage;
+use crate::format::image::{self, Alpha, Flags, FloatImage, Missing, Notes, ReadOptions};
+use crate::progress::Progress;
 use crate::render::compass::Compass;
 use crate::render::light::{Light, Origin, luminance};
+use crate::render::options::RenderOptions;
+
+/// Reads the image of an environment in linear Rec. 709, three channels. Where it is transparent or holds no
+/// data there is no light: such places are black.
+pub fn read(path: &Path, options: &RenderOptions, progress: &Progress<'_>) -> Result<FloatImage> {
+    let reading = ReadOptions {
+        encoding: options.environment_encoding.unwrap_or_default(),
+        alpha: Alpha::OverBlack,
+        missing: Missing::Black,
+        layer: options.environment_layer.clone(),
+        flags: Flags {
+            layer: "--environment-layer",
+            encoding: "--environment-encoding",
+            ..Flags::default()
+        },
+        ..ReadOptions::default()
+    };
+    let read = image::read_with(path, &reading)?;
+    let mut notes = Notes::default();
+    notes.add(path, read.notes);
+    notes.warn(progress);
+    reading.check_layer_taken(read.layer_taken)?;
+    Ok(read.image.into_linear().into_rgb())
+}
 
 /// A part of the image: first and last row and column, the last not included.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::format::image::{self, FloatImage};
+use crate::format::image::FloatImage;
+use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::camera::{Camera, FittedProjection, Projection, View};
 use crate::render::compass::Compass;
@@ -31,9 +32,15 @@ pub struct PlannedFrame {
 const DEFAULT_SWEEP: u32 = 24;
 
 /// Works out the frames of a sweep round a mesh.
-pub fn plan(options: &RenderOptions, bounds: &Bounds) -> Result<Vec<PlannedFrame>> {
+///
+/// `progress` hears what is to be said of the environment's image.
+pub fn plan(
+    options: &RenderOptions,
+    bounds: &Bounds,
+    progress: &Progress<'_>,
+) -> Result<Vec<PlannedFrame>> {
     options.validate()?;
-    let planner = Planner::new(options, bounds)?;
+    let planner = Planner::new(options, bounds, progress)?;
     let range = planner.range();
     let length = planner.length(range)?;
     options
@@ -71,9 +78,13 @@ struct Moment {
 }
 
 impl<'a> Planner<'a> {
-    fn new(options: &'a RenderOptions, bounds: &'a Bounds) -> Result<Self> {
+    fn new(
+        options: &'a RenderOptions,
+        bounds: &'a Bounds,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
         let environment = match &options.environment {
-            Some(path) => Some(image::read(path)?.into_linear().into_rgb()),
+            Some(path) => Some(environment::read(path, options, progress)?),
             None => None,
         };
         Ok(Self {
@@ -439,7 +450,7 @@ mod tests {
             camera_azimuth: 90.0,
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds()).unwrap();
+        let frames = plan(&options, &bounds(), &Progress::silent()).unwrap();
         // The camera stands at +x; seen from above, counter-clockwise from +x comes −z.
         for (frame, wanted) in frames
             .iter()
@@ -465,8 +476,8 @@ mod tests {
             ..whole.clone()
         };
         let (whole, part) = (
-            plan(&whole, &bounds()).unwrap(),
-            plan(&part, &bounds()).unwrap(),
+            plan(&whole, &bounds(), &Progress::silent()).unwrap(),
+            plan(&part, &bounds(), &Progress::silent()).unwrap(),
         );
         assert_eq!(part.len(), 3);
         for frame in &part {
@@ -483,7 +494,7 @@ mod tests {
             light_azimuth: 0.0,
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds()).unwrap();
+        let frames = plan(&options, &bounds(), &Progress::silent()).unwrap();
         for (frame, wanted) in frames.iter().zip([DVec3::Z, DVec3::Y, -DVec3::Z]) {
             assert!((towards(frame) - wanted).length() < 1e-12);
         }
@@ -497,7 +508,7 @@ mod tests {
             camera_position: Some(Point([0.0, 1.0, 3.0])),
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds()).unwrap();
+        let frames = plan(&options, &bounds(), &Progress::silent()).unwrap();
         let wanted = [
             [0.0, 1.0, 3.0],
             [3.0, 1.0, 0.0],
@@ -517,7 +528,11 @@ mod tests {
 
     #[test]
     fn impossible_plans_are_refused() {
-        let refused = |options: RenderOptions| plan(&options, &bounds()).unwrap_err().to_string();
+        let refused = |options: RenderOptions| {
+            plan(&options, &bounds(), &Progress::silent())
+                .unwrap_err()
+                .to_string()
+        };
         let short = RenderOptions {
             sweep: Sweep::ViewOrbit,
             frames: Some("5-9".parse().unwrap()),

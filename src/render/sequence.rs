@@ -98,7 +98,7 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
     options.validate()?;
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds)?;
+    let frames = plan(options, &bounds, progress)?;
     surroundings::check(&inputs.map.mesh, &bounds, &frames, progress)
         .map_err(|error| of_options(options, "light", error))?;
     let job = Job {
@@ -128,7 +128,7 @@ pub fn with_renderer<R>(
     options.validate()?;
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds)?;
+    let frames = plan(options, &bounds, progress)?;
     let radiance = lay_out(inputs, options, progress)?;
     let mut renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
     work(&mut renderer, &frames)

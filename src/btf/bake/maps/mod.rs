@@ -7,6 +7,7 @@
 
 mod folder;
 mod normals;
+mod reading;
 mod recipe;
 mod relief;
 mod resample;
@@ -21,10 +22,11 @@ pub use crate::btf::bake::maps::normals::NormalY;
 pub use crate::btf::bake::maps::recipe::{Color, Recipe, Scalar};
 
 use crate::btf::bake::brdf::Diffuse;
+use crate::btf::bake::maps::reading::MapReader;
 use crate::btf::bake::maps::resample::resampled;
 use crate::btf::bake::material::Material;
 use crate::error::{Error, Result};
-use crate::format::image::{self, Encoding, FloatImage};
+use crate::format::image::{Alpha, FloatImage, SourceEncoding};
 use crate::grid::TexelGrid;
 use crate::progress::Progress;
 
@@ -75,6 +77,17 @@ pub struct MapOptions {
     /// What to do about the steps of an 8-bit height map.
     #[arg(long, value_enum, default_value_t = MapOptions::default().terraces)]
     pub terraces: Terraces,
+    /// How the albedo map stands for light, whatever its file says. [default: as the material says, else
+    /// the file]
+    #[arg(long, value_enum)]
+    pub albedo_encoding: Option<SourceEncoding>,
+    /// What becomes of texels of the albedo map that are not opaque.
+    #[arg(long, value_enum, default_value_t = MapOptions::default().alpha)]
+    pub alpha: Alpha,
+    /// The layer, part or channel of OpenEXR maps that have several; maps without layers are read as they
+    /// are.
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
 }
 
 impl MapOptions {
@@ -165,16 +178,18 @@ pub fn material(
     }
     let recipe = options.over(recipe);
     options.fit(&recipe)?;
-    let relief = relief::read(&recipe, options.terraces, size, progress)?;
+    let reader = MapReader::new(options, progress);
+    let relief = relief::read(&recipe, options.terraces, size, &reader)?;
     let (width, height) = resample::fitted(relief.width, relief.height, size);
     let loader = Loader {
         recipe: &recipe,
+        reader: &reader,
         source: (relief.width, relief.height),
         target: (width, height),
         progress,
     };
     let heights = relief.resampled(width, height);
-    Ok(Material {
+    let material = Material {
         name: recipe.name.clone(),
         grid: TexelGrid {
             width,
@@ -193,12 +208,15 @@ pub fn material(
             Some(degrees) => Diffuse::OrenNayar(degrees.to_radians()),
             None => Diffuse::Lambert,
         },
-    })
+    };
+    reader.check_layer()?;
+    Ok(material)
 }
 
 /// Reads maps onto the texel grid.
 struct Loader<'a> {
     recipe: &'a Recipe,
+    reader: &'a MapReader<'a>,
     /// Sides of the height map, which the others should share.
     source: (u32, u32),
     target: (u32, u32),
@@ -216,13 +234,8 @@ impl Loader<'_> {
             Color::Map(file) => file,
         };
         let path = self.recipe.folder.join(file);
-        let mut image = image::read(&path)?;
-        image.encoding = self
-            .recipe
-            .albedo_encoding
-            .unwrap_or(image.encoding.into())
-            .into();
-        let image = self.on_grid(image.into_linear().into_rgb(), &path)?;
+        let image = self.reader.color(&path, self.recipe.albedo_encoding)?;
+        let image = self.on_grid(image, &path)?;
         let colors = image.data.chunks_exact(3);
         Ok(colors
             .map(|c| Vec3::new(c[0], c[1], c[2]).clamp(Vec3::ZERO, Vec3::ONE))
@@ -235,7 +248,7 @@ impl Loader<'_> {
             Some(Scalar::Constant(number)) => Some(vec![*number; self.texels()]),
             Some(Scalar::Map(file)) => {
                 let path = self.recipe.folder.join(file);
-                let image = self.on_grid(image::read(&path)?.into_gray(), &path)?;
+                let image = self.on_grid(self.reader.data(&path)?.into_gray(), &path)?;
                 if let Some(&bad) = image.data.iter().find(|v| !(0.0..=1.0).contains(*v)) {
                     return Err(Error::data(name, bad.to_string())
                         .expected("0 to 1")
@@ -275,24 +288,6 @@ fn check_same_shape(image: &FloatImage, (width, height): (u32, u32)) -> Result<(
         );
     }
     Ok(())
-}
-
-impl From<Encoding> for recipe::ColorEncoding {
-    fn from(encoding: Encoding) -> Self {
-        match encoding {
-            Encoding::Srgb => Self::Srgb,
-            Encoding::Linear => Self::Linear,
-        }
-    }
-}
-
-impl From<recipe::ColorEncoding> for Encoding {
-    fn from(encoding: recipe::ColorEncoding) -> Self {
-        match encoding {
-            recipe::ColorEncoding::Srgb => Self::Srgb,
-            recipe::ColorEncoding::Linear => Self::Linear,
-        }
-    }
 }
 
 #[cfg(test)]
