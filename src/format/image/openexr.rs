@@ -312,3 +312,6 @@ fn to_rgb(data: &mut [f32], header: &Header) {
         texel.copy_from_slice(&[red as f32, green as f32, blue as f32]);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -113,3 +113,74 @@ fn check_jpeg(header: &JpegHeader) -> Result<()> {
             .advice("save it again as PNG, TIFF or baseline JPEG")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use image::codecs::jpeg::JpegEncoder;
+    use image::{ExtendedColorType, ImageEncoder};
+
+    use crate::format::image::{Encoding, ReadOptions, read_with};
+    use crate::format::image::{Orientation, inspect};
+
+    /// A JPEG of 16 × 8 pixels, dark on the left, with segments put behind its first two bytes.
+    fn jpeg(segments: &[u8]) -> Vec<u8> {
+        let pixels: Vec<u8> = (0..128)
+            .map(|i| if i % 16 < 8 { 10 } else { 200 })
+            .collect();
+        let mut bytes = Vec::new();
+        JpegEncoder::new_with_quality(&mut bytes, 95)
+            .write_image(&pixels, 16, 8, ExtendedColorType::L8)
+            .unwrap();
+        bytes.splice(2..2, segments.iter().copied());
+        bytes
+    }
+
+    #[test]
+    fn orientation_and_profile_of_a_jpeg_are_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpg");
+        let exif = b"\xff\xe1\0\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+        std::fs::write(&path, jpeg(exif)).unwrap();
+        let upright = read_with(&path, &ReadOptions::default()).unwrap().image;
+        assert_eq!((upright.width, upright.height), (8, 16));
+        // Turned clockwise, the left side is up.
+        assert!(upright.get(0, 4, 0) < 0.1 && upright.get(15, 4, 0) > 0.7);
+        let stored = ReadOptions {
+            orientation: Orientation::Stored,
+            ..ReadOptions::default()
+        };
+        let read = read_with(&path, &stored).unwrap();
+        assert_eq!(
+            (read.image.width, read.notes[0].subject),
+            (16, "orientation")
+        );
+        let profile = moxcms::ColorProfile::new_gray_with_gamma(1.0)
+            .encode()
+            .unwrap();
+        let mut segment = b"\xff\xe2".to_vec();
+        segment.extend((profile.len() as u16 + 16).to_be_bytes());
+        segment.extend(b"ICC_PROFILE\0\x01\x01");
+        segment.extend(profile);
+        std::fs::write(&path, jpeg(&segment)).unwrap();
+        let found = inspect(&path, &ReadOptions::default()).unwrap();
+        assert!(
+            found.facts.color.starts_with("ICC profile"),
+            "{}",
+            found.facts.color
+        );
+        assert_eq!(found.read.unwrap().image.encoding, Encoding::Linear);
+    }
+
+    #[test]
+    fn inks_are_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpg");
+        let frame =
+            b"\xff\xd8\xff\xc0\0\x14\x08\0\x01\0\x01\x04\x01\x11\0\x02\x11\0\x03\x11\0\x04\x11\0";
+        std::fs::write(&path, frame).unwrap();
+        let error = read_with(&path, &ReadOptions::default())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("a.jpg") && error.contains("CMYK"), "{error}");
+    }
+}
