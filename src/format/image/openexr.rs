@@ -12,6 +12,7 @@ use std::path::Path;
 
 use exr::block;
 use exr::block::UncompressedBlock;
+use exr::math::Vec2;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, SampleType};
 use exr::meta::header::Header;
@@ -33,30 +34,41 @@ const STRONGEST_COMPRESSION: u64 = 4096;
 
 /// The headers of a file, their sizes checked against its length.
 fn headers(path: &Path, file_length: u64) -> Result<MetaData> {
-    let meta = MetaData::read_from_file(path, false).map_err(|error| match error.to_string() {
-        text if text.contains("subsampling") => Error::data(
-            "channels",
-            "subsampled channels (luminance and chroma) in OpenEXR",
-        )
-        .expected("channels of full resolution")
-        .advice("convert it to RGB channels, as with oiiotool IN.exr -o OUT.exr"),
-        text => undecodable(text),
-    })?;
+    let meta = MetaData::read_from_file(path, false).map_err(undecodable)?;
     for header in meta.headers.iter().filter(|header| !header.deep) {
-        let bytes = header.channels.bytes_per_pixel as u64;
-        let windows = [
-            header.layer_size,
-            header.shared_attributes.display_window.size,
-        ];
-        let claim = |size: exr::math::Vec2<usize>| Claim {
-            width: size.0 as u64,
-            height: size.1 as u64,
-            stored_bits: bytes * 8,
-            decoded_bytes: bytes.max(16),
-        };
-        claim(windows[0]).check(STRONGEST_COMPRESSION, file_length)?;
+        claim(header, header.layer_size).check(STRONGEST_COMPRESSION, file_length)?;
     }
     Ok(meta)
+}
+
+fn claim(header: &Header, size: Vec2<usize>) -> Claim {
+    let bytes = header.channels.bytes_per_pixel as u64;
+    Claim {
+        width: size.0 as u64,
+        height: size.1 as u64,
+        stored_bits: bytes * 8,
+        // Four floats at most are made of a pixel.
+        decoded_bytes: bytes.max(16),
+    }
+}
+
+/// Refuses a part with channels of less than full resolution: the crate would misread all of it.
+fn check_sampling(header: &Header) -> Result<()> {
+    let channels = &header.channels.list;
+    match channels.iter().find(|c| c.sampling != Vec2(1, 1)) {
+        None => Ok(()),
+        Some(channel) => Err(Error::data(
+            format!("channel {}", channel.name),
+            format!(
+                "subsampled, one sample for {} × {} pixels (luminance and chroma)",
+                channel.sampling.0, channel.sampling.1
+            ),
+        )
+        .expected("channels of full resolution")
+        .advice(
+            "save it with channels R, G and B, from the program that made it or from a viewer",
+        )),
+    }
 }
 
 /// What the headers say.
@@ -70,6 +82,7 @@ pub(super) fn read(path: &Path, file_length: u64, options: &ReadOptions) -> Resu
     let layers = Layers::of(&meta);
     let chosen = layers.choose(options)?;
     let header = &meta.headers[chosen.part];
+    check_sampling(header)?;
     let frame = Frame::of(header);
     let mut notes = Vec::new();
     frame.check(header, options.missing, file_length, &mut notes)?;
@@ -132,13 +145,6 @@ impl Frame {
         file_length: u64,
         notes: &mut Vec<Note>,
     ) -> Result<()> {
-        let bytes = header.channels.bytes_per_pixel as u64;
-        let claim = Claim {
-            width: self.display.size.0 as u64,
-            height: self.display.size.1 as u64,
-            stored_bits: bytes * 8,
-            decoded_bytes: bytes.max(16),
-        };
         let without_value = self.missing();
         let text = format!(
             "{without_value} of {} texels of the display window {} have no value: the data window is {}",
@@ -157,7 +163,9 @@ impl Frame {
         if without_value > 0 {
             notes.push(Note::new("windows", format!("{text}; taken as black")));
         }
-        claim.check(STRONGEST_COMPRESSION, file_length).map(|_| ())
+        claim(header, self.display.size)
+            .check(STRONGEST_COMPRESSION, file_length)
+            .map(|_| ())
     }
 }
 
@@ -249,7 +257,7 @@ fn interleave(planes: &[Vec<f32>], texels: usize) -> Vec<f32> {
 
 fn chromaticities(header: &Header) -> Option<Chromaticities> {
     let found = header.shared_attributes.chromaticities?;
-    let pair = |v: exr::math::Vec2<f32>| [f64::from(v.0), f64::from(v.1)];
+    let pair = |v: Vec2<f32>| [f64::from(v.0), f64::from(v.1)];
     Some(Chromaticities {
         red: pair(found.red),
         green: pair(found.green),

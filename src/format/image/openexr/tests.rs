@@ -1,5 +1,6 @@
+//! OpenEXR files made here, byte by byte or by another writer; what is odd, what is refused.
+
 use exr::image::{Image, Layer, SpecificChannels};
-use exr::math::Vec2;
 use exr::meta::attribute::{Chromaticities as Primaries, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{Encoding as Packing, WritableImage};

@@ -1,3 +1,5 @@
+//! PNG files made here, byte by byte or by another writer; what is odd, what is refused.
+
 use std::fs;
 
 use super::*;

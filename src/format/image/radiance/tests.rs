@@ -1,3 +1,5 @@
+//! Radiance files made here, byte by byte or by another writer; what is odd, what is refused.
+
 use super::*;
 
 /// Three columns and two rows: red counts columns, green rows.

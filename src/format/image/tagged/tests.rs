@@ -1,3 +1,5 @@
+//! TIFF files made here, byte by byte or by another writer; what is odd, what is refused.
+
 use super::*;
 use crate::format::image::{FloatImage, ReadOptions, read_with};
 
