@@ -275,4 +275,23 @@ mod tests {
         let bad = image(|_, _| f32::NAN);
         assert!(super::lights(&bad, &compass, 4, 1.0, 0.0).is_err());
     }
+
+    #[test]
+    fn transparent_places_are_dark_and_a_layer_must_be_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sky.png");
+        ::image::RgbaImage::from_fn(4, 2, |x, _| ::image::Rgba([255, 255, 255, 85 * x as u8]))
+            .save(&path)
+            .unwrap();
+        let mut options = RenderOptions::default();
+        let sky = read(&path, &options, &Progress::silent()).unwrap();
+        let row: Vec<f32> = (0..4).map(|x| sky.get(0, x, 1)).collect();
+        for (found, alpha) in row.iter().zip([0.0, 85.0, 170.0, 255.0]) {
+            assert!((found - alpha / 255.0).abs() < 1e-6, "{row:?}");
+        }
+        options.environment_layer = Some("sun".into());
+        let error = read(&path, &options, &Progress::silent()).unwrap_err();
+        let text = error.to_string();
+        assert!(text.starts_with("--environment-layer: `sun`"), "{text}");
+    }
 }
