@@ -160,7 +160,7 @@ fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
         ..RenderOptions::default()
     };
     let bounds = Bounds::of(&material().map.mesh).unwrap();
-    plan(&options, &bounds, glam::DVec3::ZERO).unwrap()
+    plan(&options, &bounds, glam::DVec3::ZERO, &Progress::silent()).unwrap()
 }
 
 /// Colour alone.

@@ -4,7 +4,7 @@
 use std::f32::consts::PI;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use glam::DVec3;
 use serde_json::json;
 
@@ -19,7 +19,10 @@ use crate::exemplar::knn_options::KnnOptions;
 use crate::exemplar::neighbor_table;
 use crate::exemplar::plain_images::space_of_images;
 use crate::format::id::ContentId;
-use crate::format::image::{self, FloatImage};
+use crate::format::image::{
+    self, Alpha, Flags, FloatImage, Notes, Orientation, Purpose, ReadImage, ReadOptions,
+    SourceEncoding,
+};
 use crate::format::ours::Format;
 
 /// Make an exemplar of plain images.
@@ -28,6 +31,7 @@ use crate::format::ours::Format;
 Examples:
   mesotex exemplar bricks.png -o bricks --tile
   mesotex exemplar color.png height.png --weights 1,0.5 -o stone --levels 3
+  mesotex exemplar color.exr normal.exr --encoding auto,data -o wood
 Then:
   mesotex synth bricks.space.npz bricks.knn.npz bunny.ply -o bricks.map.ply
   mesotex render bricks.sample bricks.map.ply -o frames")]
@@ -47,10 +51,42 @@ pub struct Arguments {
     /// What each image weighs in the squared distance [default: 1 each]
     #[arg(long, value_delimiter = ',', value_name = "W,W…")]
     pub weights: Vec<f32>,
+    /// How each image's numbers stand for light; one for all, or one for each image
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "auto",
+        value_name = "E,E…"
+    )]
+    pub encoding: Vec<ImageEncoding>,
+    /// Which way up the images are read
+    #[arg(long, value_enum, default_value = "upright")]
+    pub orientation: Orientation,
+    /// What becomes of texels that are not opaque
+    #[arg(long, value_enum, default_value = "refuse")]
+    pub alpha: Alpha,
+    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
     #[command(flatten)]
     pub knn: KnnOptions,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// How an image's numbers stand for light, if they do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ImageEncoding {
+    /// The first image and images in colour as their files say (where they say nothing: integers by the
+    /// sRGB curve, floats in proportion); grey images after the first are data
+    Auto,
+    /// By the sRGB curve, whatever the file says
+    Srgb,
+    /// In proportion, whatever the file says
+    Linear,
+    /// Not at all: heights, masks, normals; the numbers are used as they stand
+    Data,
 }
 
 impl Arguments {
@@ -69,10 +105,11 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.check()?;
         let _locks = self.files().claim()?;
         let outputs = self.outputs();
         let [sample_path, space_path, table_path] = &outputs;
-        let images = self.read_images()?;
+        let images = self.read_images(session)?;
         let weights = match self.weights.is_empty() {
             true => vec![1.0; images.len()],
             false => self.weights.clone(),
@@ -106,13 +143,52 @@ impl Arguments {
             .fold(outcome, |outcome, path| outcome.wrote(path)))
     }
 
-    fn read_images(&self) -> Result<Vec<FloatImage>> {
-        let read = |path: &PathBuf| {
-            let image = image::read(path)?;
-            image.check_finite().map_err(|error| error.in_file(path))?;
-            Ok(image)
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        let (given, images) = (self.encoding.len(), self.images.len());
+        if given != 1 && given != images {
+            return Err(Error::option(
+                "encoding",
+                format!("{given} for {images} images"),
+                "one for all, or one for each image",
+            ));
+        }
+        if self.encoding[0] == ImageEncoding::Data {
+            return Err(Error::option(
+                "encoding",
+                "data for the first image",
+                "auto, srgb or linear: the first image is the colour that is rendered",
+            ));
+        }
+        self.knn.validate()
+    }
+
+    fn read_images(&self, session: &Session) -> Result<Vec<FloatImage>> {
+        let options = ReadOptions {
+            orientation: self.orientation,
+            alpha: self.alpha,
+            layer: self.layer.clone(),
+            flags: Flags {
+                layer: "--layer",
+                encoding: "--encoding",
+                alpha: "--alpha",
+                orientation: "--orientation",
+            },
+            ..ReadOptions::default()
         };
-        self.images.iter().map(read).collect()
+        let (mut images, mut notes, mut layer_taken) = (Vec::new(), Notes::default(), false);
+        for (index, path) in self.images.iter().enumerate() {
+            let encoding = self.encoding[index % self.encoding.len()];
+            let read = read_image(path, encoding, index == 0, &options)?;
+            let finite = read.image.check_finite();
+            finite.map_err(|error| error.in_file(path))?;
+            notes.add(path, read.notes);
+            layer_taken |= read.layer_taken;
+            images.push(read.image);
+        }
+        notes.warn(&session.progress());
+        options.check_layer_taken(layer_taken)?;
+        Ok(images)
     }
 
     /// The first image as a sample: a white Lambertian plane under a light from above is 1/π.
@@ -152,6 +228,32 @@ impl Arguments {
         )?;
         writer.push(&radiance)?;
         Ok(writer.finish()?.id)
+    }
+}
+
+fn read_image(
+    path: &Path,
+    encoding: ImageEncoding,
+    is_first: bool,
+    options: &ReadOptions,
+) -> Result<ReadImage> {
+    let as_color = |encoding| ReadOptions {
+        encoding,
+        ..options.clone()
+    };
+    let as_data = ReadOptions {
+        purpose: Purpose::Data,
+        ..options.clone()
+    };
+    match encoding {
+        ImageEncoding::Srgb => image::read_with(path, &as_color(SourceEncoding::Srgb)),
+        ImageEncoding::Linear => image::read_with(path, &as_color(SourceEncoding::Linear)),
+        ImageEncoding::Data => image::read_with(path, &as_data),
+        ImageEncoding::Auto if is_first => image::read_with(path, options),
+        ImageEncoding::Auto => match image::read_with(path, &as_data)? {
+            grey if grey.image.channels == 1 => Ok(grey),
+            _ => image::read_with(path, options),
+        },
     }
 }
 

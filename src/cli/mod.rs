@@ -93,7 +93,7 @@ impl Command {
             Self::Bake(arguments) => arguments.check(),
             Self::Textons(arguments) => arguments.options.validate(),
             Self::Knn(arguments) => arguments.options.validate(),
-            Self::Exemplar(arguments) => arguments.knn.validate(),
+            Self::Exemplar(arguments) => arguments.check(),
             Self::Mesh(arguments) => arguments.check(),
             Self::Synth(arguments) => arguments.check(),
             Self::Render(arguments) => arguments.options.validate(),

@@ -93,7 +93,7 @@ fn features(images: &[FloatImage], weights: &[f32], grid: TexelGrid) -> Array3<f
             let channels = image.channels as usize;
             let stored = &image.data[texel * channels..][..channels];
             let scaled = stored.iter().map(|&value| match image.encoding {
-                Encoding::Srgb => value * weight.sqrt(),
+                Encoding::Srgb | Encoding::Data => value * weight.sqrt(),
                 Encoding::Linear => encode(value) * weight.sqrt(),
             });
             numbers.extend(scaled);

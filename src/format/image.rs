@@ -1,18 +1,32 @@
-//! Images in, as floats with a stated colour space; 8-bit previews out.
+//! Images in, as floats with a stated meaning; 8-bit previews out.
 //!
-//! PNG, JPEG, GIF, BMP and Radiance HDR come through the `image` crate, TIFF (integers and floats)
-//! through `tiff`, OpenEXR through `exr`. Integers are scaled to [0, 1] and taken as sRGB, floats
-//! as linear; what the numbers mean is the caller's to say: colour is decoded with
-//! [`FloatImage::into_linear`], heights and roughness are used as they stand. Alpha is left out.
+//! One file per format: PNG (`portable`), JPEG, GIF and BMP (`raster`), TIFF (`tagged`), Radiance HDR and
+//! OpenEXR. Each hands on what the file stores and says; `decoded` does the rest, the same for all: alpha,
+//! orientation, colour. What a file says of its colours holds, an option of the caller holds more, and where
+//! nobody says anything integers are sRGB and floats linear. [`read`] is for callers without wishes,
+//! [`read_with`] takes [`ReadOptions`], [`inspect`] also tells what the file says.
 //!
 //! The size in a header is believed only where the file's length can hold it: each format has a
 //! strongest compression. Decoded images up to 16 MiB are read in any case.
-//!
-//! Not handled: embedded ICC profiles, CMYK, palettes in TIFF, deep or subsampled EXR.
 
+mod color;
+mod decoded;
+mod facts;
+mod icc;
+mod jpeg_header;
+mod notes;
 mod openexr;
+mod openexr_facts;
+mod openexr_layers;
+mod options;
+mod orientation;
+mod portable;
+mod primaries;
+mod radiance;
 mod raster;
 mod tagged;
+mod tagged_directory;
+mod tagged_samples;
 
 use std::fs;
 use std::io::{self, Read};
@@ -20,9 +34,16 @@ use std::path::Path;
 
 use png::{ColorType, Compression, Encoder, Filter};
 
+pub use crate::format::image::facts::{Channel, Facts, Part, Transparency};
+pub use crate::format::image::notes::{Note, Notes};
+pub use crate::format::image::options::{
+    Alpha, Flags, Gamut, Missing, Orientation, Purpose, ReadOptions, SourceEncoding,
+};
+
 use crate::error::{Error, Result};
 use crate::format::atomic;
 use crate::format::guard::guarded;
+use crate::format::image::decoded::Decoded;
 use crate::format::ours::PICTURE_MARK;
 
 /// The most texels an image may have: 16384 × 16384.
@@ -39,6 +60,8 @@ pub enum Encoding {
     Srgb,
     /// In proportion: float formats, and whatever was decoded.
     Linear,
+    /// Not at all: heights, roughness, normals.
+    Data,
 }
 
 /// What an image file stored for each number.
@@ -130,15 +153,95 @@ impl FloatImage {
     }
 }
 
-/// Reads an image file; its format is known by its first bytes, not its name.
+/// An image with what its reader had to say.
+#[derive(Clone, Debug)]
+pub struct ReadImage {
+    /// The image.
+    pub image: FloatImage,
+    /// What the user should know.
+    pub notes: Vec<Note>,
+    /// Whether the layer of the options was there to be chosen.
+    pub layer_taken: bool,
+}
+
+/// What a file says, and what reading it comes to.
+#[derive(Debug)]
+pub struct Inspection {
+    /// What the file says.
+    pub facts: Facts,
+    /// The image as the options have it, or why it is refused.
+    pub read: Result<ReadImage>,
+}
+
+/// Reads an image file as colour, without wishes; its format is known by its first bytes, not its name.
 pub fn read(path: &Path) -> Result<FloatImage> {
-    guarded(path, || {
-        let file_length = fs::metadata(path).map_err(Error::io(path, "read"))?.len();
-        match first_bytes(path).map_err(Error::io(path, "read"))? {
-            [0x76, 0x2f, 0x31, 0x01] => openexr::read(path, file_length),
-            [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43] => tagged::read(path, file_length),
-            _ => raster::read(path, file_length),
-        }
+    read_with(path, &ReadOptions::default()).map(|read| read.image)
+}
+
+/// Reads an image file as `options` say.
+pub fn read_with(path: &Path, options: &ReadOptions) -> Result<ReadImage> {
+    guarded(path, || finished(decoded(path, options)?, options))
+}
+
+/// Reads an image file and tells what it says of itself, also where it is refused for a reason that leaves
+/// its header sound.
+pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection> {
+    guarded(path, || match decoded(path, options) {
+        Ok(decoded) => Ok(Inspection {
+            facts: decoded.facts(),
+            read: finished(decoded, options),
+        }),
+        Err(error) if kind_of(path)? == FileKind::OpenExr => Ok(Inspection {
+            facts: openexr::facts(path, length_of(path)?)?,
+            read: Err(error),
+        }),
+        Err(error) => Err(error),
+    })
+}
+
+fn finished(decoded: Decoded, options: &ReadOptions) -> Result<ReadImage> {
+    let layer_taken = decoded.layer_taken;
+    let (image, notes) = decoded.finished(options)?;
+    Ok(ReadImage {
+        image,
+        notes,
+        layer_taken,
+    })
+}
+
+fn decoded(path: &Path, options: &ReadOptions) -> Result<Decoded> {
+    let length = length_of(path)?;
+    match kind_of(path)? {
+        FileKind::OpenExr => openexr::read(path, length, options),
+        FileKind::Tiff => tagged::read(path, length),
+        FileKind::Png => portable::read(path, length),
+        FileKind::Radiance => radiance::read(path, length),
+        FileKind::Other => raster::read(path, length),
+    }
+}
+
+fn length_of(path: &Path) -> Result<u64> {
+    Ok(fs::metadata(path).map_err(Error::io(path, "read"))?.len())
+}
+
+/// What the first bytes of a file say of its format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FileKind {
+    OpenExr,
+    Tiff,
+    Png,
+    Radiance,
+    /// JPEG, GIF, BMP, or no image.
+    Other,
+}
+
+fn kind_of(path: &Path) -> Result<FileKind> {
+    Ok(match first_bytes(path).map_err(Error::io(path, "read"))? {
+        [0x76, 0x2f, 0x31, 0x01] => FileKind::OpenExr,
+        [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43] => FileKind::Tiff,
+        [0x89, b'P', b'N', b'G'] => FileKind::Png,
+        [b'#', b'?', ..] => FileKind::Radiance,
+        _ => FileKind::Other,
     })
 }
 
@@ -187,19 +290,6 @@ impl Claim {
 fn undecodable(error: impl std::fmt::Display) -> Error {
     Error::data("image", error.to_string())
         .expected("PNG, JPEG, TIFF, GIF, BMP, Radiance HDR or OpenEXR")
-}
-
-/// Drops alpha (the last of 2 or 4 channels); returns 1 or 3 channels.
-fn without_alpha<T: Copy>(stored: u32, numbers: &[T], number: impl Fn(T) -> f32) -> Vec<f32> {
-    let (stored, kept) = (stored as usize, color_channels(stored) as usize);
-    let texels = numbers.chunks_exact(stored);
-    let mut out = Vec::with_capacity(texels.len() * kept);
-    out.extend(texels.flat_map(|texel| texel[..kept].iter().map(|&value| number(value))));
-    out
-}
-
-fn color_channels(stored: u32) -> u32 {
-    if stored < 3 { 1 } else { 3 }
 }
 
 /// The sRGB curve, from what is stored in [0, 1] to linear light (IEC 61966-2-1).

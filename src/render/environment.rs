@@ -5,12 +5,39 @@
 //! Each light stands at its part's centroid of energy and has all its energy: the sum of the
 //! lights' irradiances is the integral of radiance over solid angle, whatever their number.
 
+use std::path::Path;
+
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::format::image::FloatImage;
+use crate::format::image::{self, Alpha, Flags, FloatImage, Missing, Notes, ReadOptions};
+use crate::progress::Progress;
 use crate::render::compass::Compass;
 use crate::render::light::{Light, Origin, luminance};
+use crate::render::options::RenderOptions;
+
+/// Reads the image of an environment in linear Rec. 709, three channels. Where it is transparent or holds no
+/// data there is no light: such places are black.
+pub fn read(path: &Path, options: &RenderOptions, progress: &Progress<'_>) -> Result<FloatImage> {
+    let reading = ReadOptions {
+        encoding: options.environment_encoding.unwrap_or_default(),
+        alpha: Alpha::OverBlack,
+        missing: Missing::Black,
+        layer: options.environment_layer.clone(),
+        flags: Flags {
+            layer: "--environment-layer",
+            encoding: "--environment-encoding",
+            ..Flags::default()
+        },
+        ..ReadOptions::default()
+    };
+    let read = image::read_with(path, &reading)?;
+    let mut notes = Notes::default();
+    notes.add(path, read.notes);
+    notes.warn(progress);
+    reading.check_layer_taken(read.layer_taken)?;
+    Ok(read.image.into_linear().into_rgb())
+}
 
 /// A part of the image: first and last row and column, the last not included.
 #[derive(Clone, Copy, Debug)]
@@ -247,5 +274,24 @@ mod tests {
         }
         let bad = image(|_, _| f32::NAN);
         assert!(super::lights(&bad, &compass, 4, 1.0, 0.0).is_err());
+    }
+
+    #[test]
+    fn transparent_places_are_dark_and_a_layer_must_be_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sky.png");
+        ::image::RgbaImage::from_fn(4, 2, |x, _| ::image::Rgba([255, 255, 255, 85 * x as u8]))
+            .save(&path)
+            .unwrap();
+        let mut options = RenderOptions::default();
+        let sky = read(&path, &options, &Progress::silent()).unwrap();
+        let row: Vec<f32> = (0..4).map(|x| sky.get(0, x, 1)).collect();
+        for (found, alpha) in row.iter().zip([0.0, 85.0, 170.0, 255.0]) {
+            assert!((found - alpha / 255.0).abs() < 1e-6, "{row:?}");
+        }
+        options.environment_layer = Some("sun".into());
+        let error = read(&path, &options, &Progress::silent()).unwrap_err();
+        let text = error.to_string();
+        assert!(text.starts_with("--environment-layer: `sun`"), "{text}");
     }
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::format::exr::Compression;
+use crate::format::image::SourceEncoding;
 use crate::render::compass::UpAxis;
 use crate::render::frame_range::{FramePattern, FrameRange, LAST_FRAME, Shard};
 use crate::render::nearest::Weighting;
@@ -189,6 +190,19 @@ pub struct RenderOptions {
     #[arg(long, value_name = "FILE", help_heading = "Light")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<PathBuf>,
+    /// How the environment's numbers stand for light. [default: as its file says]
+    #[arg(long, value_enum, requires = "environment", help_heading = "Light")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment_encoding: Option<SourceEncoding>,
+    /// The layer, part or view of an environment that has several.
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "environment",
+        help_heading = "Light"
+    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment_layer: Option<String>,
     /// Directional lights that stand for the environment.
     #[arg(long, value_name = "N", default_value_t = Self::default().environment_lights, help_heading = "Light")]
     pub environment_lights: u32,
@@ -270,6 +284,8 @@ impl Default for RenderOptions {
             light_radius: 0.0,
             shadow_rays: 16,
             environment: None,
+            environment_encoding: None,
+            environment_layer: None,
             environment_lights: 64,
             environment_scale: 1.0,
             environment_azimuth: 0.0,

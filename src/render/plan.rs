@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::format::image::{self, FloatImage};
+use crate::format::image::FloatImage;
+use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::camera::{Camera, FittedProjection, Projection, View};
 use crate::render::compass::Compass;
@@ -33,10 +34,15 @@ const DEFAULT_SWEEP: u32 = 24;
 /// Works out the frames of a sweep round a mesh.
 ///
 /// Positions that options and files name are in the coordinates of the mesh's file. Bounds and frames
-/// count from `origin`, as the map does.
-pub fn plan(options: &RenderOptions, bounds: &Bounds, origin: DVec3) -> Result<Vec<PlannedFrame>> {
+/// count from `origin`, as the map does. `progress` hears what is to be said of the environment's image.
+pub fn plan(
+    options: &RenderOptions,
+    bounds: &Bounds,
+    origin: DVec3,
+    progress: &Progress<'_>,
+) -> Result<Vec<PlannedFrame>> {
     options.validate()?;
-    let planner = Planner::new(options, bounds, origin)?;
+    let planner = Planner::new(options, bounds, origin, progress)?;
     let range = planner.range();
     let length = planner.length(range)?;
     options
@@ -75,9 +81,14 @@ struct Moment {
 }
 
 impl<'a> Planner<'a> {
-    fn new(options: &'a RenderOptions, bounds: &'a Bounds, origin: DVec3) -> Result<Self> {
+    fn new(
+        options: &'a RenderOptions,
+        bounds: &'a Bounds,
+        origin: DVec3,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
         let environment = match &options.environment {
-            Some(path) => Some(image::read(path)?.into_linear().into_rgb()),
+            Some(path) => Some(environment::read(path, options, progress)?),
             None => None,
         };
         Ok(Self {
@@ -446,7 +457,7 @@ mod tests {
             camera_azimuth: 90.0,
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds(), DVec3::ZERO).unwrap();
+        let frames = plan(&options, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap();
         // The camera stands at +x; seen from above, counter-clockwise from +x comes −z.
         for (frame, wanted) in frames
             .iter()
@@ -472,8 +483,8 @@ mod tests {
             ..whole.clone()
         };
         let (whole, part) = (
-            plan(&whole, &bounds(), DVec3::ZERO).unwrap(),
-            plan(&part, &bounds(), DVec3::ZERO).unwrap(),
+            plan(&whole, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap(),
+            plan(&part, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap(),
         );
         assert_eq!(part.len(), 3);
         for frame in &part {
@@ -490,7 +501,7 @@ mod tests {
             light_azimuth: 0.0,
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds(), DVec3::ZERO).unwrap();
+        let frames = plan(&options, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap();
         for (frame, wanted) in frames.iter().zip([DVec3::Z, DVec3::Y, -DVec3::Z]) {
             assert!((towards(frame) - wanted).length() < 1e-12);
         }
@@ -504,7 +515,7 @@ mod tests {
             camera_position: Some(Point([0.0, 1.0, 3.0])),
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds(), DVec3::ZERO).unwrap();
+        let frames = plan(&options, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap();
         let wanted = [
             [0.0, 1.0, 3.0],
             [3.0, 1.0, 0.0],
@@ -525,7 +536,7 @@ mod tests {
     #[test]
     fn impossible_plans_are_refused() {
         let refused = |options: RenderOptions| {
-            plan(&options, &bounds(), DVec3::ZERO)
+            plan(&options, &bounds(), DVec3::ZERO, &Progress::silent())
                 .unwrap_err()
                 .to_string()
         };

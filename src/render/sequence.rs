@@ -99,7 +99,7 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
     options.validate()?;
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds, inputs.map.origin)?;
+    let frames = plan(options, &bounds, inputs.map.origin, progress)?;
     surroundings::check(&inputs.map.mesh, &bounds, &frames, progress)
         .map_err(|error| of_options(options, "light", error))?;
     let job = Job {
@@ -129,7 +129,7 @@ pub fn with_renderer<R>(
     options.validate()?;
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds, inputs.map.origin)?;
+    let frames = plan(options, &bounds, inputs.map.origin, progress)?;
     let radiance = lay_out(inputs, options, progress)?;
     let mut renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
     work(&mut renderer, &frames)

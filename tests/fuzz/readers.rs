@@ -97,7 +97,16 @@ pub fn readers() -> Vec<Reader> {
 }
 
 fn image_readers() -> Vec<Reader> {
-    let image = |name, content, files| reader(name, content, "a.image", files, images::read);
+    let read = |path: &Path| {
+        // Transparent texels are refused by most callers; here they are to be decoded.
+        let options = images::ReadOptions {
+            alpha: images::Alpha::OverBlack,
+            missing: images::Missing::Black,
+            ..images::ReadOptions::default()
+        };
+        images::inspect(path, &options)?.read
+    };
+    let image = |name, content, files| reader(name, content, "a.image", files, read);
     let bytes = Content::Bytes;
     vec![
         image("png", Content::Png, corpus::pngs()),

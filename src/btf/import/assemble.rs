@@ -13,7 +13,7 @@ use crate::btf::sample::{Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
-use crate::format::image::{self, FloatImage};
+use crate::format::image::{self, Notes, ReadImage, ReadOptions};
 use crate::progress::Progress;
 
 /// Images decoded at a time; bounds the memory.
@@ -27,26 +27,32 @@ pub fn assemble(
     progress: Progress<'_>,
 ) -> Result<Description> {
     let arrangement = Arrangement::of(&list.images);
-    let first = read_image(&list.images[arrangement.order[0]], options)?;
-    let size = (first.width, first.height);
+    let reading = options.reading();
+    let first = read_image(&list.images[arrangement.order[0]], &reading)?;
+    let size = (first.image.width, first.image.height);
     let description = describe(list, options, &arrangement, size);
     let mut writer = SampleWriter::create(target, description)?;
     progress.begin("importing images", list.images.len() as u64);
+    let (mut notes, mut layer_taken) = (Notes::default(), false);
     for batch in arrangement.order.chunks(BATCH) {
-        let images: Vec<Vec<f32>> = batch
+        let images: Vec<(Vec<f32>, ReadImage)> = batch
             .par_iter()
             .map(|&index| {
                 progress.check()?;
-                radiance(&list.images[index], size, options)
+                radiance(&list.images[index], size, options, &reading)
             })
             .collect::<Result<_>>()?;
-        for image in &images {
+        for ((image, read), &index) in images.into_iter().zip(batch) {
             progress.check()?;
-            writer.push(image)?;
+            writer.push(&image)?;
+            notes.add(&list.images[index].path, read.notes);
+            layer_taken |= read.layer_taken;
         }
         progress.advance(batch.len() as u64)?;
     }
     progress.end();
+    notes.warn(&progress);
+    reading.check_layer_taken(layer_taken)?;
     writer.finish()
 }
 
@@ -75,7 +81,8 @@ fn describe(
         pairs: arrangement.pairs.clone(),
         tileable: options.tileable,
         id: ContentId::of_bytes(b""),
-        source: json!({ "kind": list.kind, "handedness": list.handedness, "values": options.values, "encoding": options.encoding }),
+        source: json!({ "kind": list.kind, "handedness": list.handedness, "values": options.values,
+            "encoding": options.encoding, "orientation": options.orientation, "layer": options.layer }),
     }
 }
 
@@ -134,15 +141,21 @@ fn place_of(direction: Direction, seen: &mut Vec<Direction>) -> u32 {
     }) as u32
 }
 
-fn read_image(image: &MeasuredImage, options: &ImportOptions) -> Result<FloatImage> {
-    let mut pixels = image::read(&image.path)?;
-    pixels.encoding = options.encoding.of(pixels.encoding);
-    Ok(pixels.into_linear().into_rgb())
+fn read_image(image: &MeasuredImage, reading: &ReadOptions) -> Result<ReadImage> {
+    let mut read = image::read_with(&image.path, reading)?;
+    read.image = read.image.into_linear().into_rgb();
+    Ok(read)
 }
 
-/// An image's radiance for unit irradiance, row-major (height, width, RGB).
-fn radiance(image: &MeasuredImage, size: (u32, u32), options: &ImportOptions) -> Result<Vec<f32>> {
-    let pixels = read_image(image, options)?;
+/// An image's radiance for unit irradiance, row-major (height, width, RGB), and what its reader said.
+fn radiance(
+    image: &MeasuredImage,
+    size: (u32, u32),
+    options: &ImportOptions,
+    reading: &ReadOptions,
+) -> Result<(Vec<f32>, ReadImage)> {
+    let mut read = read_image(image, reading)?;
+    let pixels = &mut read.image;
     if (pixels.width, pixels.height) != size {
         return Err(
             Error::data("size", format!("{} × {}", pixels.width, pixels.height))
@@ -165,7 +178,9 @@ fn radiance(image: &MeasuredImage, size: (u32, u32), options: &ImportOptions) ->
         Values::Reflectance => std::f32::consts::FRAC_1_PI,
         Values::Radiance => 1.0,
     };
-    Ok(pixels.data.iter().map(|&value| value * scale).collect())
+    let mut numbers = std::mem::take(&mut pixels.data);
+    numbers.iter_mut().for_each(|value| *value *= scale);
+    Ok((numbers, read))
 }
 
 #[cfg(test)]

@@ -22,24 +22,34 @@ use crate::btf::import::find_images::Found;
 use crate::btf::sample::DType;
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
-use crate::format::image::Encoding;
+pub use crate::format::image::SourceEncoding;
+use crate::format::image::{Alpha, Flags, Orientation, ReadOptions};
 use crate::format::text::{self, TextEncoding};
 
 /// The largest list read, in bytes.
 const LARGEST_LIST: u64 = 64 << 20;
 
 /// How an image set becomes a sample.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ImportOptions {
     /// What the images' numbers mean: reflectance times the light's cosine, where a white plane
     /// facing the light has 1 (divided by π), or radiance for unit irradiance (taken as it is).
     #[arg(long, value_enum, default_value_t = ImportOptions::default().values)]
     pub values: Values,
-    /// How the images' numbers stand for light. `auto`: 8- and 16-bit images by the sRGB curve,
-    /// floats in proportion.
+    /// How the images' numbers stand for light.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().encoding)]
     pub encoding: SourceEncoding,
+    /// Which way up images are read. A camera's orientation tag may differ from shot to shot of one
+    /// capture, and lights are stated in the stored image's frame: so rows are read as stored.
+    #[arg(long, value_enum, default_value_t = ImportOptions::default().orientation)]
+    pub orientation: Orientation,
+    /// What becomes of texels that are not opaque.
+    #[arg(long, value_enum, default_value_t = ImportOptions::default().alpha)]
+    pub alpha: Alpha,
+    /// The layer, part or view of OpenEXR images that have several; `mesotex info IMAGE` lists them.
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
     /// Opposite borders of the images continue each other.
     #[arg(long)]
     pub tileable: bool,
@@ -54,6 +64,41 @@ pub struct ImportOptions {
     pub dtype: DType,
 }
 
+impl Default for ImportOptions {
+    fn default() -> Self {
+        Self {
+            values: Values::default(),
+            encoding: SourceEncoding::default(),
+            orientation: Orientation::Stored,
+            alpha: Alpha::default(),
+            layer: None,
+            tileable: false,
+            texel_mm: None,
+            name: None,
+            dtype: DType::default(),
+        }
+    }
+}
+
+impl ImportOptions {
+    /// How each image is read.
+    fn reading(&self) -> ReadOptions {
+        ReadOptions {
+            encoding: self.encoding,
+            orientation: self.orientation,
+            alpha: self.alpha,
+            layer: self.layer.clone(),
+            flags: Flags {
+                layer: "--layer",
+                encoding: "--encoding",
+                alpha: "--alpha",
+                orientation: "--orientation",
+            },
+            ..ReadOptions::default()
+        }
+    }
+}
+
 /// What the images' numbers mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -63,30 +108,6 @@ pub enum Values {
     Reflectance,
     /// Radiance for unit irradiance: a white plane facing the light has 1/π.
     Radiance,
-}
-
-/// How the images' numbers stand for light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum SourceEncoding {
-    /// As the image format says: integers by the sRGB curve, floats in proportion.
-    #[default]
-    Auto,
-    /// By the sRGB curve.
-    Srgb,
-    /// In proportion.
-    Linear,
-}
-
-impl SourceEncoding {
-    /// The encoding of an image whose format suggests `by_format`.
-    fn of(self, by_format: Encoding) -> Encoding {
-        match self {
-            Self::Auto => by_format,
-            Self::Srgb => Encoding::Srgb,
-            Self::Linear => Encoding::Linear,
-        }
-    }
 }
 
 /// One measured image.

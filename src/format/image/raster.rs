@@ -1,41 +1,50 @@
-//! PNG, JPEG, GIF, BMP and Radiance HDR, through the `image` crate.
+//! JPEG, GIF and BMP, through the `image` crate.
 
+use std::fs;
+use std::io::Cursor;
 use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::{Error, Result};
-use crate::format::image::{
-    Claim, Encoding, FloatImage, HARMLESS, Precision, WORKING, color_channels, undecodable,
-    without_alpha,
-};
+use crate::format::image::color::Statement;
+use crate::format::image::decoded::{Decoded, channel_names, only_part, split_alpha};
+use crate::format::image::facts::Facts;
+use crate::format::image::jpeg_header::JpegHeader;
+use crate::format::image::orientation::of_exif;
+use crate::format::image::{Claim, HARMLESS, Note, Precision, WORKING, icc, undecodable};
 
 /// Bytes that one byte of a file can stand for.
 fn strongest_compression(format: ImageFormat) -> u64 {
     match format {
-        // Deflate: runs of 258 bytes in 2 bits.
-        ImageFormat::Png => 1032,
         // 64 numbers in a bit or two.
         ImageFormat::Jpeg => 1024,
         // LZW: at most 4095 numbers in 12 bits.
         ImageFormat::Gif => 2730,
         // Runs of 255 palette entries in 2 bytes.
-        ImageFormat::Bmp => 128,
-        // Old run lengths: a line in a few bytes.
-        _ => 4096,
+        _ => 128,
     }
 }
 
-pub(super) fn read(path: &Path, file_length: u64) -> Result<FloatImage> {
-    let mut reader = ImageReader::open(path)
-        .and_then(ImageReader::with_guessed_format)
+pub(super) fn read(path: &Path, file_length: u64) -> Result<Decoded> {
+    let bytes = fs::read(path).map_err(Error::io(path, "read"))?;
+    let mut reader = ImageReader::new(Cursor::new(bytes.as_slice()))
+        .with_guessed_format()
         .map_err(Error::io(path, "read"))?;
-    let strongest = reader.format().map_or(1, strongest_compression);
+    let format = match reader.format() {
+        Some(format @ (ImageFormat::Jpeg | ImageFormat::Gif | ImageFormat::Bmp)) => format,
+        _ => return Err(undecodable("a format that is not read, or no image")),
+    };
+    let jpeg = (format == ImageFormat::Jpeg).then(|| JpegHeader::of(&bytes));
+    if let Some(header) = &jpeg {
+        check_jpeg(header)?;
+    }
+    let strongest = strongest_compression(format);
     let mut limits = Limits::no_limits();
     let most = file_length.saturating_mul(strongest).max(HARMLESS);
     limits.max_alloc = Some(most.saturating_add(WORKING));
     reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(undecodable)?;
+    let mut decoder = reader.into_decoder().map_err(undecodable)?;
     let (width, height) = decoder.dimensions();
     let claim = Claim {
         width: width.into(),
@@ -44,41 +53,134 @@ pub(super) fn read(path: &Path, file_length: u64) -> Result<FloatImage> {
         decoded_bytes: decoder.color_type().bytes_per_pixel().into(),
     };
     claim.check(strongest, file_length)?;
-    DynamicImage::from_decoder(decoder)
-        .map_err(undecodable)
-        .and_then(|image| floats(&image))
-}
-
-fn floats(image: &DynamicImage) -> Result<FloatImage> {
-    let stored = u32::from(image.color().channel_count());
-    let (data, encoding, precision) = if let Some(flat) = flat_u8(image) {
-        let data = without_alpha(stored, flat, |v| f32::from(v) / 255.0);
-        (data, Encoding::Srgb, Precision::Bits8)
-    } else if let Some(flat) = flat_u16(image) {
-        let data = without_alpha(stored, flat, |v| f32::from(v) / 65535.0);
-        (data, Encoding::Srgb, Precision::Bits16)
-    } else {
-        let flat = image
-            .as_flat_samples_f32()
-            .ok_or_else(|| undecodable(format!("{:?} numbers", image.color())))?
-            .samples;
-        let data = without_alpha(stored, flat, |v| v);
-        (data, Encoding::Linear, Precision::Float)
+    let profile = decoder.icc_profile().map_err(undecodable)?;
+    let exif = decoder.exif_metadata().map_err(undecodable)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(undecodable)?;
+    let stored = image.color().channel_count() as usize;
+    let flat = image
+        .as_flat_samples_u8()
+        .ok_or_else(|| undecodable(format!("{:?} numbers", image.color())))?;
+    let (channels, data, alpha) = split_alpha(stored, flat.samples, |v| f32::from(v) / 255.0);
+    let compression = match &jpeg {
+        Some(header) => format!("JPEG, {}", header.process),
+        None => format!("{format:?}"),
     };
-    Ok(FloatImage {
-        width: image.width(),
-        height: image.height(),
-        channels: color_channels(stored),
+    let names = channel_names(channels, alpha.is_some());
+    let density = jpeg.and_then(|header| header.density);
+    Ok(Decoded {
+        width,
+        height,
+        channels,
         data,
-        encoding,
-        precision,
+        alpha: alpha.map(|alpha| (alpha, false)),
+        precision: Precision::Bits8,
+        statement: match &profile {
+            Some(profile) => icc::statement(profile, channels),
+            None => Statement::default(),
+        },
+        orientation: of_exif(exif.as_deref()),
+        pixel_aspect: 1.0,
+        layer_taken: false,
+        notes: density
+            .and_then(|[across, down]| Note::of_resolution(across.into(), down.into()))
+            .into_iter()
+            .collect(),
+        facts: Facts {
+            format: format!("{format:?}").to_uppercase(),
+            pictures: 1,
+            parts: vec![only_part(names, "8-bit integers", &compression)],
+            ..Facts::default()
+        },
     })
 }
 
-fn flat_u8(image: &DynamicImage) -> Option<&[u8]> {
-    image.as_flat_samples_u8().map(|flat| flat.samples)
+/// Refuses by name what the decoder would turn into colours by guess, or not at all.
+fn check_jpeg(header: &JpegHeader) -> Result<()> {
+    let refused = |found: String| {
+        Err(Error::data("JPEG", found)
+            .expected("8-bit grey, RGB or YCbCr, baseline or progressive")
+            .advice("convert it to RGB, as PNG or TIFF: the inks' profile decides the colours"))
+    };
+    match header.components {
+        4 => return refused(format!("{} inks", header.four_components())),
+        0 | 1 | 3 => {}
+        other => return refused(format!("{other} components")),
+    }
+    match (header.precision, header.process) {
+        (0 | 8, "" | "baseline" | "extended" | "progressive") => Ok(()),
+        (bits, process) => Err(Error::data("JPEG", format!("{process}, {bits} bits"))
+            .expected("8-bit grey, RGB or YCbCr, baseline or progressive")
+            .advice("save it again as PNG, TIFF or baseline JPEG")),
+    }
 }
 
-fn flat_u16(image: &DynamicImage) -> Option<&[u16]> {
-    image.as_flat_samples_u16().map(|flat| flat.samples)
+#[cfg(test)]
+mod tests {
+    use image::codecs::jpeg::JpegEncoder;
+    use image::{ExtendedColorType, ImageEncoder};
+
+    use crate::format::image::{Encoding, ReadOptions, read_with};
+    use crate::format::image::{Orientation, inspect};
+
+    /// A JPEG of 16 × 8 pixels, dark on the left, with segments put behind its first two bytes.
+    fn jpeg(segments: &[u8]) -> Vec<u8> {
+        let pixels: Vec<u8> = (0..128)
+            .map(|i| if i % 16 < 8 { 10 } else { 200 })
+            .collect();
+        let mut bytes = Vec::new();
+        JpegEncoder::new_with_quality(&mut bytes, 95)
+            .write_image(&pixels, 16, 8, ExtendedColorType::L8)
+            .unwrap();
+        bytes.splice(2..2, segments.iter().copied());
+        bytes
+    }
+
+    #[test]
+    fn orientation_and_profile_of_a_jpeg_are_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpg");
+        let exif = b"\xff\xe1\0\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+        std::fs::write(&path, jpeg(exif)).unwrap();
+        let upright = read_with(&path, &ReadOptions::default()).unwrap().image;
+        assert_eq!((upright.width, upright.height), (8, 16));
+        // Turned clockwise, the left side is up.
+        assert!(upright.get(0, 4, 0) < 0.1 && upright.get(15, 4, 0) > 0.7);
+        let stored = ReadOptions {
+            orientation: Orientation::Stored,
+            ..ReadOptions::default()
+        };
+        let read = read_with(&path, &stored).unwrap();
+        assert_eq!(
+            (read.image.width, read.notes[0].subject),
+            (16, "orientation")
+        );
+        let profile = moxcms::ColorProfile::new_gray_with_gamma(1.0)
+            .encode()
+            .unwrap();
+        let mut segment = b"\xff\xe2".to_vec();
+        segment.extend((profile.len() as u16 + 16).to_be_bytes());
+        segment.extend(b"ICC_PROFILE\0\x01\x01");
+        segment.extend(profile);
+        std::fs::write(&path, jpeg(&segment)).unwrap();
+        let found = inspect(&path, &ReadOptions::default()).unwrap();
+        assert!(
+            found.facts.color.starts_with("ICC profile"),
+            "{}",
+            found.facts.color
+        );
+        assert_eq!(found.read.unwrap().image.encoding, Encoding::Linear);
+    }
+
+    #[test]
+    fn inks_are_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpg");
+        let frame =
+            b"\xff\xd8\xff\xc0\0\x14\x08\0\x01\0\x01\x04\x01\x11\0\x02\x11\0\x03\x11\0\x04\x11\0";
+        std::fs::write(&path, frame).unwrap();
+        let error = read_with(&path, &ReadOptions::default())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("a.jpg") && error.contains("CMYK"), "{error}");
+    }
 }

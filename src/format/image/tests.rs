@@ -12,10 +12,10 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn integers_are_scaled_and_alpha_is_left_out() {
+fn integers_are_scaled_and_opaque_alpha_is_left_out() {
     let folder = folder();
     let path = folder.path().join("a.png");
-    let rgba = ImageBuffer::from_fn(3, 2, |x, y| Rgba([x as u8 * 10, y as u8, 255, 7]));
+    let rgba = ImageBuffer::from_fn(3, 2, |x, y| Rgba([x as u8 * 10, y as u8, 255, 255]));
     rgba.save(&path).unwrap();
     let image = read(&path).unwrap();
     assert_eq!((image.width, image.height, image.channels), (3, 2, 3));

@@ -9,6 +9,7 @@ mod folder;
 mod normal_map;
 mod normals;
 mod packed;
+mod reading;
 mod recipe;
 mod relief;
 mod resample;
@@ -27,11 +28,12 @@ pub use crate::btf::bake::maps::recipe::{Color, Recipe, Scalar};
 pub use crate::btf::bake::maps::set::{DefaultRole, FileUse, MaterialSet};
 
 use crate::btf::bake::brdf::Diffuse;
+use crate::btf::bake::maps::reading::MapReader;
 use crate::btf::bake::maps::resample::resampled;
 use crate::btf::bake::material::Material;
 use crate::btf::bake::steepness::Steepness;
 use crate::error::{Error, Result};
-use crate::format::image::{self, Encoding, FloatImage};
+use crate::format::image::{Alpha, FloatImage, SourceEncoding};
 use crate::grid::TexelGrid;
 use crate::progress::Progress;
 
@@ -85,6 +87,17 @@ pub struct MapOptions {
     /// What to do about the steps of an 8-bit height map.
     #[arg(long, value_enum, default_value_t = MapOptions::default().terraces)]
     pub terraces: Terraces,
+    /// How the albedo map stands for light, whatever its file says. [default: as the material says, else
+    /// the file]
+    #[arg(long, value_enum)]
+    pub albedo_encoding: Option<SourceEncoding>,
+    /// What becomes of texels of the albedo map that are not opaque.
+    #[arg(long, value_enum, default_value_t = MapOptions::default().alpha)]
+    pub alpha: Alpha,
+    /// The layer, part or channel of OpenEXR maps that have several; maps without layers are read as they
+    /// are.
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
 }
 
 impl MapOptions {
@@ -188,10 +201,12 @@ pub fn material(
     }
     let recipe = options.over(recipe);
     options.fit(&recipe)?;
-    let relief = relief::read(&recipe, options.terraces, size, progress)?;
+    let reader = MapReader::new(options, progress);
+    let relief = relief::read(&recipe, options.terraces, size, &reader)?;
     let (width, height) = resample::fitted(relief.width, relief.height, size);
     let loader = Loader {
         recipe: &recipe,
+        reader: &reader,
         source: (relief.width, relief.height),
         target: (width, height),
         progress,
@@ -221,6 +236,7 @@ pub fn material(
             None => Diffuse::Lambert,
         },
     };
+    reader.check_layer()?;
     if let Some(warning) = relief
         .depth
         .and_then(|depth| Steepness::of(&material).objection(depth))
@@ -255,6 +271,7 @@ struct Coat {
 /// Reads maps onto the texel grid.
 struct Loader<'a> {
     recipe: &'a Recipe,
+    reader: &'a MapReader<'a>,
     /// Sides of the height map, which the others should share.
     source: (u32, u32),
     target: (u32, u32),
@@ -272,13 +289,8 @@ impl Loader<'_> {
             Color::Map(file) => file,
         };
         let path = self.recipe.folder.join(file);
-        let mut image = image::read(&path)?;
-        image.encoding = self
-            .recipe
-            .albedo_encoding
-            .unwrap_or(image.encoding.into())
-            .into();
-        let image = self.on_grid(image.into_linear().into_rgb(), &path)?;
+        let image = self.reader.color(&path, self.recipe.albedo_encoding)?;
+        let image = self.on_grid(image, &path)?;
         let colors = image.data.chunks_exact(3);
         Ok(colors
             .map(|c| Vec3::new(c[0], c[1], c[2]).clamp(Vec3::ZERO, Vec3::ONE))
@@ -291,7 +303,7 @@ impl Loader<'_> {
             Some(Scalar::Constant(number)) => Some(vec![*number; self.texels()]),
             Some(Scalar::Map(file)) => {
                 let path = self.recipe.folder.join(file);
-                let image = self.on_grid(image::read(&path)?.into_gray(), &path)?;
+                let image = self.on_grid(self.reader.data(&path)?.into_gray(), &path)?;
                 check_unit(name, &image).map_err(|error| error.in_file(&path))?;
                 Some(image.data)
             }
@@ -328,7 +340,7 @@ impl Loader<'_> {
     /// A packed image on the grid, its numbers as they stand.
     fn packed(&self, file: &Path) -> Result<FloatImage> {
         let path = self.recipe.folder.join(file);
-        let image = image::read(&path)?;
+        let image = self.reader.data(&path)?;
         if image.channels != 3 {
             return Err(Error::data("channels", image.channels.to_string())
                 .expected("3: a packed image holds a map per channel")
@@ -375,24 +387,6 @@ fn check_same_shape(image: &FloatImage, (width, height): (u32, u32)) -> Result<(
         );
     }
     Ok(())
-}
-
-impl From<Encoding> for recipe::ColorEncoding {
-    fn from(encoding: Encoding) -> Self {
-        match encoding {
-            Encoding::Srgb => Self::Srgb,
-            Encoding::Linear => Self::Linear,
-        }
-    }
-}
-
-impl From<recipe::ColorEncoding> for Encoding {
-    fn from(encoding: recipe::ColorEncoding) -> Self {
-        match encoding {
-            recipe::ColorEncoding::Srgb => Self::Srgb,
-            recipe::ColorEncoding::Linear => Self::Linear,
-        }
-    }
 }
 
 #[cfg(test)]

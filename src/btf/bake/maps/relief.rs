@@ -5,11 +5,12 @@ use std::path::Path;
 
 use crate::btf::bake::maps::normal_map::normals;
 use crate::btf::bake::maps::normals::{Handedness, NormalY, Slopes};
+use crate::btf::bake::maps::reading::MapReader;
 use crate::btf::bake::maps::recipe::Recipe;
 use crate::btf::bake::maps::resample::resampled;
 use crate::btf::bake::maps::{DEFAULT_DEPTH, Terraces};
 use crate::error::{Error, Result};
-use crate::format::image::{self, Encoding, FloatImage, Precision};
+use crate::format::image::{self, Encoding, FloatImage, Precision, ReadOptions};
 use crate::progress::Progress;
 
 /// Steps of an 8-bit map lower than this slope are not seen, in texels a texel (2°).
@@ -61,14 +62,10 @@ pub(super) fn read(
     recipe: &Recipe,
     terraces: Terraces,
     size: u32,
-    progress: &Progress,
+    reader: &MapReader<'_>,
 ) -> Result<Relief> {
-    let read = |file: &Path| -> Result<FloatImage> {
-        let path = recipe.folder.join(file);
-        let image = image::read(&path)?;
-        image.check_finite().map_err(|error| error.in_file(&path))?;
-        Ok(image)
-    };
+    let progress = reader.progress;
+    let read = |file: &Path| reader.data(&recipe.folder.join(file));
     let relief = match (&recipe.height, &recipe.normal) {
         (Some(file), _) => from_heights(recipe, read(file)?.into_gray(), terraces, size, progress)?,
         (None, Some(file)) => from_normals(recipe, &read(file)?, progress)
@@ -84,7 +81,11 @@ pub(super) fn read(
 /// A plane with the sides of the first map there is.
 fn plane(recipe: &Recipe) -> Result<Relief> {
     let (width, height) = match recipe.files().first() {
-        Some(path) => image::read(path).map(|image| (image.width, image.height))?,
+        Some(path) => {
+            let sizes_alone = ReadOptions::data();
+            let read = image::read_with(path, &sizes_alone)?;
+            (read.image.width, read.image.height)
+        }
         None => (1, 1),
     };
     Ok(Relief {

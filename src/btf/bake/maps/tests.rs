@@ -190,3 +190,28 @@ fn a_folder_is_a_material() {
     std::fs::write(bench.path("material.toml"), "albedo = [0.5, 0.5, 0.5]").unwrap();
     assert_eq!(read_recipe(bench.0.path()).unwrap().height, None);
 }
+
+#[test]
+fn the_command_says_how_the_albedo_is_read() {
+    let bench = Bench::new();
+    let options = |encoding| MapOptions {
+        albedo_encoding: Some(encoding),
+        ..MapOptions::default()
+    };
+    let albedo = |toml: &str, options: &MapOptions| {
+        let (material, _) = bench.load(toml, options, 16);
+        material.unwrap().albedo[3].x
+    };
+    let file = "albedo = 'albedo.png'";
+    let stated = "albedo = 'albedo.png'\nalbedo-encoding = 'linear'";
+    assert!((albedo(file, &options(SourceEncoding::Linear)) - 188.0 / 255.0).abs() < 1e-5);
+    assert!((albedo(stated, &MapOptions::default()) - 188.0 / 255.0).abs() < 1e-5);
+    assert!((albedo(stated, &options(SourceEncoding::Srgb)) - 0.502_886).abs() < 1e-5);
+    let layered = MapOptions {
+        layer: Some("diffuse".into()),
+        ..MapOptions::default()
+    };
+    let (material, _) = bench.load(file, &layered, 16);
+    let text = material.unwrap_err().to_string();
+    assert!(text.starts_with("--layer: `diffuse`"), "{text}");
+}
