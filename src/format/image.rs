@@ -158,6 +158,8 @@ impl FloatImage {
 pub struct ReadImage {
     /// The image.
     pub image: FloatImage,
+    /// Alpha per texel, where the options keep it and any texel is not opaque.
+    pub alpha: Option<Vec<f32>>,
     /// What the user should know.
     pub notes: Vec<Note>,
     /// Whether the layer of the options was there to be chosen.
@@ -180,7 +182,7 @@ pub fn read(path: &Path) -> Result<FloatImage> {
 
 /// Reads an image file as `options` say.
 pub fn read_with(path: &Path, options: &ReadOptions) -> Result<ReadImage> {
-    guarded(path, || finished(decoded(path, options)?, options))
+    guarded(path, || decoded(path, options)?.finished(options))
 }
 
 /// Reads an image file and tells what it says of itself, also where it is refused for a reason that leaves
@@ -189,23 +191,13 @@ pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection> {
     guarded(path, || match decoded(path, options) {
         Ok(decoded) => Ok(Inspection {
             facts: decoded.facts(),
-            read: finished(decoded, options),
+            read: decoded.finished(options),
         }),
         Err(error) if kind_of(path)? == FileKind::OpenExr => Ok(Inspection {
             facts: openexr::facts(path, length_of(path)?)?,
             read: Err(error),
         }),
         Err(error) => Err(error),
-    })
-}
-
-fn finished(decoded: Decoded, options: &ReadOptions) -> Result<ReadImage> {
-    let layer_taken = decoded.layer_taken;
-    let (image, notes) = decoded.finished(options)?;
-    Ok(ReadImage {
-        image,
-        notes,
-        layer_taken,
     })
 }
 

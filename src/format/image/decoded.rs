@@ -9,7 +9,7 @@ use crate::format::image::options::{
     Alpha, Flags, Gamut, Orientation, Purpose, ReadOptions, SourceEncoding,
 };
 use crate::format::image::orientation::turned;
-use crate::format::image::{Encoding, FloatImage, Note, Precision};
+use crate::format::image::{Encoding, FloatImage, Note, Precision, ReadImage};
 
 /// Floats this near to 1 are opaque; integers must be at their greatest.
 const OPAQUE_FLOAT: f32 = 0.999;
@@ -87,10 +87,11 @@ impl Decoded {
     }
 
     /// The image as the caller asked for it, notes added.
-    pub(super) fn finished(mut self, options: &ReadOptions) -> Result<(FloatImage, Vec<Note>)> {
+    pub(super) fn finished(mut self, options: &ReadOptions) -> Result<ReadImage> {
         check_square(self.pixel_aspect)?;
         self.check_alpha(options)?;
         self.turn(options);
+        let kept = self.alpha.take_if(|_| options.alpha == Alpha::Keep);
         let encoding = match options.purpose {
             Purpose::Data => Encoding::Data,
             Purpose::Color => self.color(options)?,
@@ -103,7 +104,12 @@ impl Decoded {
             encoding,
             precision: self.precision,
         };
-        Ok((image, self.notes))
+        Ok(ReadImage {
+            image,
+            alpha: kept.map(|(alpha, _)| alpha),
+            notes: self.notes,
+            layer_taken: self.layer_taken,
+        })
     }
 
     fn check_alpha(&mut self, options: &ReadOptions) -> Result<()> {
@@ -114,6 +120,7 @@ impl Decoded {
         let texels = u64::from(self.width) * u64::from(self.height);
         let count = format!("{} of {texels} texels are not opaque", found.transparent);
         match (options.purpose, options.alpha) {
+            (_, Alpha::Keep) => return Ok(()),
             (Purpose::Data, _) => {
                 let text = format!("{count}; the alpha channel is not used");
                 self.notes.push(Note::new("alpha", text));

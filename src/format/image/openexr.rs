@@ -86,10 +86,14 @@ pub(super) fn read(path: &Path, file_length: u64, options: &ReadOptions) -> Resu
     let frame = Frame::of(header);
     let mut notes = Vec::new();
     frame.check(header, options.missing, file_length, &mut notes)?;
-    let planes = planes(path, &chosen, &frame)?;
+    let mut planes = planes(path, &chosen, &frame)?;
     let statement = statement(header);
-    let (color, alpha) = planes.split_at(chosen.channels.len());
-    let mut data = interleave(color, frame.texels());
+    let alpha = planes.split_off(chosen.channels.len()).pop();
+    let mut color = planes;
+    if chosen.kind == Kind::Pair {
+        color.push(vec![0.0; frame.texels()]);
+    }
+    let mut data = interleave(&color, frame.texels());
     if chosen.kind == Kind::LuminanceChroma {
         to_rgb(&mut data, header);
     }
@@ -98,7 +102,7 @@ pub(super) fn read(path: &Path, file_length: u64, options: &ReadOptions) -> Resu
         height: frame.display.size.1 as u32,
         channels: color.len() as u32,
         data,
-        alpha: alpha.first().map(|alpha| (alpha.clone(), true)),
+        alpha: alpha.map(|alpha| (alpha, true)),
         precision: Precision::Float,
         statement,
         orientation: 1,

@@ -29,6 +29,8 @@ pub(super) enum Kind {
     Luminance,
     /// X, Y, Z: directions or places.
     Vector,
+    /// R and G, or X and Y: directions without their third number.
+    Pair,
     /// One channel of another name.
     Single,
 }
@@ -185,7 +187,7 @@ impl Layers {
     /// The group that is the picture where nobody named one.
     fn found(&self, options: &ReadOptions) -> Result<Choice> {
         let is_candidate = |group: &&Group| match options.purpose {
-            Purpose::Color => group.is_color && group.kind != Kind::Single,
+            Purpose::Color => group.is_color && !matches!(group.kind, Kind::Single | Kind::Pair),
             Purpose::Data => group.kind != Kind::Single,
         };
         let candidates: Vec<&Group> = self.groups.iter().filter(is_candidate).collect();
@@ -308,7 +310,7 @@ fn groups_of_layer(part_index: usize, part: &Part, prefix: &str) -> Vec<Group> {
             .first()
             .map_or("", |&c| split(&part.channels[c].0).1);
         let other = says_no_color(prefix) || kind == Kind::Single && says_no_color(base);
-        let is_color = floats && kind != Kind::Vector && !other;
+        let is_color = floats && !matches!(kind, Kind::Vector | Kind::Pair) && !other;
         Group {
             part: part_index,
             prefix: prefix.to_owned(),
@@ -323,11 +325,16 @@ fn groups_of_layer(part_index: usize, part: &Part, prefix: &str) -> Vec<Group> {
         find(&["G", "green"]),
         find(&["B", "blue"]),
     ];
-    if let [Some(red), Some(green), Some(blue)] = rgb {
-        return vec![group(Kind::Rgb, vec![red, green, blue])];
+    match rgb {
+        [Some(red), Some(green), Some(blue)] => {
+            return vec![group(Kind::Rgb, vec![red, green, blue])];
+        }
+        [Some(red), Some(green), None] => return vec![group(Kind::Pair, vec![red, green])],
+        _ => {}
     }
     match (find(&["X"]), find(&["Y"]), find(&["Z"])) {
         (Some(x), Some(y), Some(z)) => return vec![group(Kind::Vector, vec![x, y, z])],
+        (Some(x), Some(y), None) => return vec![group(Kind::Pair, vec![x, y])],
         (None, Some(y), _) => {
             return vec![match (find(&["RY"]), find(&["BY"])) {
                 (Some(ry), Some(by)) => group(Kind::LuminanceChroma, vec![y, ry, by]),
@@ -433,6 +440,7 @@ mod tests {
             &["N.X", "N.Y", "N.Z"],
             &["object.id"],
             &["uv.U", "uv.V"],
+            &["R", "G"],
             &["CryptoObject00.R", "CryptoObject00.G", "CryptoObject00.B"],
         ] {
             let message = refused(&file(&[("", channels)]), &any);
@@ -444,6 +452,7 @@ mod tests {
             chosen(&file(&[("", &["N.X", "N.Y", "N.Z"])]), &height)[2],
             "N.Z"
         );
+        assert_eq!(chosen(&file(&[("", &["G", "R"])]), &height), ["R", "G"]);
     }
 
     #[test]

@@ -52,6 +52,10 @@ pub enum Alpha {
     #[serde(skip)]
     #[value(skip)]
     OverBlack,
+    /// They are handed on beside the colours, which stay as stored.
+    #[serde(skip)]
+    #[value(skip)]
+    Keep,
 }
 
 /// What becomes of pixels of an OpenEXR display window that the data window does not cover.

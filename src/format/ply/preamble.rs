@@ -43,7 +43,10 @@ impl Preamble {
         let mut text = String::new();
         let mut left = LONGEST;
         loop {
-            let found = text::utf8_or_latin1(line.trim_ascii()).trim().to_owned();
+            let found = text::utf8_or_latin1(line.trim_ascii())
+                .trim_start_matches('\u{feff}')
+                .trim()
+                .to_owned();
             text.push_str(&found);
             text.push('\n');
             let is_ply = text.starts_with("ply");

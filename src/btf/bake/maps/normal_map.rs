@@ -3,9 +3,7 @@
 //! Most maps store (n + 1)/2; float files may store n itself; compressed ones store x and y alone, with
 //! blue left at 0 or full. Which it is shows in the numbers: [`NormalKind::Auto`] looks, and the other
 //! kinds say. Vectors come out with length 1; maps that are far from it are told of.
-//!
-//! Not handled: x in the alpha channel (DXT5nm), which the image reader does not hand on. Such maps are
-//! refused by their red channel, which is the same everywhere.
+//! Maps made for DXT5 (DXT5nm) keep x in the alpha channel and y in green; their red is the same everywhere.
 
 use clap::ValueEnum;
 use glam::DVec3;
@@ -40,6 +38,8 @@ pub enum NormalKind {
     UnsignedXy,
     /// x and y as they are (floats); z follows from them.
     SignedXy,
+    /// x in alpha and y in green, each as (n + 1)/2; z follows from them.
+    Dxt5nm,
 }
 
 impl NormalKind {
@@ -58,6 +58,7 @@ impl NormalKind {
             Self::Signed => "x, y and z in −1 to 1",
             Self::UnsignedXy => "x and y in 0 to 1, z computed from them",
             Self::SignedXy => "x and y in −1 to 1, z computed from them",
+            Self::Dxt5nm => "x in alpha and y in green, z computed from them",
         }
     }
 }
@@ -77,26 +78,51 @@ pub(super) struct Normals {
     pub(super) warning: Option<String>,
 }
 
-/// Reads the vectors of a map.
-pub(super) fn normals(map: &FloatImage, kind: NormalKind) -> Result<Normals> {
+/// Reads the vectors of a map; `alpha` where any of it is not opaque.
+pub(super) fn normals(
+    mut map: FloatImage,
+    alpha: Option<Vec<f32>>,
+    kind: NormalKind,
+) -> Result<Normals> {
     if map.channels != 3 {
         return Err(Error::data("channels", "1")
             .expected("3: a normal map is a colour image")
             .advice("a map with x and y alone needs them in red and green"));
     }
-    check_red(map)?;
+    let kind = match (kind, &alpha) {
+        (NormalKind::Auto, Some(_)) if red_says_nothing(&map) => NormalKind::Dxt5nm,
+        (kind, _) => kind,
+    };
+    let mut warning = None;
+    match (kind, alpha) {
+        (NormalKind::Dxt5nm, Some(alpha)) => {
+            let texels = map.data.chunks_exact_mut(3).zip(alpha);
+            texels.for_each(|(texel, alpha)| texel[0] = alpha);
+        }
+        (NormalKind::Dxt5nm, None) => {
+            return Err(
+                Error::data("alpha", "opaque everywhere, or no such channel")
+                    .expected("x of the normals, as normal-kind dxt5nm says"),
+            );
+        }
+        (_, Some(_)) => {
+            warning =
+                Some("the normal map's alpha channel is not used (--normal-kind dxt5nm)".into());
+        }
+        (_, None) => {}
+    }
+    check_red(&map)?;
     let kind = match kind {
-        NormalKind::Auto => found_kind(map),
+        NormalKind::Auto => found_kind(&map),
         kind => kind,
     };
-    let vectors: Vec<DVec3> = texels(map).map(|texel| vector(texel, kind)).collect();
-    let warning = warning(&vectors, kind);
+    let vectors: Vec<DVec3> = texels(&map).map(|texel| vector(texel, kind)).collect();
     Ok(Normals {
         width: map.width as usize,
         height: map.height as usize,
-        vectors: vectors.into_iter().map(unit).collect(),
         note: format!("normal map: {}", kind.describe()),
-        warning,
+        warning: objection(&vectors, kind).or(warning),
+        vectors: vectors.into_iter().map(unit).collect(),
     })
 }
 
@@ -106,27 +132,30 @@ fn texels(map: &FloatImage) -> impl Iterator<Item = [f32; 3]> {
         .map(|texel| [texel[0], texel[1], texel[2]])
 }
 
-/// Refuses maps that have no x in their red channel: grey images, and DXT5nm with x in alpha.
+/// Refuses maps that have no x in their red channel.
 fn check_red(map: &FloatImage) -> Result<()> {
     if texels(map).all(|[red, green, blue]| red == green && green == blue) {
         return Err(Error::data("channels", "the same in red, green and blue")
             .expected("a normal map: x in red, y in green")
             .advice("a grey image may be a height map; name it as `height`"));
     }
+    if red_says_nothing(map) {
+        return Err(
+            Error::data("red channel", format!("{} everywhere", map.data[0]))
+                .expected("x of the normals, in red, or in the alpha channel (DXT5nm)"),
+        );
+    }
+    Ok(())
+}
+
+/// Whether red is 0 or full everywhere while green varies.
+fn red_says_nothing(map: &FloatImage) -> bool {
     let is_end = |red: f32| red <= STEP || red >= 1.0 - STEP;
     let first = map.data[0];
     let green_varies = texels(map).any(|[_, green, _]| (green - map.data[1]).abs() > STEP);
     let is_constant = texels(map).all(|[red, _, _]| (red - first).abs() <= STEP);
     let may_be_zero = map.precision == Precision::Float && first.abs() <= STEP;
-    if is_end(first) && is_constant && green_varies && !may_be_zero {
-        return Err(Error::data("red channel", format!("{first} everywhere"))
-            .expected("x of the normals")
-            .advice(
-                "maps made for DXT5 (DXT5nm) keep x in the alpha channel, which is not read; copy it to \
-                 red first",
-            ));
-    }
-    Ok(())
+    is_end(first) && is_constant && green_varies && !may_be_zero
 }
 
 /// The kind that the numbers of a map show.
@@ -178,7 +207,7 @@ fn unit(vector: DVec3) -> DVec3 {
 }
 
 /// Says when many vectors are far from length 1, or point into the surface.
-fn warning(vectors: &[DVec3], kind: NormalKind) -> Option<String> {
+fn objection(vectors: &[DVec3], kind: NormalKind) -> Option<String> {
     let share = |is: &dyn Fn(&DVec3) -> bool| {
         vectors.iter().filter(|vector| is(vector)).count() as f64 / vectors.len() as f64
     };
@@ -269,7 +298,7 @@ mod tests {
                 "x, y and z in −1 to 1",
             ),
         ] {
-            let found = normals(&map(precision, texels), NormalKind::Auto).unwrap();
+            let found = normals(map(precision, texels), None, NormalKind::Auto).unwrap();
             assert!(found.note.contains(kind), "{kind}: {}", found.note);
             for (found, wanted) in found.vectors.iter().zip(leaning()) {
                 assert!(
@@ -284,9 +313,9 @@ mod tests {
     fn a_kind_that_is_asked_for_is_taken() {
         let texels = stored(|n| DVec3::new(0.5 * n.x + 0.5, 0.5 * n.y + 0.5, 0.3));
         let map = map(Precision::Bits8, texels);
-        let auto = normals(&map, NormalKind::Auto).unwrap();
+        let auto = normals(map.clone(), None, NormalKind::Auto).unwrap();
         assert!(auto.warning.unwrap().contains("into the surface"));
-        let asked = normals(&map, NormalKind::UnsignedXy).unwrap();
+        let asked = normals(map, None, NormalKind::UnsignedXy).unwrap();
         assert_eq!(asked.warning, None);
         for (found, wanted) in asked.vectors.iter().zip(leaning()) {
             assert!((*found - wanted).length() < 1e-3);
@@ -294,9 +323,31 @@ mod tests {
     }
 
     #[test]
+    fn x_in_alpha_is_found() {
+        let alpha: Vec<f32> = leaning().iter().map(|n| (0.5 * n.x + 0.5) as f32).collect();
+        let texels = stored(|n| DVec3::new(1.0, 0.5 * n.y + 0.5, 1.0));
+        let packed = map(Precision::Bits8, texels);
+        let found = normals(packed.clone(), Some(alpha.clone()), NormalKind::Auto).unwrap();
+        assert!(found.note.contains("x in alpha"), "{}", found.note);
+        for (found, wanted) in found.vectors.iter().zip(leaning()) {
+            assert!((*found - wanted).length() < 1e-3);
+        }
+        let error = normals(packed, None, NormalKind::Dxt5nm).unwrap_err();
+        assert!(error.to_string().contains("alpha"), "{error}");
+        let half = map(Precision::Bits8, stored(|n| 0.5 * n + 0.5));
+        let unused = normals(half, Some(alpha), NormalKind::Auto).unwrap();
+        assert!(
+            unused
+                .warning
+                .unwrap()
+                .contains("alpha channel is not used")
+        );
+    }
+
+    #[test]
     fn lengths_far_from_one_are_told_of() {
         let short = map(Precision::Float, stored(|n| 0.5 * n));
-        let found = normals(&short, NormalKind::Auto).unwrap();
+        let found = normals(short, None, NormalKind::Auto).unwrap();
         assert!(
             found
                 .warning
@@ -304,14 +355,16 @@ mod tests {
                 .contains("length 1 (0.50 on average)")
         );
         let flat = map(Precision::Float, [[0.0, 0.0, 1.0], [0.0, 0.01, 1.0]]);
-        assert_eq!(normals(&flat, NormalKind::Auto).unwrap().warning, None);
+        assert_eq!(normals(flat, None, NormalKind::Auto).unwrap().warning, None);
     }
 
     #[test]
     fn maps_without_x_are_refused() {
         let refused = |texels: Vec<[f32; 3]>| {
             let map = map(Precision::Bits8, texels);
-            normals(&map, NormalKind::Auto).unwrap_err().to_string()
+            normals(map, None, NormalKind::Auto)
+                .unwrap_err()
+                .to_string()
         };
         assert!(refused(vec![[0.3; 3], [0.7; 3]]).contains("height map"));
         let in_alpha = refused(vec![[1.0, 0.4, 1.0], [1.0, 0.6, 1.0]]);

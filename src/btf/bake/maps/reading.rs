@@ -6,7 +6,9 @@ use std::path::Path;
 use crate::btf::bake::maps::MapOptions;
 use crate::btf::bake::maps::recipe::ColorEncoding;
 use crate::error::Result;
-use crate::format::image::{self, Flags, FloatImage, Notes, Purpose, ReadOptions, SourceEncoding};
+use crate::format::image::{
+    self, Alpha, Flags, FloatImage, Notes, Purpose, ReadImage, ReadOptions, SourceEncoding,
+};
 use crate::progress::Progress;
 
 /// Reads maps as a command's options say, and passes on what their readers note.
@@ -63,14 +65,32 @@ impl<'a> MapReader<'a> {
         Ok(image)
     }
 
+    /// A normal map as stored, all finite, with its alpha where that may hold a vector's part.
+    pub(super) fn normals(&self, path: &Path) -> Result<(FloatImage, Option<Vec<f32>>)> {
+        let options = ReadOptions {
+            purpose: Purpose::Data,
+            alpha: Alpha::Keep,
+            ..self.options.clone()
+        };
+        let read = self.read_with(path, &options)?;
+        read.image
+            .check_finite()
+            .map_err(|error| error.in_file(path))?;
+        Ok((read.image, read.alpha))
+    }
+
     fn read(&self, path: &Path, options: &ReadOptions) -> Result<FloatImage> {
-        let read = image::read_with(path, options)?;
+        Ok(self.read_with(path, options)?.image)
+    }
+
+    fn read_with(&self, path: &Path, options: &ReadOptions) -> Result<ReadImage> {
+        let mut read = image::read_with(path, options)?;
         let mut notes = Notes::default();
-        notes.add(path, read.notes);
+        notes.add(path, std::mem::take(&mut read.notes));
         notes.warn(self.progress);
         self.layer_taken
             .set(self.layer_taken.get() || read.layer_taken);
-        Ok(read.image)
+        Ok(read)
     }
 
     /// Refuses a layer's name that no map had layers for.

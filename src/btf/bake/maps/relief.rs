@@ -68,8 +68,11 @@ pub(super) fn read(
     let read = |file: &Path| reader.data(&recipe.folder.join(file));
     let relief = match (&recipe.height, &recipe.normal) {
         (Some(file), _) => from_heights(recipe, read(file)?.into_gray(), terraces, size, progress)?,
-        (None, Some(file)) => from_normals(recipe, &read(file)?, progress)
-            .map_err(|error| error.in_file(&recipe.folder.join(file)))?,
+        (None, Some(file)) => {
+            let path = recipe.folder.join(file);
+            let (map, alpha) = reader.normals(&path)?;
+            from_normals(recipe, map, alpha, progress).map_err(|error| error.in_file(&path))?
+        }
         (None, None) => plane(recipe)?,
     };
     if recipe.tileable {
@@ -143,12 +146,18 @@ fn from_heights(
     Ok(map)
 }
 
-fn from_normals(recipe: &Recipe, map: &FloatImage, progress: &Progress) -> Result<Relief> {
+fn from_normals(
+    recipe: &Recipe,
+    map: FloatImage,
+    alpha: Option<Vec<f32>>,
+    progress: &Progress,
+) -> Result<Relief> {
     if recipe.height_mm.is_some() || recipe.depth.is_some() {
         return Err(Error::data("height-mm or depth", "given for a normal map")
             .expected("neither: normals say how steep the surface is"));
     }
-    let normals = normals(map, recipe.normal_kind)?;
+    let (width, height) = (map.width as usize, map.height as usize);
+    let normals = normals(map, alpha, recipe.normal_kind)?;
     if let Some(warning) = &normals.warning {
         progress.warn(warning.as_str());
     }
@@ -157,7 +166,6 @@ fn from_normals(recipe: &Recipe, map: &FloatImage, progress: &Progress) -> Resul
         NormalY::Down => slopes.flipped(),
         NormalY::Up | NormalY::Auto => slopes,
     };
-    let (width, height) = (map.width as usize, map.height as usize);
     let heights = if recipe.tileable {
         slopes.integrated()
     } else {
@@ -166,8 +174,8 @@ fn from_normals(recipe: &Recipe, map: &FloatImage, progress: &Progress) -> Resul
         rows.flat_map(|row| &row[..width]).copied().collect()
     };
     Ok(Relief {
-        width: map.width,
-        height: map.height,
+        width: width as u32,
+        height: height as u32,
         heights: heights.iter().map(|h| (h / width as f64) as f32).collect(),
         depth: None,
         notes: vec![normals.note],
