@@ -469,3 +469,21 @@ fn a_damaged_record_is_said_and_begun_anew() {
     );
     assert_eq!(stale(scene.path()), [""; 0]);
 }
+
+#[test]
+fn texts_with_byte_order_marks_are_read() {
+    let folder = new_scene();
+    for name in [
+        "scene.toml",
+        "views.csv",
+        "guide.json",
+        "sweep.csv",
+        "path.csv",
+    ] {
+        let path = folder.path().join(name);
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, format!("\u{feff}{}", text.replace('\n', "\r\n"))).unwrap();
+    }
+    succeed(folder.path(), &["run", "scene.toml", "--dry-run"]);
+    succeed(folder.path(), &["run", "scene.toml"]);
+}

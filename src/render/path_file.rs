@@ -6,13 +6,13 @@
 //! `camera_elevation` (degrees), `camera_x/y/z`, `target_x/y/z`, `up_x/y/z`, `fov` (degrees),
 //! `view_height` (mesh units). JSON may give positions as `camera`, `target`, `up`, `light` lists.
 
-use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
+use crate::format::text;
 
 /// What a file says of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -112,13 +112,7 @@ const LIMIT: u64 = 64 << 20;
 
 /// Reads the rows of a CSV or (by its name) JSON file.
 pub fn read(path: &Path) -> Result<Vec<Row>> {
-    let size = fs::metadata(path).map_err(Error::io(path, "read"))?.len();
-    if size > LIMIT {
-        return Err(Error::data("size", format!("{size} bytes"))
-            .expected(format!("at most {LIMIT}"))
-            .in_file(path));
-    }
-    let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
+    let text = text::read(path, LIMIT)?.text;
     let is_json = path
         .extension()
         .is_some_and(|ending| ending.eq_ignore_ascii_case("json"));
@@ -128,7 +122,7 @@ pub fn read(path: &Path) -> Result<Vec<Row>> {
     })?;
     if rows.is_empty() {
         return Err(Error::data("rows", "none")
-            .expected("one a frame")
+            .expected("one per frame")
             .in_file(path));
     }
     Ok(rows)

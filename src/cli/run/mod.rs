@@ -29,6 +29,7 @@ use crate::error::{Error, Result};
 use crate::format::atomic::leftovers;
 use crate::format::guard::guarded;
 use crate::format::lock::OutputLock;
+use crate::format::text;
 
 /// Run a whole scene, stage by stage; stages whose inputs and options did not change are skipped.
 ///
@@ -56,7 +57,7 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let text = fs::read_to_string(&self.scene).map_err(Error::io(&self.scene, "read"))?;
+        let text = text::read(&self.scene, LARGEST_SCENE)?.text;
         let folder = self.scene.parent().unwrap_or(Path::new("")).to_path_buf();
         enter(&folder)?;
         let (scene, stages, record) = read(&self.scene, &text)?;
@@ -83,9 +84,12 @@ impl Arguments {
     }
 }
 
+/// The largest scene read, in bytes.
+const LARGEST_SCENE: u64 = 1 << 20;
+
 /// Says which stages a scene has and what they make; everything wrong with it is an error.
 pub fn describe(path: &Path, session: &Session) -> Result<Outcome> {
-    let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
+    let text = text::read(path, LARGEST_SCENE)?.text;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     enter(&folder)?;
     let (scene, stages, record) = read(path, &text)?;

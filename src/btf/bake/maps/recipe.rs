@@ -1,6 +1,5 @@
 //! The TOML description of a material: which maps, how deep, how large.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -10,6 +9,7 @@ use crate::btf::bake::maps::normals::NormalY;
 use crate::btf::bake::maps::packed::{PackedChannel, PackedOrder};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
+use crate::format::text;
 
 /// The largest recipe read, in bytes.
 const LARGEST_FILE: u64 = 1 << 20;
@@ -254,19 +254,7 @@ impl Recipe {
 
 /// Reads and checks a recipe.
 pub(super) fn read(path: &Path) -> Result<Recipe> {
-    let size = fs::metadata(path).map_err(Error::io(path, "read"))?.len();
-    if size > LARGEST_FILE {
-        return Err(Error::data("size", format!("{size} bytes of TOML"))
-            .expected(format!("at most {LARGEST_FILE}"))
-            .in_file(path));
-    }
-    let bytes = fs::read(path).map_err(Error::io(path, "read"))?;
-    let parse = || {
-        let text = std::str::from_utf8(&bytes)
-            .map_err(|_| Error::data("text", "bytes that are no UTF-8").expected("TOML"))?;
-        parse(text.trim_start_matches('\u{feff}'))
-    };
-    let mut recipe = guarded(path, parse)?;
+    let mut recipe = guarded(path, || parse(&text::read(path, LARGEST_FILE)?.text))?;
     if recipe.name.is_empty() {
         recipe.name = default_name(path);
     }
