@@ -14,9 +14,10 @@ use mesotex::exemplar::space::Space;
 use mesotex::format::id::ContentId;
 use mesotex::format::image::{Encoding, FloatImage, Precision};
 use mesotex::progress::Progress;
-use mesotex::synthesis::engine::{Inputs, synthesize};
-use mesotex::synthesis::grid_target::GridTarget;
+use mesotex::sites::grid::target::GridTarget;
+use mesotex::synthesis::inputs::Inputs;
 use mesotex::synthesis::options::{Search, SynthesisOptions};
+use mesotex::synthesis::recipes::synthesize;
 
 fn main() {
     divan::main();
@@ -69,7 +70,8 @@ fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: Search) {
         search,
         ..SynthesisOptions::default()
     };
-    bencher.bench(|| synthesize(inputs, &options, None, |_| Ok(()), Progress::silent()).unwrap());
+    bencher
+        .bench(|| synthesize(inputs, &options, None, &mut |_| Ok(()), Progress::silent()).unwrap());
 }
 
 /// Sites: 10k, 65k, 250k, 1M; sample 64×64.

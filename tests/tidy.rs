@@ -6,17 +6,26 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What every room may use.
-const GROUND: [&str; 6] = ["error", "format", "grid", "index", "progress", "random"];
+const GROUND: [&str; 7] = [
+    "error",
+    "format",
+    "grid",
+    "index",
+    "neighborhood",
+    "progress",
+    "random",
+];
 
 /// Each room and what it may import beside itself and the ground (docs/architecture.md).
-const ROOMS: [(&str, &[&str]); 9] = [
+const ROOMS: [(&str, &[&str]); 10] = [
     ("btf", &[]),
     ("texton", &["btf"]),
     ("exemplar", &["btf", "texton"]),
     ("mesh", &[]),
-    ("surface_map", &["mesh"]),
-    ("synthesis", &["exemplar", "mesh", "surface_map"]),
-    ("render", &["btf", "mesh", "surface_map"]),
+    ("sites", &["mesh"]),
+    ("maps", &["mesh"]),
+    ("synthesis", &["exemplar", "mesh", "sites", "maps"]),
+    ("render", &["btf", "mesh", "maps"]),
     ("report", &[]),
     (
         "cli",
@@ -25,7 +34,8 @@ const ROOMS: [(&str, &[&str]); 9] = [
             "texton",
             "exemplar",
             "mesh",
-            "surface_map",
+            "sites",
+            "maps",
             "synthesis",
             "render",
             "report",

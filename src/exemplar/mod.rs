@@ -2,8 +2,10 @@
 //! neighbours of every texel's neighbourhood.
 
 pub mod aligned_numbers;
+pub mod embedding;
 pub mod greedy_choice;
 pub mod knn_options;
+pub mod level;
 pub mod level_distances;
 pub mod neighbor_table;
 pub mod plain_images;
@@ -13,5 +15,6 @@ pub mod texel_block;
 pub mod turned_sums;
 pub mod two_level;
 pub mod window_distance;
+pub mod windows;
 
 pub use knn_options::KnnOptions;

@@ -20,10 +20,10 @@ use mesotex::format::id::ContentId;
 use mesotex::format::{npy, npz};
 use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::TextonLabel;
+use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::reading::{CleaningOptions, UserMesh, clean, parse};
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::progress::Progress;
-use mesotex::surface_map::SurfaceTextonMap;
 use ndarray::{Array, Array2};
 use serde_json::json;
 

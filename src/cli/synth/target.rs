@@ -3,25 +3,24 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::machine::Need;
 use crate::cli::session::Session;
 use crate::error::{Error, Result};
-use crate::exemplar::neighbor_table::{NeighborTable, Neighborhood};
+use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
-use crate::mesh::cache;
-use crate::mesh::hierarchy::SiteHierarchy;
-use crate::mesh::memory::bytes_to_prepare;
-use crate::mesh::surface::{self, Surface};
-use crate::mesh::surface_options::SurfaceOptions;
-use crate::mesh::triangle_mesh::TriangleMesh;
-use crate::synthesis::check::window_width;
-use crate::synthesis::grid_target::GridTarget;
+use crate::neighborhood::{Neighborhood, window_width};
+use crate::sites::grid::target::GridTarget;
+use crate::sites::level::Sites;
+use crate::sites::target::Target;
+use crate::sites::vertices::cache;
+use crate::sites::vertices::memory::bytes_to_prepare;
+use crate::sites::vertices::surface::{self, Surface};
+use crate::sites::vertices::surface_options::SurfaceOptions;
 use crate::synthesis::memory;
 use crate::synthesis::options::SynthesisOptions;
-use crate::synthesis::quality::coherence::SiteEdge;
 
 /// What happens at a flat grid's border.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -51,36 +50,21 @@ pub struct TargetArguments {
     pub surface: SurfaceOptions,
 }
 
-/// A target ready for synthesis.
-pub enum Target {
-    /// A prepared mesh, and what its positions count from.
-    Surface(Box<Surface>, DVec3),
-    /// A flat grid.
-    Grid {
-        /// Its size.
-        grid: GridTarget,
-        /// Its sites.
-        sites: SiteHierarchy,
-        /// It as a surface.
-        mesh: TriangleMesh,
-    },
-}
-
-impl Target {
+impl TargetArguments {
     /// Prepares the target for the neighbourhoods of an exemplar's table.
     pub fn prepare(
-        arguments: &TargetArguments,
+        &self,
         (space, table): (&Space, &NeighborTable),
         options: &SynthesisOptions,
         session: &Session,
-    ) -> Result<Self> {
+    ) -> Result<Target> {
         let levels = options
             .levels
             .map_or(table.levels.len(), |levels| levels as usize);
         let exemplar = memory::exemplar_bytes(space, table);
-        match (&arguments.mesh, arguments.grid) {
+        match (&self.mesh, self.grid) {
             (_, Some(grid)) => {
-                if arguments.surface.texel.is_some() {
+                if self.surface.texel.is_some() {
                     return Err(Error::option(
                         "texel",
                         "a flat grid",
@@ -88,7 +72,7 @@ impl Target {
                     ));
                 }
                 let grid = GridTarget {
-                    toroidal: arguments.border == Border::Wrap,
+                    toroidal: self.border == Border::Wrap,
                     ..grid
                 };
                 let sites = format!("{}x{} sites", grid.width, grid.height);
@@ -102,7 +86,7 @@ impl Target {
                     .iter()
                     .map(|level| level.neighborhood.clone())
                     .collect();
-                Ok(Self::Grid {
+                Ok(Target::Grid {
                     sites: grid.hierarchy(&neighborhoods)?,
                     mesh: grid.mesh(),
                     grid,
@@ -110,67 +94,11 @@ impl Target {
             }
             (Some(path), None) => {
                 let (surface, origin) =
-                    prepare_mesh(path, arguments, (table, exemplar), levels, session)?;
-                check_density(&surface, arguments.surface.texel)?;
-                Ok(Self::Surface(Box::new(surface), origin))
+                    prepare_mesh(path, self, (table, exemplar), levels, session)?;
+                check_density(&surface, self.surface.texel)?;
+                Ok(Target::Vertices(Box::new(surface), origin))
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
-        }
-    }
-
-    /// The sites of all levels.
-    pub fn sites(&self) -> &SiteHierarchy {
-        match self {
-            Self::Surface(surface, _) => &surface.hierarchy,
-            Self::Grid { sites, .. } => sites,
-        }
-    }
-
-    /// The surface of level 0.
-    pub fn mesh(&self) -> &TriangleMesh {
-        match self {
-            Self::Surface(surface, _) => &surface.meshes[0],
-            Self::Grid { mesh, .. } => mesh,
-        }
-    }
-
-    /// What the positions of the surface count from.
-    pub fn origin(&self) -> DVec3 {
-        match self {
-            Self::Surface(_, origin) => *origin,
-            Self::Grid { .. } => DVec3::ZERO,
-        }
-    }
-
-    /// Unit normals of the sites.
-    pub fn normals(&self) -> Vec<Vec3> {
-        match self {
-            Self::Surface(surface, _) => surface.normals[0].clone(),
-            Self::Grid { mesh, .. } => vec![Vec3::Z; mesh.positions.len()],
-        }
-    }
-
-    /// The orientation field.
-    pub fn orientations(&self) -> Vec<Vec3> {
-        match self {
-            Self::Surface(surface, _) => surface.frames[0].iter().map(|frame| frame.s).collect(),
-            Self::Grid { mesh, .. } => vec![Vec3::X; mesh.positions.len()],
-        }
-    }
-
-    /// Mesh units a texel covers.
-    pub fn texel(&self) -> f64 {
-        match self {
-            Self::Surface(surface, _) => surface.texel,
-            Self::Grid { .. } => 1.0,
-        }
-    }
-
-    /// Every edge i < j, with the place of j seen from i in texels.
-    pub fn edges(&self) -> Vec<SiteEdge> {
-        match self {
-            Self::Surface(surface, _) => mesh_edges(surface),
-            Self::Grid { grid, .. } => grid.edges(),
         }
     }
 }
@@ -225,11 +153,11 @@ fn check_memory(option: &'static str, work: String, bytes: u64, advice: &str) ->
 /// That is the fault of `texel` where it was asked for, else of the mesh's own scale.
 fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
     let sites = &surface.hierarchy.levels[0];
-    let on_surface = (0..sites.site_count).filter(|&site| sites.areas[site] > 0.0);
+    let on_surface = (0..sites.count()).filter(|&site| sites.areas[site] > 0.0);
     let (mut count, mut alone) = (0usize, 0usize);
     for site in on_surface {
         count += 1;
-        alone += usize::from(sites.neighbors.of_site(site).next().is_none());
+        alone += usize::from(sites.neighbors.row(site).is_empty());
     }
     if 2 * alone <= count {
         return Ok(());
@@ -249,25 +177,4 @@ fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
             (area / texel.powi(2)).ceil()
         ),
     ))
-}
-
-fn mesh_edges(surface: &Surface) -> Vec<SiteEdge> {
-    let (mesh, frames) = (&surface.meshes[0], &surface.frames[0]);
-    let corners = mesh.triangles.iter();
-    let mut pairs: Vec<[u32; 2]> = corners
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-        .map(|[a, b]| [a.min(b), a.max(b)])
-        .collect();
-    pairs.sort_unstable();
-    pairs.dedup();
-    let edge = |&[from, to]: &[u32; 2]| {
-        let along = mesh.positions[to as usize] - mesh.positions[from as usize];
-        let seen = frames[from as usize].frame_from_mesh(along) / surface.texel as f32;
-        SiteEdge {
-            from,
-            to,
-            offset: [seen.x, seen.y],
-        }
-    };
-    pairs.iter().map(edge).collect()
 }

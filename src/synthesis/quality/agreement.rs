@@ -8,20 +8,21 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::Result;
+use crate::exemplar::embedding::Embedding;
+use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
 use crate::progress::Progress;
-use crate::synthesis::candidates::{Candidate, CandidateList};
-use crate::synthesis::check;
-use crate::synthesis::embedded::{EmbeddedMetric, EmbeddedPattern};
-use crate::synthesis::embedding::Embedding;
-use crate::synthesis::engine::Inputs;
-use crate::synthesis::exemplar_level::ExemplarLevel;
-use crate::synthesis::gram::{GramMetric, GramPattern};
+use crate::sites::level::Sites;
+use crate::synthesis::candidates::forward::{Candidate, CandidateList};
+use crate::synthesis::inputs::Inputs;
 use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::embedded::{EmbeddedMetric, EmbeddedPattern};
+use crate::synthesis::metric::gram::{GramMetric, GramPattern};
+use crate::synthesis::metric::of_level::gram;
+use crate::synthesis::metric::site_values::SiteNeighborhood;
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::energy::measured_sites;
-use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
 
 /// Distances that differ by less, as a share, are equal: the rounding of single precision.
 const ROUNDING: f64 = 1e-6;
@@ -41,8 +42,8 @@ pub struct Agreement {
 type Costs = [f64; 3];
 
 /// Compares the metrics on a finished map of level 0; `None` for plain images, which have no Φ.
-pub fn measure(
-    inputs: Inputs<'_>,
+pub fn measure<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
     coords: &[TexCoord],
     options: &SynthesisOptions,
     progress: Progress<'_>,
@@ -55,18 +56,18 @@ pub fn measure(
     let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
     let whole = Embedding::new(level, 1.0);
     progress.check()?;
-    let used = Embedding::new(level, options.energy);
+    let used = Embedding::new(level, options.spectrum);
     let state = coords.iter().map(|&at| exemplar.grid.texel_nearest(at));
-    let comparison = Comparison {
+    let comparison = Comparison::<N, S> {
         inputs,
         coords,
         rows: state.map(|texel| exemplar.rows[texel.index()]).collect(),
         coherence: options.coherence,
-        phi: GramMetric::new(&exemplar, check::gram(level)?, None),
+        phi: GramMetric::new(&exemplar, gram(level)?, None),
         embedded: [&whole, &used].map(|embedding| EmbeddedMetric::new(&exemplar, embedding, None)),
         exemplar: &exemplar,
     };
-    let sites = measured_sites(&inputs.sites.levels[0].areas, options.seed);
+    let sites = measured_sites(inputs.sites.levels[0].areas(), options.seed);
     let costs = sites
         .par_iter()
         .map_init(Scratch::default, |scratch, &site| {
@@ -92,8 +93,8 @@ impl Agreement {
 }
 
 /// A finished map and the metrics that look at it.
-struct Comparison<'a> {
-    inputs: Inputs<'a>,
+struct Comparison<'a, const N: usize, S> {
+    inputs: Inputs<'a, S>,
     coords: &'a [TexCoord],
     rows: Vec<u32>,
     coherence: f64,
@@ -109,15 +110,17 @@ struct Scratch {
     in_rd: EmbeddedPattern,
 }
 
-impl Comparison<'_> {
+impl<const N: usize, S: Sites<N>> Comparison<'_, N, S> {
     fn at_site(&self, site: usize, scratch: &mut Scratch) -> Costs {
         let sites = &self.inputs.sites.levels[0];
         let neighborhood = SiteNeighborhood {
             site,
-            fine: SampledSites::all(&sites.fine, &self.rows),
-            coarse: None,
+            sites,
+            rows: &self.rows,
+            done: None,
+            coarser: None,
         };
-        let (own, near) = (self.coords[site], sites.neighbors.of_site(site));
+        let (own, near) = (self.coords[site], sites.neighbors(site));
         let list = &mut scratch.candidates;
         list.collect_coherent(self.exemplar, Some(own), near, self.coords, |_| true);
         list.add_nearest(self.exemplar, self.coherence);
@@ -151,9 +154,9 @@ impl Comparison<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synthesis::engine::synthesize;
-    use crate::synthesis::fixtures;
-    use crate::synthesis::grid_target::GridTarget;
+    use crate::sites::grid::target::GridTarget;
+    use crate::synthesis::recipes::synthesize;
+    use crate::synthesis::tests::fixtures;
 
     #[test]
     fn shares_count_what_costs_no_more() {
@@ -182,14 +185,14 @@ mod tests {
             sites: &sites,
         };
         let options = SynthesisOptions::default();
-        let map = synthesize(inputs, &options, None, |_| Ok(()), Progress::silent()).unwrap();
+        let map = synthesize(inputs, &options, None, &mut |_| Ok(()), Progress::silent()).unwrap();
         let found = measure(inputs, &map.coords, &options, Progress::silent())
             .unwrap()
             .unwrap();
         assert!(found.whole_spectrum >= 0.999, "{found:?}");
         assert!((1.0..=1.01).contains(&found.embedded_cost), "{found:?}");
         let rough = SynthesisOptions {
-            energy: 0.2,
+            spectrum: 0.2,
             ..options
         };
         let rough = measure(inputs, &map.coords, &rough, Progress::silent())

@@ -4,17 +4,7 @@ use nalgebra::Matrix2;
 use rayon::prelude::*;
 
 use crate::grid::{TexCoord, TexelGrid};
-
-/// An edge between two sites, and where the second lies seen from the first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SiteEdge {
-    /// The site with the smaller index.
-    pub from: u32,
-    /// The other.
-    pub to: u32,
-    /// Offset of `to` in the (s, t) plane of `from`, in texels of level 0.
-    pub offset: [f32; 2],
-}
+use crate::sites::level::SiteEdge;
 
 /// The figures of [`Quality`](super::Quality) that need edges only.
 #[derive(Clone, Copy, Debug, PartialEq)]
