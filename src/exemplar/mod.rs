@@ -2,6 +2,8 @@
 //! neighbours of every texel's neighbourhood.
 
 pub mod aligned_numbers;
+pub mod channels;
+pub mod controls;
 pub mod greedy_choice;
 pub mod knn_options;
 pub mod level_distances;
@@ -12,6 +14,7 @@ pub mod table_rows;
 pub mod texel_block;
 pub mod turned_sums;
 pub mod two_level;
+mod value_range;
 pub mod window_distance;
 
 pub use knn_options::KnnOptions;

@@ -224,6 +224,8 @@ pub fn space() -> Space {
     };
     Space {
         levels: vec![level(8), level(4)],
+        channels: mesotex::exemplar::channels::Channels::default(),
+        controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
         sample: ContentId::of_bytes(b"sample"),
     }
