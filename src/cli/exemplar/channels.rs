@@ -1,15 +1,15 @@
 //! The images of an exemplar as channels: what each one is, by options, by its name, by its numbers.
 //!
 //! The first image is the colour that is rendered. Of the others `--kinds` says what they are; where it
-//! does not, an encoding of light says colour, then the words of file names count, as for `bake`, then
-//! grey images are heights.
+//! does not, an encoding of light of their own says colour, then the words of file names count, as for
+//! `bake`, then grey images are heights.
 
 use std::path::Path;
 
 use clap::ValueEnum;
 
 use crate::btf::bake::maps::{Shown, shown_by_names};
-use crate::cli::exemplar::reading::ImageReader;
+use crate::cli::exemplar::reading::{ImageReader, check_size};
 use crate::cli::exemplar::{Arguments, weights};
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
@@ -113,18 +113,23 @@ impl Arguments {
 
     /// An encoding of its own must fit the image's kind.
     fn check_encoding(&self, image: usize) -> Result<()> {
-        let is_light = matches!(
-            self.encoding.get(image),
-            Some(ImageEncoding::Srgb | ImageEncoding::Linear)
-        );
         match self.kind(image) {
-            Some(kind) if is_light && kind != ChannelKind::Color => Err(Error::option(
-                "encoding",
-                format!("light for image {}, of kind {}", image + 1, kind.name()),
-                "auto or data: only colours are light",
-            )),
+            Some(kind) if self.own_light(image) && kind != ChannelKind::Color => {
+                Err(Error::option(
+                    "encoding",
+                    format!("light for image {}, of kind {}", image + 1, kind.name()),
+                    "auto or data: only colours are light",
+                ))
+            }
             _ => Ok(()),
         }
+    }
+
+    /// Whether `--encoding` says of this image alone that it is light. One for all speaks of colours.
+    fn own_light(&self, image: usize) -> bool {
+        let encoding = self.encoding.get(image);
+        let is_light = matches!(encoding, Some(ImageEncoding::Srgb | ImageEncoding::Linear));
+        is_light && self.encoding.len() > 1
     }
 
     /// The kind that `--kinds` states for an image.
@@ -141,12 +146,16 @@ pub(super) fn read(arguments: &Arguments, reader: &mut ImageReader) -> Result<Ve
         let encoding = arguments.encoding[index % arguments.encoding.len()];
         let stated = match index {
             0 => Some(ChannelKind::Color),
+            _ if arguments.own_light(index) => Some(ChannelKind::Color),
             _ => arguments.kind(index),
         };
         let (kind, ReadImage { image, alpha, .. }) = match stated {
             Some(kind) => (kind, read_stated(path, kind, encoding, reader)?),
             None => read_told(path, shown[index], encoding, reader)?,
         };
+        if let Some(first) = channels.first().map(|channel| &channel.image) {
+            check_size(&image, [first.width, first.height], path)?;
+        }
         let weight = weights::of_image(&arguments.weights, index);
         let alpha = alpha.map(|alpha| alpha_image(&image, alpha));
         add(&mut channels, kind, weight, shaped(image, kind, path)?);
@@ -197,14 +206,11 @@ fn read_told(
     encoding: ImageEncoding,
     reader: &mut ImageReader,
 ) -> Result<(ChannelKind, ReadImage)> {
-    let color = ChannelKind::Color;
-    if matches!(encoding, ImageEncoding::Srgb | ImageEncoding::Linear) {
-        return Ok((color, read_stated(path, color, encoding, reader)?));
-    }
     let read = reader.data(path)?;
     match told(shown, &read.image) {
-        ChannelKind::Color if encoding == ImageEncoding::Auto => {
-            Ok((color, read_stated(path, color, encoding, reader)?))
+        ChannelKind::Color if encoding != ImageEncoding::Data => {
+            let kind = ChannelKind::Color;
+            Ok((kind, read_stated(path, kind, encoding, reader)?))
         }
         kind => Ok((kind, reader.taken(path, read))),
     }

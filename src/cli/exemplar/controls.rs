@@ -6,7 +6,7 @@ use ndarray::{Array2, Array3};
 
 use crate::cli::exemplar::Arguments;
 use crate::cli::exemplar::channels::grey;
-use crate::cli::exemplar::reading::ImageReader;
+use crate::cli::exemplar::reading::{ImageReader, check_size};
 use crate::error::{Error, Result};
 use crate::exemplar::controls::{Controls, MASK_LABELS};
 use crate::format::image::{FloatImage, Precision};
@@ -37,12 +37,12 @@ pub(super) fn read(
     let sides = (grid.height as usize, grid.width as usize);
     let mut controls = Controls::default();
     if let Some(path) = &arguments.mask {
-        let image = grey(control(path, grid, reader)?, path)?;
+        let image = grey(control(path, size, reader)?, path)?;
         let labels = labels(&image).map_err(|error| error.in_file(path))?;
         controls.mask = Some(shaped(Array2::from_shape_vec(sides, labels))?);
     }
     if let Some(path) = &arguments.transition {
-        let image = grey(control(path, grid, reader)?, path)?;
+        let image = grey(control(path, size, reader)?, path)?;
         let transition = Controls {
             transition: Some(shaped(Array2::from_shape_vec(sides, image.data))?),
             ..Controls::default()
@@ -53,7 +53,7 @@ pub(super) fn read(
         controls.transition = transition.transition;
     }
     if let Some(path) = &arguments.orientation_map {
-        let image = control(path, grid, reader)?;
+        let image = control(path, size, reader)?;
         let directions = directions(&image).map_err(|error| error.in_file(path))?;
         let sides = (sides.0, sides.1, 2);
         controls.orientation = Some(shaped(Array3::from_shape_vec(sides, directions))?);
@@ -65,19 +65,10 @@ fn shaped<T>(array: std::result::Result<T, ndarray::ShapeError>) -> Result<T> {
     array.map_err(|error| Error::data("control", error.to_string()))
 }
 
-fn control(path: &Path, grid: TexelGrid, reader: &mut ImageReader) -> Result<FloatImage> {
+fn control(path: &Path, size: [u32; 2], reader: &mut ImageReader) -> Result<FloatImage> {
     let image = reader.control(path)?;
-    if (image.width, image.height) == (grid.width, grid.height) {
-        return Ok(image);
-    }
-    Err(
-        Error::data("size", format!("{}×{}", image.width, image.height))
-            .expected(format!(
-                "{}×{}, as the first image",
-                grid.width, grid.height
-            ))
-            .in_file(path),
-    )
+    check_size(&image, size, path)?;
+    Ok(image)
 }
 
 /// The labels that a grey image shows: as they stand, or in equal steps from black to white.

@@ -114,3 +114,15 @@ impl ImageReader {
         Ok(read)
     }
 }
+
+/// Refuses an image of another size than the first, [width, height].
+pub(super) fn check_size(image: &FloatImage, first: [u32; 2], path: &Path) -> Result<()> {
+    if [image.width, image.height] == first {
+        return Ok(());
+    }
+    Err(
+        Error::data("size", format!("{}×{}", image.width, image.height))
+            .expected(format!("{}×{}, as the first image", first[0], first[1]))
+            .in_file(path),
+    )
+}
