@@ -7,13 +7,16 @@
 //! [`Features::Vectors`](super::space::Features) what distances compare: each number times the root of
 //! its channel's weight. Weights of 1 leave every bit as it is.
 
+mod parsing;
+
 use std::collections::BTreeSet;
 use std::ops::Range;
 
 use clap::ValueEnum;
 use ndarray::{Array3, ArrayView3, s};
 use serde::Serialize;
-use serde_json::Value;
+
+pub(super) use crate::exemplar::channels::parsing::parse;
 
 use crate::error::{Error, Result};
 use crate::exemplar::space::{Features, Space, SpaceLevel, is_sound};
@@ -71,6 +74,7 @@ impl ChannelKind {
         }
     }
 
+    /// All kinds, in words.
     fn all_names() -> String {
         Self::ALL.map(Self::name).join(", ")
     }
@@ -323,64 +327,6 @@ pub(super) fn implied(levels: &[SpaceLevel]) -> Vec<Channel> {
         low: bounds.0.into(),
         high: bounds.1.into(),
     }]
-}
-
-/// Reads the field `channels` of a `meta.json` of `depth` numbers per texel.
-pub(super) fn parse(value: &Value, depth: usize) -> Result<Vec<Channel>> {
-    let entries = value.as_array().filter(|entries| !entries.is_empty());
-    let entries = entries.ok_or_else(|| {
-        Error::data("channels", shown(value)).expected("a list of one channel or more")
-    })?;
-    if entries.len() > depth {
-        return Err(Error::data("channels", entries.len().to_string())
-            .expected(format!("at most {depth}, one for each number of a texel")));
-    }
-    let entry = |(at, entry): (usize, &Value)| {
-        parse_channel(entry).map_err(|error| error_at(&format!("channels[{at}]"), error))
-    };
-    entries.iter().enumerate().map(entry).collect()
-}
-
-fn parse_channel(entry: &Value) -> Result<Channel> {
-    let fault = |field: &str, expected: String| {
-        let found = entry.get(field).map_or("missing".into(), shown);
-        Error::data(field, found).expected(expected)
-    };
-    let text = |field: &str, expected: String| {
-        let found = entry.get(field).and_then(Value::as_str);
-        found.ok_or_else(|| fault(field, expected))
-    };
-    let whole = |field: &str| {
-        let found = entry.get(field).and_then(Value::as_u64);
-        let found = found.and_then(|value| u32::try_from(value).ok());
-        found.ok_or_else(|| fault(field, "a whole number, 0 or more".into()))
-    };
-    let real = |field: &str| {
-        let found = entry.get(field).and_then(Value::as_f64);
-        found.ok_or_else(|| fault(field, "a number".into()))
-    };
-    let kind = text("kind", ChannelKind::all_names())?;
-    Ok(Channel {
-        name: text("name", "text".into())?.into(),
-        kind: ChannelKind::ALL
-            .into_iter()
-            .find(|known| known.name() == kind)
-            .ok_or_else(|| fault("kind", ChannelKind::all_names()))?,
-        first: whole("first")?,
-        count: whole("count")?,
-        weight: real("weight")?,
-        low: real("low")?,
-        high: real("high")?,
-    })
-}
-
-/// A JSON value, cut to what an error can hold.
-fn shown(value: &Value) -> String {
-    let text = value.to_string();
-    match text.char_indices().nth(60) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
-    }
 }
 
 /// The same data fault, further in.

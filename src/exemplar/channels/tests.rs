@@ -6,7 +6,7 @@ use super::*;
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;
-use serde_json::json;
+use serde_json::{Value, json};
 
 fn channel(name: &str, kind: ChannelKind, first: u32, count: u32, weight: f64) -> Channel {
     Channel {
