@@ -8,8 +8,10 @@
 
 use divan::Bencher;
 use mesotex::exemplar::KnnOptions;
+use mesotex::exemplar::channels::ChannelKind;
+use mesotex::exemplar::controls::Controls;
 use mesotex::exemplar::neighbor_table::{self, NeighborTable};
-use mesotex::exemplar::plain_images::space_of_images;
+use mesotex::exemplar::plain_images::{ChannelImage, space_of_images};
 use mesotex::exemplar::space::Space;
 use mesotex::format::id::ContentId;
 use mesotex::format::image::{Encoding, FloatImage, Precision};
@@ -41,9 +43,15 @@ fn exemplar(side: u32) -> (Space, NeighborTable) {
         encoding: Encoding::Srgb,
         precision: Precision::Float,
     };
+    let color = ChannelImage {
+        name: "color".into(),
+        kind: ChannelKind::Color,
+        weight: 1.0,
+        image,
+    };
     let levels = if side < 64 { 3 } else { 4 };
     let id = ContentId::of_bytes(b"bench");
-    let space = space_of_images(&[image], &[1.0], levels, true, &id).unwrap();
+    let space = space_of_images(&[color], Controls::default(), levels, true, &id).unwrap();
     let table = neighbor_table::build(&space, &KnnOptions::default(), Progress::silent()).unwrap();
     (space, table)
 }

@@ -2,6 +2,8 @@
 //! neighbours of every texel's neighbourhood.
 
 pub mod aligned_numbers;
+pub mod channels;
+pub mod controls;
 pub mod embedding;
 pub mod greedy_choice;
 pub mod knn_options;
@@ -14,6 +16,7 @@ pub mod table_rows;
 pub mod texel_block;
 pub mod turned_sums;
 pub mod two_level;
+mod value_range;
 pub mod window_distance;
 pub mod windows;
 

@@ -224,6 +224,7 @@ fn product_readers() -> Vec<Reader> {
     let spaces = vec![
         corpus::space_bytes(corpus::space()),
         corpus::space_bytes(corpus::features()),
+        corpus::space_bytes(corpus::channels()),
     ];
     let text = Content::Text;
     vec![

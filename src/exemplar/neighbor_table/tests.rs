@@ -4,6 +4,7 @@ use ndarray::Array3;
 use rand::Rng;
 
 use super::*;
+use crate::exemplar::channels::Channels;
 use crate::exemplar::space::{Features, SpaceLevel};
 use crate::random::stream;
 
@@ -31,6 +32,8 @@ fn random_space(width: u32, height: u32, tileable: bool, levels: usize, plain: b
     }
     Space {
         levels: made,
+        channels: Channels::default(),
+        controls: Vec::new(),
         id: ContentId::of_bytes(b"x"),
         sample: ContentId::of_bytes(b"s"),
     }

@@ -44,6 +44,8 @@ pub fn random_exemplar(
 ) -> (Space, NeighborTable) {
     let mut space = Space {
         levels: Vec::new(),
+        channels: crate::exemplar::channels::Channels::default(),
+        controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
         sample: ContentId::of_bytes(b"sample"),
     };

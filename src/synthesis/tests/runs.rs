@@ -77,6 +77,8 @@ fn unique_exemplar(side: u32) -> (Space, NeighborTable) {
                 gram: fixtures::random_gram(4, texels, 12),
             },
         }],
+        channels: crate::exemplar::channels::Channels::default(),
+        controls: Vec::new(),
         id: crate::format::id::ContentId::of_bytes(b"unique"),
         sample: crate::format::id::ContentId::of_bytes(b"sample"),
     };

@@ -41,6 +41,8 @@ impl Case {
         }
         let space = Space {
             levels,
+            channels: crate::exemplar::channels::Channels::default(),
+            controls: Vec::new(),
             id: ContentId::of_bytes(b"space"),
             sample: ContentId::of_bytes(b"sample"),
         };
