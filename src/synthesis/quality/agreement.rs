@@ -52,7 +52,7 @@ pub fn measure<const N: usize, S: Sites<N>>(
     if let Features::Vectors(_) = level.features {
         return Ok(None);
     }
-    let k = options.k.unwrap_or(inputs.table.k);
+    let k = options.k_coherence.k.unwrap_or(inputs.table.k);
     let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
     let whole = Embedding::new(level, 1.0);
     progress.check()?;
@@ -62,7 +62,7 @@ pub fn measure<const N: usize, S: Sites<N>>(
         inputs,
         coords,
         rows: state.map(|texel| exemplar.rows[texel.index()]).collect(),
-        coherence: options.coherence,
+        coherence: options.k_coherence.coherence,
         phi: GramMetric::new(&exemplar, gram(level)?, None),
         embedded: [&whole, &used].map(|embedding| EmbeddedMetric::new(&exemplar, embedding, None)),
         exemplar: &exemplar,
