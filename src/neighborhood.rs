@@ -27,6 +27,8 @@ pub struct Neighborhood {
 pub struct Template {
     /// One position per sample, in the order of the neighbourhood's offsets.
     pub positions: Vec<Vec2>,
+    /// Where each ring ends among them; a smaller neighbourhood is a prefix. Empty without rings.
+    pub ring_ends: Vec<usize>,
 }
 
 /// The square window of odd `width`, row by row from the top left, centre included.
@@ -54,6 +56,7 @@ impl Template {
         let position = |[drow, dcol]: [i32; 2]| Vec2::new(dcol as f32, -drow as f32);
         Self {
             positions: square_window(width).into_iter().map(position).collect(),
+            ..Self::default()
         }
     }
 }
