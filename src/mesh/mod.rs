@@ -4,6 +4,7 @@
 pub mod builtin;
 pub mod cache;
 pub mod chart;
+pub mod circles;
 pub mod cleaning;
 pub mod connection;
 pub mod distortion;
@@ -25,6 +26,7 @@ pub mod rows;
 pub mod sampling;
 pub mod shapes;
 pub mod stencil;
+pub mod stretch;
 pub mod surface;
 pub mod surface_options;
 pub mod surface_tree;

@@ -1,0 +1,555 @@
+//! Circles against closed forms: plane, sphere, cylinder, boundary, fold; fields, threads, cache.
+
+use std::f32::consts::TAU;
+use std::sync::Mutex;
+
+use glam::{Vec2, Vec3};
+
+use super::*;
+use crate::mesh::shapes;
+use crate::mesh::stencil::{PatchStencils, SampleLocation};
+use crate::progress::Event;
+
+/// A mesh with what marching needs.
+struct Ready {
+    mesh: TriangleMesh,
+    topology: Topology,
+    rings: Rings,
+}
+
+impl Ready {
+    fn new(mesh: TriangleMesh) -> Self {
+        let topology = Topology::new(&mesh.triangles);
+        let rings = Rings::new(&mesh, &topology);
+        Self {
+            mesh,
+            topology,
+            rings,
+        }
+    }
+
+    fn surface(&self) -> Manifold<'_> {
+        Manifold {
+            mesh: &self.mesh,
+            topology: &self.topology,
+            rings: &self.rings,
+        }
+    }
+
+    fn march(&self, radius: f32, count: u32) -> Circles {
+        let radii = vec![radius; self.mesh.positions.len()];
+        marching::march(self.surface(), &radii, count, Progress::silent()).unwrap()
+    }
+
+    /// Frames whose s is a direction, projected; turned by an angle.
+    fn frames(&self, direction: Vec3, turned: f32) -> Vec<Frame> {
+        let frame = |n: &Vec3| {
+            let level =
+                Frame::new(*n, direction).or_else(|| Frame::new(*n, Vec3::new(0.3, 0.5, 0.8)));
+            let Frame { s, t, .. } = level.unwrap();
+            Frame::new(*n, s * turned.cos() + t * turned.sin()).unwrap()
+        };
+        self.rings.normals.iter().map(frame).collect()
+    }
+
+    fn stencils(&self, circles: &Circles, frames: &[Frame]) -> PatchStencils {
+        let template = Template::round(circles.per_vertex);
+        let found = sampling::stencils(circles, self.surface(), frames, &template);
+        found.unwrap().0
+    }
+
+    fn position(&self, sample: SampleLocation) -> Option<Vec3> {
+        let (sites, weights) = match sample {
+            SampleLocation::Outside => return None,
+            SampleLocation::AtSite(site) => ([site; 3], [1.0, 0.0, 0.0]),
+            SampleLocation::InCell(sites, weights) => (sites, weights),
+        };
+        let corners = sites.map(|site| self.mesh.positions[site as usize]);
+        Some((0..3).map(|k| corners[k] * weights[k]).sum())
+    }
+
+    /// The vertex nearest to a point.
+    fn vertex_at(&self, point: Vec3) -> usize {
+        let distance = |v: &usize| self.mesh.positions[*v].distance(point);
+        let all = 0..self.mesh.positions.len();
+        all.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .unwrap()
+    }
+}
+
+fn flat(side: u32) -> Ready {
+    Ready::new(shapes::grid(side, side, 0.5))
+}
+
+#[test]
+fn on_a_plane_lengths_are_angles_and_positions_the_template() {
+    let ready = flat(12);
+    let centre = 6 * 13 + 6;
+    for radius in [0.5, 0.37] {
+        let circles = ready.march(radius, 4);
+        for number in 1..=4 {
+            let circle = circles.circle(centre, number);
+            assert!(!circle.is_open());
+            let perimeter = circles.perimeters[centre * 4 + number as usize - 1];
+            let expected = TAU * radius * number as f32;
+            assert!((perimeter / expected - 1.0).abs() < 1e-6, "{perimeter}");
+            for arc in circle.arcs {
+                assert!(arc.turn.abs_diff(arc.fraction) <= 1, "{arc:?}");
+            }
+        }
+        let frames = ready.frames(Vec3::X, 0.3);
+        let stencils = ready.stencils(&circles, &frames);
+        let template = Template::round(4);
+        let turn = Vec2::from_angle(0.3);
+        for (sample, offset) in stencils.of_site(centre).zip(&template.positions) {
+            let expected = turn.rotate(*offset) * radius;
+            let at = ready.position(sample).unwrap() - ready.mesh.positions[centre];
+            assert!(
+                (at.truncate() - expected).length() < 1e-3,
+                "{at} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn neighbours_on_a_plane_lie_where_they_are() {
+    let ready = flat(12);
+    let circles = ready.march(0.5, 3);
+    let frames = ready.frames(Vec3::Y, 0.0);
+    let near = sampling::neighbors(&circles, ready.surface(), &frames).unwrap();
+    let centre = 6 * 13 + 6;
+    // Lattice points other than the centre with x² + y² ≤ 9.
+    assert_eq!(near.of_site(centre).count(), 28);
+    let mut last = 0.0;
+    for neighbor in near.of_site(centre) {
+        let real =
+            (ready.mesh.positions[neighbor.site as usize] - ready.mesh.positions[centre]) / 0.5;
+        // s is +y, so t is −x.
+        let expected = Vec2::new(real.y, -real.x);
+        let told = Vec2::new(neighbor.x, neighbor.y);
+        assert!((told - expected).length() < 2e-3, "{told} {expected}");
+        assert!(expected.length() >= last - 1e-5);
+        last = expected.length();
+    }
+}
+
+#[test]
+fn a_sphere_is_cut_at_the_height_of_the_cylinder() {
+    let ready = Ready::new(shapes::icosphere(4));
+    let (radius, count) = (0.1, 4);
+    let circles = ready.march(radius, count);
+    let frames = ready.frames(Vec3::Z, 0.0);
+    let stencils = ready.stencils(&circles, &frames);
+    let template = Template::round(count);
+    for vertex in [0, 17, 1000, 2500] {
+        for number in 1..=count {
+            let rho = radius * number as f32;
+            assert!(!circles.circle(vertex, number).is_open());
+            let perimeter = circles.perimeters[vertex * 4 + number as usize - 1];
+            assert!(
+                (perimeter / (TAU * rho) - 1.0).abs() < 3e-3,
+                "{perimeter} {rho}"
+            );
+        }
+        for (sample, offset) in stencils.of_site(vertex).zip(&template.positions) {
+            let at = frames[vertex].frame_from_mesh(ready.position(sample).unwrap());
+            let flat = *offset * radius;
+            let expected = flat.extend((1.0 - flat.length_squared()).sqrt());
+            assert!((at - expected).length() < 4e-3, "{at} {expected}");
+        }
+    }
+}
+
+/// The length of the curve in which a cylinder of radius `rho` about the normal cuts one of radius `big`.
+fn saddle_perimeter(big: f64, rho: f64) -> f64 {
+    let steps = 20_000;
+    let speed = |step: usize| {
+        let (sin, cos) = ((step as f64 + 0.5) / f64::from(steps) * std::f64::consts::TAU).sin_cos();
+        let height = rho * rho * cos * sin / (big * big - rho * rho * cos * cos).sqrt();
+        rho.hypot(height)
+    };
+    let sum: f64 = (0..steps as usize).map(speed).sum();
+    sum * std::f64::consts::TAU / f64::from(steps)
+}
+
+#[test]
+fn a_cylinder_gives_the_perimeter_of_its_closed_form() {
+    let ready = Ready::new(shapes::cylinder(100, 50, 1.0, 0.06));
+    let vertex = ready.vertex_at(Vec3::new(1.0, 0.0, 1.5));
+    let circles = ready.march(0.25, 3);
+    for number in 1..=3 {
+        let expected = saddle_perimeter(1.0, 0.25 * f64::from(number));
+        let found = f64::from(circles.perimeters[vertex * 3 + number as usize - 1]);
+        assert!(
+            (found / expected - 1.0).abs() < 1e-3,
+            "{number}: {found} {expected}"
+        );
+    }
+    // Equal shares of arc length: half of them lies between the two directions along the axis.
+    let stencils = ready.stencils(&circles, &ready.frames(Vec3::Z, 0.0));
+    let template = Template::round(3);
+    let opposite = template
+        .positions
+        .iter()
+        .position(|p| *p == Vec2::new(-3.0, 0.0));
+    let sample = stencils.of_site(vertex).nth(opposite.unwrap()).unwrap();
+    let at = ready.position(sample).unwrap() - ready.mesh.positions[vertex];
+    assert!((at - Vec3::new(0.0, 0.0, -0.75)).length() < 2e-3, "{at}");
+}
+
+#[test]
+fn at_a_boundary_the_missing_half_is_a_gap() {
+    let ready = flat(12);
+    let edge = 6;
+    let circles = ready.march(0.5, 2);
+    let frames = ready.frames(Vec3::X, 0.0);
+    for number in 1..=2 {
+        let circle = circles.circle(edge, number);
+        assert!(circle.is_open());
+        let expected = TAU * 0.5 * number as f32;
+        let perimeter = circles.perimeters[edge * 2 + number as usize - 1];
+        assert!((perimeter / expected - 1.0).abs() < 1e-6);
+    }
+    let template = Template::round(2);
+    let stencils = ready.stencils(&circles, &frames);
+    for (sample, offset) in stencils.of_site(edge).zip(&template.positions) {
+        match ready.position(sample) {
+            None => assert!(offset.y < 1e-3, "{offset} has a surface"),
+            Some(at) => {
+                let at = (at - ready.mesh.positions[edge]).truncate();
+                assert!((at - *offset * 0.5).length() < 1e-3, "{at} {offset}");
+                assert!(offset.y > -1e-3);
+            }
+        }
+    }
+    assert!(
+        stencils
+            .of_site(edge)
+            .filter(|s| !s.sites().is_empty())
+            .count()
+            >= 9
+    );
+    // A circle larger than the mesh has no surface at all.
+    let large = ready.march(20.0, 1);
+    let arcs = large.circle(edge, 1).arcs;
+    assert_eq!(arcs.len(), 1);
+    assert_eq!(arcs[0].triangle, Arc::GAP);
+}
+
+/// A plane with a wave along x that is pushed over until it overhangs.
+fn folded() -> Ready {
+    let mut mesh = shapes::grid(40, 40, 0.1);
+    for p in &mut mesh.positions {
+        let wave = (-((p.x - 2.6) / 0.25).powi(2) - ((p.y - 2.0) / 0.6).powi(2)).exp();
+        p.z += 0.45 * wave;
+        p.x += 0.5 * wave;
+    }
+    Ready::new(mesh)
+}
+
+#[test]
+fn a_fold_leaves_every_circle_one_turn_round_the_axis() {
+    let ready = folded();
+    let vertex = ready.vertex_at(Vec3::new(2.0, 2.0, 0.0));
+    let circles = ready.march(0.25, 5);
+    let frames = ready.frames(Vec3::X, 0.0);
+    let stencils = ready.stencils(&circles, &frames);
+    let template = Template::round(5);
+    let turned_under = |triangle: u32| ready.mesh.area_normal(triangle as usize).z <= 0.0;
+    assert!((0..ready.mesh.triangles.len() as u32).any(turned_under));
+    for number in 1..=5 {
+        let arcs = circles.circle(vertex, number).arcs;
+        let known = |arc: &&Arc| arc.triangle != Arc::GAP;
+        assert!(
+            arcs.iter()
+                .filter(known)
+                .all(|arc| !turned_under(arc.triangle))
+        );
+    }
+    // Samples keep their distance from the axis, and away from the fold their place.
+    let (mut valued, mut in_place) = (0, 0);
+    for (sample, offset) in stencils.of_site(vertex).zip(&template.positions) {
+        let Some(at) = ready.position(sample) else {
+            continue;
+        };
+        let at = frames[vertex]
+            .frame_from_mesh(at - ready.mesh.positions[vertex])
+            .truncate();
+        assert!(
+            (at.length() - offset.length() * 0.25).abs() < 2e-3,
+            "{at} {offset}"
+        );
+        valued += 1;
+        in_place += usize::from((at - *offset * 0.25).length() < 0.1);
+    }
+    assert!(valued > 80 && in_place > 60, "{valued} {in_place}");
+}
+
+#[test]
+fn a_turned_field_takes_the_turned_template_from_the_same_circles() {
+    let ready = Ready::new(shapes::torus(60, 30, 1.0, 0.4));
+    let circles = ready.march(0.06, 3);
+    let template = Template::round(3);
+    // A quarter turn maps the template on itself: sample k becomes the one a quarter of the ring on.
+    let straight = ready.stencils(&circles, &ready.frames(Vec3::Z, 0.0));
+    let turned = ready.stencils(&circles, &ready.frames(Vec3::Z, TAU / 4.0));
+    for vertex in 0..ready.mesh.positions.len() {
+        let first: Vec<_> = straight
+            .of_site(vertex)
+            .map(|s| ready.position(s))
+            .collect();
+        let second: Vec<_> = turned.of_site(vertex).map(|s| ready.position(s)).collect();
+        for pair in template.ring_ends.windows(2) {
+            // P_0 of the turned field is a quarter of the angle on, not of the arc length: on a curved
+            // surface the rings agree to their own unevenness.
+            let count = pair[1] - pair[0];
+            for k in 0..count {
+                let on = first[pair[0] + (k + count / 4) % count].unwrap();
+                let at = second[pair[0] + k].unwrap();
+                assert!(on.distance(at) < 0.02, "{vertex} {k}: {on} {at}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_reference_tangent_does_not_matter() {
+    let mut ready = Ready::new(shapes::torus(60, 30, 1.0, 0.4));
+    let frames = ready.frames(Vec3::Z, 0.4);
+    let circles = ready.march(0.06, 3);
+    let first = ready.stencils(&circles, &frames);
+    let near = sampling::neighbors(&circles, ready.surface(), &frames).unwrap();
+    for (axis, normal) in ready.rings.axes.iter_mut().zip(&ready.rings.normals) {
+        *axis = (*axis * 0.6 + normal.cross(*axis) * 0.8).normalize();
+    }
+    let circles = ready.march(0.06, 3);
+    let second = ready.stencils(&circles, &frames);
+    let again = sampling::neighbors(&circles, ready.surface(), &frames).unwrap();
+    for vertex in 0..frames.len() {
+        for (a, b) in first.of_site(vertex).zip(second.of_site(vertex)) {
+            let (a, b) = (ready.position(a).unwrap(), ready.position(b).unwrap());
+            assert!(a.distance(b) < 1e-3, "{vertex}: {a} {b}");
+        }
+        let sorted = |near: &crate::mesh::hierarchy::PatchNeighbors| {
+            let mut list: Vec<_> = near.of_site(vertex).collect();
+            list.sort_by_key(|n| n.site);
+            list
+        };
+        for (a, b) in sorted(&near).iter().zip(sorted(&again)) {
+            assert_eq!(a.site, b.site);
+            assert!(
+                Vec2::new(a.x - b.x, a.y - b.y).length() < 5e-3,
+                "{a:?} {b:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn one_thread_and_four_give_the_same_circles() {
+    let ready = Ready::new(shapes::torus(90, 50, 1.0, 0.4));
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(|| ready.march(0.05, 3))
+    };
+    assert!(with(1) == with(4));
+}
+
+fn user(mesh: TriangleMesh) -> UserMesh {
+    UserMesh {
+        from_file: (0..mesh.positions.len() as u32).collect(),
+        mesh,
+        ..UserMesh::default()
+    }
+}
+
+fn small_options() -> RoundOptions {
+    RoundOptions {
+        rings: 2,
+        levels: 2,
+        ..RoundOptions::default()
+    }
+}
+
+#[test]
+fn levels_have_the_same_vertices_and_double_circles() {
+    let mut user = user(shapes::grid(20, 20, 0.5));
+    user.orientation = Some(vec![Vec3::X; user.mesh.positions.len()]);
+    user.mesh.positions.push(Vec3::splat(9.0));
+    user.orientation.as_mut().unwrap().push(Vec3::ZERO);
+    user.from_file.push(441);
+    let options = RoundOptions {
+        texel: Some(0.5),
+        ..small_options()
+    };
+    let sites = prepare(&user, &options, None, Progress::silent()).unwrap();
+    let ready = Ready::new(user.mesh);
+    let centre = 10 * 21 + 10;
+    for (number, level) in sites.hierarchy.levels.iter().enumerate() {
+        assert_eq!(level.site_count, 442);
+        assert!(level.coarse.is_none());
+        let last = number + 1 == sites.hierarchy.levels.len();
+        assert_eq!(level.parents.len(), if last { 0 } else { 442 });
+        assert!(
+            level
+                .parents
+                .iter()
+                .enumerate()
+                .all(|(v, p)| p.site as usize == v && p.x == 0.0)
+        );
+        let step = 0.5 * (1 << number) as f32;
+        for (sample, offset) in level.fine.of_site(centre).zip(&sites.template.positions) {
+            let at = ready.position(sample).unwrap() - ready.mesh.positions[centre];
+            assert!((at.truncate() - *offset * step).length() < 2e-3 * step);
+        }
+        for near in level.neighbors.of_site(centre) {
+            let real =
+                (ready.mesh.positions[near.site as usize] - ready.mesh.positions[centre]) / step;
+            assert!((real.truncate() - Vec2::new(near.x, near.y)).length() < 2e-3);
+        }
+        assert!(
+            level
+                .fine
+                .of_site(441)
+                .all(|s| s == SampleLocation::Outside)
+        );
+        assert_eq!(level.neighbors.of_site(441).count(), 0);
+    }
+}
+
+/// What a run over a cache folder said, and whether every level was read.
+fn run(user: &UserMesh, options: &RoundOptions, folder: &Path) -> (RoundSites, Vec<String>) {
+    let told = Mutex::new(Vec::new());
+    let listener = |event| {
+        if let Event::Warn(text) = event {
+            told.lock().unwrap().push(text);
+        }
+    };
+    let sites = prepare(user, options, Some(folder), Progress::new(&listener, None)).unwrap();
+    (sites, told.into_inner().unwrap())
+}
+
+fn all_from(sites: &RoundSites, source: CircleSource) -> bool {
+    sites.levels.iter().all(|level| level.source == source)
+}
+
+#[test]
+fn cached_circles_are_read_under_any_field_and_damaged_ones_marched_again() {
+    let mut user = user(shapes::torus(30, 16, 1.0, 0.4));
+    let folder = tempfile::tempdir().unwrap();
+    let options = small_options();
+    let (first, _) = run(&user, &options, folder.path());
+    assert!(all_from(&first, CircleSource::Marched));
+    let (second, told) = run(&user, &options, folder.path());
+    assert!(all_from(&second, CircleSource::Read) && told.is_empty());
+    assert!(second.hierarchy == first.hierarchy);
+    user.rotation = Some(vec![30.0; user.mesh.positions.len()]);
+    let (turned, _) = run(&user, &options, folder.path());
+    assert!(all_from(&turned, CircleSource::Read) && turned.hierarchy != first.hierarchy);
+    user.scale = Some(vec![1.5; user.mesh.positions.len()]);
+    let (scaled, _) = run(&user, &options, folder.path());
+    assert!(all_from(&scaled, CircleSource::Marched));
+    (user.rotation, user.scale) = (None, None);
+    for entry in std::fs::read_dir(folder.path()).unwrap().flatten() {
+        let bytes = std::fs::read(entry.path()).unwrap();
+        std::fs::write(entry.path(), &bytes[..bytes.len() / 2]).unwrap();
+    }
+    let (again, told) = run(&user, &options, folder.path());
+    assert!(all_from(&again, CircleSource::Marched) && again.hierarchy == first.hierarchy);
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(
+        told.iter()
+            .all(|text| text.contains("circles.npz") && text.contains("marched again"))
+    );
+    assert!(all_from(
+        &run(&user, &options, folder.path()).0,
+        CircleSource::Read
+    ));
+}
+
+#[test]
+fn circles_with_a_sound_seal_and_wrong_numbers_are_refused() {
+    let ready = flat(6);
+    let circles = ready.march(0.5, 2);
+    let wanted = cache::Wanted::new(&ready.mesh, &circles.radii, 2);
+    let folder = tempfile::tempdir().unwrap();
+    let file = wanted.file(folder.path());
+    let refused = |change: &dyn Fn(&mut Circles)| {
+        let mut changed = circles.clone();
+        change(&mut changed);
+        cache::write(&file, &wanted, &changed).unwrap();
+        cache::read(&file, &wanted)
+            .err()
+            .map(|error| error.to_string())
+    };
+    assert_eq!(refused(&|_| {}), None);
+    type Change<'a> = (&'a str, &'a dyn Fn(&mut Circles));
+    let changes: [Change<'_>; 9] = [
+        ("arcs", &|c| c.arcs.entries[3].triangle = 72),
+        ("arcs", &|c| c.arcs.entries[0].turn = 1),
+        ("arcs", &|c| c.arcs.entries[1].turn = 0),
+        ("arc_starts", &|c| c.arcs.starts[1] = u32::MAX),
+        ("arc_starts", &|c| c.arcs.starts.truncate(9)),
+        ("perimeters", &|c| c.perimeters[5] = f32::NAN),
+        ("near", &|c| c.near.entries[0].vertex = 49),
+        ("near", &|c| c.near.entries[0].radius = u16::MAX),
+        ("near_starts", &|c| c.near.starts[2] = 0),
+    ];
+    for (place, change) in changes {
+        let error = refused(change).unwrap();
+        assert!(
+            error.contains(place) && error.contains("circles.npz"),
+            "{place}: {error}"
+        );
+    }
+    // A file of other radii under this name is told by its seal.
+    let other = ready.march(0.4, 2);
+    let foreign = cache::Wanted::new(&ready.mesh, &other.radii, 2);
+    cache::write(&file, &foreign, &other).unwrap();
+    let error = cache::read(&file, &wanted).unwrap_err().to_string();
+    assert!(error.contains("seal"), "{error}");
+}
+
+#[test]
+fn bad_options_and_radii_are_refused_by_name() {
+    let user = user(shapes::grid(3, 3, 1.0));
+    let refused = |options: RoundOptions| {
+        let error = prepare(&user, &options, None, Progress::silent());
+        error.unwrap_err().to_string()
+    };
+    let base = RoundOptions::default;
+    assert!(refused(RoundOptions { rings: 0, ..base() }).contains("--rings"));
+    assert!(
+        refused(RoundOptions {
+            rings: 32,
+            ..base()
+        })
+        .contains("--rings")
+    );
+    assert!(
+        refused(RoundOptions {
+            levels: 0,
+            ..base()
+        })
+        .contains("--levels")
+    );
+    let texel = Some(-1.0);
+    assert!(refused(RoundOptions { texel, ..base() }).contains("--texel"));
+    let ready = flat(3);
+    for radius in [0.0, f32::NAN, f32::INFINITY] {
+        let radii = vec![radius; 16];
+        let error = marching::march(ready.surface(), &radii, 2, Progress::silent());
+        assert!(
+            error
+                .unwrap_err()
+                .to_string()
+                .contains("radius of vertex 0")
+        );
+    }
+    assert!(marching::march(ready.surface(), &[1.0], 2, Progress::silent()).is_err());
+    let circles = ready.march(0.5, 2);
+    let frames = ready.frames(Vec3::X, 0.0);
+    let square = Template::square(5);
+    assert!(sampling::stencils(&circles, ready.surface(), &frames, &square).is_err());
+}
