@@ -1,11 +1,23 @@
-//! The axis of a vertex's circles and the plane across it: z along the normal, x along the reference
-//! tangent of the vertex's [`Rings`], y = z × x. No texture direction enters.
+//! The surface that is marched on, and the axis of a vertex's circles with the plane across it: z along the
+//! normal, x along the reference tangent of the vertex's [`Rings`], y = z × x. No texture direction enters.
 
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::mesh::rings::Rings;
 use crate::mesh::stencil::turn_of;
+use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
+
+/// A manifold mesh, ready to be marched on.
+#[derive(Clone, Copy, Debug)]
+pub struct Manifold<'a> {
+    /// Positions and triangles.
+    pub mesh: &'a TriangleMesh,
+    /// Neighbours across every edge.
+    pub topology: &'a Topology,
+    /// Normals and reference tangents.
+    pub rings: &'a Rings,
+}
 
 /// Coordinates about the normal of one vertex.
 #[derive(Clone, Copy, Debug)]
@@ -17,13 +29,13 @@ pub(super) struct AxisFrame {
 }
 
 impl AxisFrame {
-    pub(super) fn new(mesh: &TriangleMesh, rings: &Rings, vertex: usize) -> Self {
+    pub(super) fn new(surface: Manifold<'_>, vertex: usize) -> Self {
         let (x, z) = (
-            rings.axes[vertex].as_dvec3(),
-            rings.normals[vertex].as_dvec3(),
+            surface.rings.axes[vertex].as_dvec3(),
+            surface.rings.normals[vertex].as_dvec3(),
         );
         Self {
-            origin: mesh.positions[vertex].as_dvec3(),
+            origin: surface.mesh.positions[vertex].as_dvec3(),
             x,
             y: z.cross(x),
             z,

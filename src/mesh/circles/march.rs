@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-use super::Arc;
-use super::patch::{Patch, Way};
+use super::arcs::Arc;
+use super::patch::{Facet, Patch, Way};
 use crate::mesh::stencil::turn_of;
 use crate::mesh::topology::{next, previous};
 
@@ -51,6 +51,9 @@ pub(super) struct Marcher {
     spans: Vec<Span>,
     /// Chains within one turn: index of the first span and past the last.
     chains: Vec<(usize, usize)>,
+    /// First span of the chain being marched, and the angle it has reached.
+    chain: usize,
+    angle: f64,
     /// The partition of the turn.
     laid_out: Vec<Span>,
 }
@@ -86,13 +89,13 @@ impl Marcher {
 
     /// Follows the circle from the half-edge at which it enters a triangle.
     fn march(&mut self, patch: &Patch<'_>, circle: u32, start: u32) {
-        let mut entry = start;
-        let first = self.spans.len();
         let Some(mut facet) = patch.facet_at(start) else {
             return;
         };
+        let mut entry = start;
         let mut at = patch.crossing(start, facet, circle, Way::Out);
-        let mut chain = first;
+        self.chain = self.spans.len();
+        self.angle = turn_of(at) * TAU;
         // Each half-edge leaves a circle once, so no chain has more steps.
         for _ in 0..3 * patch.facets.len() {
             let ways_out = [next(entry), previous(entry), entry];
@@ -101,7 +104,7 @@ impl Marcher {
                 .find(|&edge| patch.crosses(edge, facet, circle, Way::In));
             let Some(exit) = exit else { break };
             let to = patch.crossing(exit, facet, circle, Way::In);
-            self.add(facet.triangle, facet.slope, [at, to], &mut chain);
+            self.add(facet, at, to);
             at = to;
             match patch.twin(exit) {
                 Some(twin) if twin != start => entry = twin,
@@ -112,45 +115,40 @@ impl Marcher {
             };
             facet = onward;
         }
-        self.end_chain(chain);
+        self.end_chain();
     }
 
     /// Adds the arc of a triangle between two points of the circle, in short pieces.
-    fn add(&mut self, triangle: u32, slope: DVec2, [from, to]: [DVec2; 2], chain: &mut usize) {
+    fn add(&mut self, facet: &Facet, from: DVec2, to: DVec2) {
         let radius = from.length();
         let angle = from.perp_dot(to).atan2(from.dot(to));
         if angle <= 0.0 {
             return;
         }
-        let pieces = (angle / LONGEST_ARC).ceil().max(1.0);
+        let pieces = (angle / LONGEST_ARC).ceil();
         let step = angle / pieces;
-        let (half_turn, turn) = (DVec2::from_angle(step / 2.0), DVec2::from_angle(step));
-        let begin = turn_of(from) * TAU;
+        let turn = DVec2::from_angle(step);
         let mut at = from / radius;
-        let speed = |at: DVec2| slope.dot(at.perp()).hypot(1.0);
-        for piece in 0..pieces as usize {
-            let (middle, end) = (half_turn.rotate(at), turn.rotate(at));
+        let speed = |at: DVec2| (1.0 + facet.slope.dot(at.perp()).powi(2)).sqrt();
+        for _ in 0..pieces as usize {
+            let end = turn.rotate(at);
+            let middle = (at + end).normalize_or(at);
             let mean = (speed(at) + 4.0 * speed(middle) + speed(end)) / 6.0;
-            let from = (begin + piece as f64 * step) % TAU;
-            let span = Span {
-                triangle,
-                from,
-                to: from + step,
+            self.push(Span {
+                triangle: facet.triangle,
+                from: self.angle,
+                to: self.angle + step,
                 length: radius * step * mean,
-            };
-            self.push(span, chain);
+            });
             at = end;
         }
     }
 
-    /// Appends a span; one that passes the reference tangent is cut there and begins another chain.
-    fn push(&mut self, span: Span, chain: &mut usize) {
-        let passed = |last: &Span| span.from < last.from - LONGEST_ARC;
-        if self.spans[*chain..].last().is_some_and(passed) {
-            self.end_chain(*chain);
-            *chain = self.spans.len();
-        }
-        if span.to <= TAU {
+    /// Appends a span and moves on; one that passes the reference tangent is cut there and begins another
+    /// chain.
+    fn push(&mut self, span: Span) {
+        if span.to < TAU {
+            self.angle = span.to;
             self.spans.push(span);
             return;
         }
@@ -160,18 +158,21 @@ impl Marcher {
             length: span.length - rest.length,
             ..span
         });
-        self.end_chain(*chain);
-        *chain = self.spans.len();
-        self.spans.push(Span {
-            from: 0.0,
-            to: span.to - TAU,
-            ..rest
-        });
+        self.end_chain();
+        self.chain = self.spans.len();
+        self.angle = span.to - TAU;
+        if self.angle > 0.0 {
+            self.spans.push(Span {
+                from: 0.0,
+                to: self.angle,
+                ..rest
+            });
+        }
     }
 
-    fn end_chain(&mut self, first: usize) {
-        if first < self.spans.len() {
-            self.chains.push((first, self.spans.len()));
+    fn end_chain(&mut self) {
+        if self.chain < self.spans.len() {
+            self.chains.push((self.chain, self.spans.len()));
         }
     }
 
@@ -181,6 +182,7 @@ impl Marcher {
             spans,
             chains,
             laid_out,
+            ..
         } = self;
         chains.sort_by(|a, b| spans[a.0].from.total_cmp(&spans[b.0].from));
         laid_out.clear();

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::Manifold;
 use super::arcs::{Arc, Circles, NearVertex, fraction_between};
+use super::frame::Manifold;
 use super::march::Marcher;
+use super::options::check_circle_count;
 use super::patch::Patch;
 use crate::error::{Error, Result};
 use crate::mesh::rows::Rows;
@@ -64,7 +65,7 @@ pub fn march(
 }
 
 fn check(surface: Manifold<'_>, radii: &[f32], per_vertex: u32) -> Result<()> {
-    super::check_circle_count(per_vertex)?;
+    check_circle_count(per_vertex)?;
     let count = surface.mesh.positions.len();
     if radii.len() != count {
         return Err(Error::data("radii", radii.len().to_string()).expected(count.to_string()));

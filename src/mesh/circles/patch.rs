@@ -7,8 +7,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Manifold;
-use super::frame::AxisFrame;
+use super::frame::{AxisFrame, Manifold};
 use crate::mesh::topology::NONE;
 
 /// The least cosine between a triangle's normal and the axis.
@@ -81,7 +80,7 @@ impl<'a> Patch<'a> {
     /// The patch round a vertex whose first circle has this radius, in mesh units.
     pub(super) fn grow(&mut self, vertex: usize, radius: f64) {
         self.clear(radius);
-        let frame = AxisFrame::new(self.surface.mesh, self.surface.rings, vertex);
+        let frame = AxisFrame::new(self.surface, vertex);
         for edge in self.surface.rings.edges.row(vertex) {
             if edge.triangle != NONE {
                 self.accept(&frame, edge.triangle);

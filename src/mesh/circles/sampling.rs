@@ -8,9 +8,8 @@
 use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
-use super::Manifold;
 use super::arcs::{Arc, Circles};
-use super::frame::AxisFrame;
+use super::frame::{AxisFrame, Manifold};
 use crate::error::{Error, Result};
 use crate::mesh::frame::Frame;
 use crate::mesh::hierarchy::{Neighbor, PatchNeighbors};
@@ -111,7 +110,7 @@ struct Placement<'a> {
 
 impl<'a> Placement<'a> {
     fn new(circles: &'a Circles, surface: Manifold<'a>, frame: &Frame, vertex: usize) -> Self {
-        let axis = AxisFrame::new(surface.mesh, surface.rings, vertex);
+        let axis = AxisFrame::new(surface, vertex);
         Self {
             circles,
             surface,

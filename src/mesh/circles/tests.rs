@@ -1,14 +1,20 @@
 //! Circles against closed forms: plane, sphere, cylinder, boundary, fold; fields, threads, cache.
 
 use std::f32::consts::TAU;
+use std::path::Path;
 use std::sync::Mutex;
 
 use glam::{Vec2, Vec3};
 
 use super::*;
+use crate::mesh::frame::Frame;
+use crate::mesh::reading::UserMesh;
+use crate::mesh::rings::Rings;
 use crate::mesh::shapes;
-use crate::mesh::stencil::{PatchStencils, SampleLocation};
-use crate::progress::Event;
+use crate::mesh::stencil::{PatchStencils, SampleLocation, Template};
+use crate::mesh::topology::Topology;
+use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::progress::{Event, Progress};
 
 /// A mesh with what marching needs.
 struct Ready {
