@@ -6,7 +6,8 @@
 //!
 //! Prints a line per mesh as JSON: the time to march the circles, and over the vertices at which curvature
 //! times the radius of the neighbourhood exceeds 0.5 the median stretch (`mesh::stretch`) of both kinds of
-//! stencils and the share of samples that have a place on the surface.
+//! stencils, and the share of samples that have a place on the surface. The directions are those in which the
+//! rings of the vertices begin.
 
 #![expect(
     clippy::print_stdout,
@@ -26,7 +27,7 @@ use mesotex::mesh::patches::Patches;
 use mesotex::mesh::reading;
 use mesotex::mesh::rings::Rings;
 use mesotex::mesh::stencil::{PackedSample, PatchStencils, Template};
-use mesotex::mesh::stretch::stretch;
+use mesotex::mesh::stretch::{adjacent_samples, on_one_ring, stretch};
 use mesotex::mesh::surface_options::texel_on;
 use mesotex::mesh::topology::Topology;
 use mesotex::progress::Progress;
@@ -84,23 +85,26 @@ fn line_of(path: &Path) -> Result<String> {
     };
     let half = RINGS as f32 + 0.5;
     let of_patches = patches.round_vertices(&square, half, quiet)?.stencils;
-    let told = |stencils: &PatchStencils, template: &Template| {
-        let all = stretch(&mesh, stencils, template, &texels);
-        let median = median(bent.iter().map(|&vertex| all[vertex]).collect());
-        format!(
-            r#"{{"median_stretch": {median:.4}, "valued": {:.4}}}"#,
-            valued(stencils, &bent)
-        )
+    let median_of = |stencils: &PatchStencils, template: &Template, pairs: &[[usize; 2]]| {
+        let all = stretch(&mesh, stencils, template, pairs, &texels);
+        median(bent.iter().map(|&vertex| all[vertex]).collect())
     };
+    let pairs = adjacent_samples(&round);
+    let (on_rings, between): (Vec<_>, Vec<_>) =
+        pairs.iter().partition(|&&pair| on_one_ring(&round, pair));
     Ok(format!(
-        r#"{{"mesh": {:?}, "vertices": {}, "bent": {}, "seconds_marching": {seconds:.3}, "arcs": {}, "near": {}, "round": {}, "square": {}}}"#,
+        r#"{{"mesh": {:?}, "vertices": {}, "bent": {}, "seconds_marching": {seconds:.3}, "arcs": {}, "near": {}, "round": {{"stretch": {:.4}, "on_rings": {:.4}, "between_rings": {:.4}, "valued": {:.4}}}, "square": {{"stretch": {:.4}, "valued": {:.4}}}}}"#,
         path.file_name().unwrap_or_default(),
         mesh.referenced_count(),
         bent.len(),
         circles.arcs.entries.len(),
         circles.near.entries.len(),
-        told(&of_circles, &round),
-        told(&of_patches, &square),
+        median_of(&of_circles, &round, &pairs),
+        median_of(&of_circles, &round, &on_rings),
+        median_of(&of_circles, &round, &between),
+        valued(&of_circles, &bent),
+        median_of(&of_patches, &square, &adjacent_samples(&square)),
+        valued(&of_patches, &bent),
     ))
 }
 

@@ -44,8 +44,14 @@ pub fn adjacent_samples(template: &Template) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// Per vertex √(mean of ln²(surface distance / template distance)) over the adjacent samples that both have a
-/// place on the surface: 0 where the texture is laid without stretch, 0.1 where it is stretched or shrunk by
+/// Whether two samples of a round template lie on one ring.
+pub fn on_one_ring(template: &Template, [a, b]: [usize; 2]) -> bool {
+    let ring = |sample: usize| template.ring_ends.partition_point(|&end| end <= sample);
+    !template.ring_ends.is_empty() && ring(a) == ring(b)
+}
+
+/// Per vertex √(mean of ln²(surface distance / template distance)) over the pairs of samples that both have a
+/// place on the surface (all [`adjacent_samples`], or some): 0 where the texture is laid without stretch, 0.1 where it is stretched or shrunk by
 /// about a tenth. NaN for a vertex with no such pair.
 ///
 /// The surface distance is that of the straight line: at a texel's distance and a curvature of κ per texel it
@@ -54,11 +60,12 @@ pub fn stretch(
     mesh: &TriangleMesh,
     stencils: &PatchStencils,
     template: &Template,
+    pairs: &[[usize; 2]],
     texels: &[f32],
 ) -> Vec<f32> {
-    let pairs: Vec<([usize; 2], f32)> = adjacent_samples(template)
-        .into_iter()
-        .map(|[a, b]| {
+    let pairs: Vec<([usize; 2], f32)> = pairs
+        .iter()
+        .map(|&[a, b]| {
             let flat = template.positions[a].distance(template.positions[b]);
             ([a, b], flat)
         })
@@ -123,7 +130,13 @@ mod tests {
         let template = Template::round(3);
         let frames = frames_of(&rings, &vec![0.3; count]);
         let (stencils, _) = sampling::stencils(&circles, surface, &frames, &template).unwrap();
-        stretch(mesh, &stencils, &template, &vec![told; count])
+        stretch(
+            mesh,
+            &stencils,
+            &template,
+            &adjacent_samples(&template),
+            &vec![told; count],
+        )
     }
 
     #[test]
@@ -157,5 +170,9 @@ mod tests {
         // Per sample of a ring one to the next and one to the ring inside.
         assert_eq!(round.len(), 2 * (4 + 12));
         assert!(round.contains(&[0, 1]) && round.contains(&[4, 1]));
+        let on_rings = round
+            .iter()
+            .filter(|&&pair| on_one_ring(&Template::round(2), pair));
+        assert_eq!(on_rings.count(), 16);
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use glam::{Vec2, Vec3};
+use rand::Rng;
 
 use super::*;
 use crate::mesh::frame::Frame;
@@ -15,6 +16,7 @@ use crate::mesh::stencil::{PatchStencils, SampleLocation, Template};
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::{Event, Progress};
+use crate::random;
 
 /// A mesh with what marching needs.
 struct Ready {
@@ -241,6 +243,103 @@ fn at_a_boundary_the_missing_half_is_a_gap() {
     let arcs = large.circle(edge, 1).arcs;
     assert_eq!(arcs.len(), 1);
     assert_eq!(arcs[0].triangle, Arc::GAP);
+}
+
+/// A bumpy height field over the plane, flat round its middle; and its height at any point of the plane.
+fn bumpy() -> (Ready, impl Fn(Vec2) -> f32) {
+    let mut mesh = shapes::grid(20, 20, 0.5);
+    let mut stream = random::stream(3, "bumps", 0, 0);
+    for (vertex, p) in mesh.positions.iter_mut().enumerate() {
+        let (column, row) = (vertex % 21, vertex / 21);
+        if column.abs_diff(10).max(row.abs_diff(10)) > 1 {
+            p.z = stream.gen_range(-0.4..0.4);
+        }
+    }
+    let heights: Vec<f32> = mesh.positions.iter().map(|p| p.z).collect();
+    let height = move |at: Vec2| {
+        let cell = (at / 0.5).floor().as_uvec2();
+        let Vec2 { x, y } = at / 0.5 - cell.as_vec2();
+        let corner = |dx, dy| heights[((cell.y + dy) * 21 + cell.x + dx) as usize];
+        let (a, b, c, d) = (corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1));
+        if x >= y {
+            a + x * (b - a) + y * (c - b)
+        } else {
+            a + y * (d - a) + x * (c - d)
+        }
+    };
+    (Ready::new(mesh), height)
+}
+
+#[test]
+fn percentages_on_bumps_are_those_of_a_fine_polyline() {
+    let (ready, height) = bumpy();
+    let centre = 10 * 21 + 10;
+    assert_eq!(ready.rings.normals[centre], Vec3::Z);
+    let (radius, steps) = (0.8, 40_000);
+    let circles = ready.march(radius, 5);
+    let middle = ready.mesh.positions[centre].truncate();
+    let axis = ready.rings.axes[centre].truncate();
+    for number in 1..=5 {
+        let point = |step: usize| {
+            let turn = Vec2::from_angle(step as f32 / steps as f32 * TAU);
+            let at = middle + turn.rotate(axis) * radius * number as f32;
+            at.extend(height(at))
+        };
+        let mut lengths = vec![0.0_f64];
+        for step in 0..steps {
+            let length = f64::from(point(step).distance(point(step + 1)));
+            lengths.push(lengths[step] + length);
+        }
+        let circle = circles.circle(centre, number);
+        let perimeter = f64::from(circles.perimeters[centre * 5 + number as usize - 1]);
+        assert!(!circle.is_open());
+        assert!(
+            (perimeter / lengths[steps] - 1.0).abs() < 2e-3,
+            "{number}: {perimeter}"
+        );
+        for step in (0..steps).step_by(97) {
+            let expected = (lengths[step] / lengths[steps]) as f32;
+            let found = circle.fraction_at(step as f32 / steps as f32);
+            assert!(
+                (found - expected).abs() < 1e-3,
+                "{number}: {found} {expected}"
+            );
+            let (_, turn) = circle.point_at(expected);
+            assert!((turn - step as f32 / steps as f32).abs() < 2e-3);
+        }
+    }
+}
+
+#[test]
+fn on_a_rough_closed_surface_samples_lie_on_their_cylinders() {
+    let mut mesh = shapes::torus(40, 20, 1.0, 0.4);
+    let mut stream = random::stream(9, "rough", 0, 0);
+    for p in &mut mesh.positions {
+        *p += Vec3::from_array(std::array::from_fn(|_| stream.gen_range(-0.05..0.05)));
+    }
+    let ready = Ready::new(mesh);
+    let radius = 0.11;
+    let circles = ready.march(radius, 4);
+    let frames = ready.frames(Vec3::Z, 0.7);
+    let stencils = ready.stencils(&circles, &frames);
+    let template = Template::round(4);
+    let mut outside = 0;
+    for vertex in 0..frames.len() {
+        for (sample, offset) in stencils.of_site(vertex).zip(&template.positions) {
+            let Some(at) = ready.position(sample) else {
+                outside += 1;
+                continue;
+            };
+            let arm = frames[vertex].frame_from_mesh(at - ready.mesh.positions[vertex]);
+            let expected = offset.length() * radius;
+            assert!(
+                (arm.truncate().length() - expected).abs() < 2e-3,
+                "{vertex} {offset}"
+            );
+        }
+    }
+    let all = frames.len() * template.positions.len();
+    assert!(outside > 0 && outside < all / 4, "{outside} of {all}");
 }
 
 /// A plane with a wave along x that is pushed over until it overhangs.
