@@ -44,8 +44,8 @@ impl NearVertex {
     pub(super) fn new(vertex: u32, share: f32, turn: f32) -> Self {
         Self {
             vertex,
-            radius: (share * RADIUS_STEPS).round().min(RADIUS_STEPS) as u16,
-            turn: (turn * STEPS).round().min(STEPS - 1.0) as u16,
+            radius: (share * RADIUS_STEPS + 0.5).min(RADIUS_STEPS) as u16,
+            turn: (turn * STEPS + 0.5).min(STEPS - 1.0) as u16,
         }
     }
 

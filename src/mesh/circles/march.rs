@@ -125,13 +125,21 @@ impl Marcher {
         if angle <= 0.0 {
             return;
         }
-        let pieces = (angle / LONGEST_ARC).ceil();
-        let step = angle / pieces;
-        let turn = DVec2::from_angle(step);
+        let pieces = (angle / LONGEST_ARC) as usize + 1;
+        let step = angle / pieces as f64;
+        let turn = if pieces > 1 {
+            DVec2::from_angle(step)
+        } else {
+            DVec2::X
+        };
         let mut at = from / radius;
         let speed = |at: DVec2| (1.0 + facet.slope.dot(at.perp()).powi(2)).sqrt();
-        for _ in 0..pieces as usize {
-            let end = turn.rotate(at);
+        for piece in 1..=pieces {
+            let end = if piece < pieces {
+                turn.rotate(at)
+            } else {
+                to / radius
+            };
             let middle = (at + end).normalize_or(at);
             let mean = (speed(at) + 4.0 * speed(middle) + speed(end)) / 6.0;
             self.push(Span {
@@ -213,13 +221,14 @@ impl Marcher {
     /// Appends the partition in whole steps and returns its length.
     fn pack(&self, out: &mut Vec<Arc>) -> f64 {
         let total: f64 = self.laid_out.iter().map(|span| span.length).sum();
+        let (turns, fractions) = (STEPS / TAU, STEPS / total);
         let begin = out.len();
         let mut length = 0.0;
         for span in &self.laid_out {
-            let turn = (span.from / TAU * STEPS).round();
-            let fraction = (length / total * STEPS).round().min(STEPS - 1.0);
+            let turn = (span.from * turns + 0.5) as u32;
+            let fraction = ((length * fractions + 0.5) as u32).min(STEPS as u32 - 1);
             length += span.length;
-            if turn >= STEPS {
+            if turn >= STEPS as u32 {
                 break;
             }
             let arc = Arc {
