@@ -4,6 +4,9 @@
 //! In each triangle the cylinder cuts an arc of an ellipse, which is exact here but for its length
 //! (Simpson's rule over short arcs). What is found is laid out as one partition of the full turn, from the
 //! reference tangent on, in which stretches without surface are gaps.
+//!
+//! Deviation: the paper takes every circle as closed. A gap counts here with the length that it would have in
+//! the plane, so that percentages near a boundary stay those of the surface that is there.
 
 use std::f64::consts::TAU;
 

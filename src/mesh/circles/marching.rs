@@ -1,4 +1,8 @@
-//! Marching round every vertex of a mesh, in parallel over blocks of vertices.
+//! Marching round every vertex of a mesh, in parallel over blocks of vertices; and the vertices inside the
+//! outermost circles.
+//!
+//! Deviation: the paper takes all vertices of a neighbourhood for candidates. Here the nearest
+//! [`MOST_NEIGHBORS`] are kept.
 
 use rayon::prelude::*;
 

@@ -8,7 +8,7 @@
 //! | `patch` | the triangles that belong to a vertex's patch |
 //! | `march` | one circle over a patch |
 //! | [`marching`] | all circles of all vertices |
-//! | [`arcs`] | circles as they are stored and asked |
+//! | [`arcs`] | circles as they are stored and looked up |
 //! | [`sampling`] | samples and neighbours for one orientation field |
 //! | [`cache`] | circles in a file |
 //! | [`sites`] | all of it for a user's mesh, level by level |
