@@ -39,7 +39,12 @@ impl Bilinear {
         let (u, v) = (right - col, down - row);
         let (col, row) = (col as i64, row as i64);
         Self {
-            offsets: [[row, col], [row, col + 1], [row + 1, col], [row + 1, col + 1]],
+            offsets: [
+                [row, col],
+                [row, col + 1],
+                [row + 1, col],
+                [row + 1, col + 1],
+            ],
             weights: [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v],
         }
     }
@@ -168,7 +173,8 @@ mod tests {
         let texel = level.grid.texel(3, 4);
         let mean = 2.0 * 4.0 - 3.0 * 3.0;
         // Up is a smaller row.
-        let expected = [0.0, 2.0 * 0.25 + 3.0 * 0.5, -2.0 * 1.5 - 3.0].map(|d| d + 8.0 - 9.0 - mean);
+        let expected =
+            [0.0, 2.0 * 0.25 + 3.0 * 0.5, -2.0 * 1.5 - 3.0].map(|d| d + 8.0 - 9.0 - mean);
         for (found, expected) in windows.window(texel.0).iter().zip(expected) {
             assert!((found - expected).abs() < 1e-5, "{found} {expected}");
         }
@@ -187,6 +193,10 @@ mod tests {
             assert_eq!(whole, row >= 2 && col <= 7, "{row} {col}");
         }
         let tile = ramp(true).0;
-        assert!(whole_texels(tile.grid, &template).iter().all(|&whole| whole));
+        assert!(
+            whole_texels(tile.grid, &template)
+                .iter()
+                .all(|&whole| whole)
+        );
     }
 }

@@ -5,12 +5,14 @@
 //! [`cache`] beside the mesh.
 
 pub mod cache;
+pub mod circles;
 pub mod distortion;
 pub mod memory;
 pub mod parents;
 pub mod patches;
 pub mod sampling;
 pub mod stencil;
+pub mod stretch;
 pub mod surface;
 pub mod surface_options;
 
