@@ -170,7 +170,7 @@ impl Plane {
     pub fn of(target: &Target) -> Self {
         match target {
             Target::Grid { grid, .. } => Self::Grid(grid.width, grid.height),
-            Target::Surface(..) => Self::Surface,
+            Target::Surface(_) => Self::Surface,
         }
     }
 

@@ -17,6 +17,7 @@ use crate::mesh::memory::bytes_to_prepare;
 use crate::mesh::surface::{self, Surface};
 use crate::mesh::surface_options::SurfaceOptions;
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::surface_map::{check_scale, varying};
 use crate::synthesis::check::window_width;
 use crate::synthesis::grid_target::GridTarget;
 use crate::synthesis::memory;
@@ -53,8 +54,8 @@ pub struct TargetArguments {
 
 /// A target ready for synthesis.
 pub enum Target {
-    /// A prepared mesh, and what its positions count from.
-    Surface(Box<Surface>, DVec3),
+    /// A prepared mesh.
+    Surface(MeshTarget),
     /// A flat grid.
     Grid {
         /// Its size.
@@ -64,6 +65,15 @@ pub enum Target {
         /// It as a surface.
         mesh: TriangleMesh,
     },
+}
+
+/// A prepared mesh, and what of its file the map keeps.
+pub struct MeshTarget {
+    surface: Box<Surface>,
+    /// What its positions count from.
+    origin: DVec3,
+    /// Factor on the texel at each vertex; `None` for 1 everywhere.
+    scale: Option<Vec<f32>>,
 }
 
 impl Target {
@@ -109,10 +119,9 @@ impl Target {
                 })
             }
             (Some(path), None) => {
-                let (surface, origin) =
-                    prepare_mesh(path, arguments, (table, exemplar), levels, session)?;
-                check_density(&surface, arguments.surface.texel)?;
-                Ok(Self::Surface(Box::new(surface), origin))
+                let target = prepare_mesh(path, arguments, (table, exemplar), levels, session)?;
+                check_density(&target.surface, arguments.surface.texel)?;
+                Ok(Self::Surface(target))
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
         }
@@ -121,7 +130,7 @@ impl Target {
     /// The sites of all levels.
     pub fn sites(&self) -> &SiteHierarchy {
         match self {
-            Self::Surface(surface, _) => &surface.hierarchy,
+            Self::Surface(target) => &target.surface.hierarchy,
             Self::Grid { sites, .. } => sites,
         }
     }
@@ -129,7 +138,7 @@ impl Target {
     /// The surface of level 0.
     pub fn mesh(&self) -> &TriangleMesh {
         match self {
-            Self::Surface(surface, _) => &surface.meshes[0],
+            Self::Surface(target) => &target.surface.meshes[0],
             Self::Grid { mesh, .. } => mesh,
         }
     }
@@ -137,7 +146,7 @@ impl Target {
     /// What the positions of the surface count from.
     pub fn origin(&self) -> DVec3 {
         match self {
-            Self::Surface(_, origin) => *origin,
+            Self::Surface(target) => target.origin,
             Self::Grid { .. } => DVec3::ZERO,
         }
     }
@@ -145,7 +154,7 @@ impl Target {
     /// Unit normals of the sites.
     pub fn normals(&self) -> Vec<Vec3> {
         match self {
-            Self::Surface(surface, _) => surface.normals[0].clone(),
+            Self::Surface(target) => target.surface.normals[0].clone(),
             Self::Grid { mesh, .. } => vec![Vec3::Z; mesh.positions.len()],
         }
     }
@@ -153,15 +162,26 @@ impl Target {
     /// The orientation field.
     pub fn orientations(&self) -> Vec<Vec3> {
         match self {
-            Self::Surface(surface, _) => surface.frames[0].iter().map(|frame| frame.s).collect(),
+            Self::Surface(target) => {
+                let frames = target.surface.frames[0].iter();
+                frames.map(|frame| frame.s).collect()
+            }
             Self::Grid { mesh, .. } => vec![Vec3::X; mesh.positions.len()],
         }
     }
 
-    /// Mesh units a texel covers.
+    /// Factor on the texel at each site; `None` for 1 everywhere.
+    pub fn scale(&self) -> Option<&[f32]> {
+        match self {
+            Self::Surface(target) => target.scale.as_deref(),
+            Self::Grid { .. } => None,
+        }
+    }
+
+    /// Mesh units a texel covers where the scale is 1.
     pub fn texel(&self) -> f64 {
         match self {
-            Self::Surface(surface, _) => surface.texel,
+            Self::Surface(target) => target.surface.texel,
             Self::Grid { .. } => 1.0,
         }
     }
@@ -169,7 +189,7 @@ impl Target {
     /// Every edge i < j, with the place of j seen from i in texels.
     pub fn edges(&self) -> Vec<SiteEdge> {
         match self {
-            Self::Surface(surface, _) => mesh_edges(surface),
+            Self::Surface(target) => target.edges(),
             Self::Grid { grid, .. } => grid.edges(),
         }
     }
@@ -182,7 +202,7 @@ fn prepare_mesh(
     (table, exemplar): (&NeighborTable, u64),
     levels: usize,
     session: &Session,
-) -> Result<(Surface, DVec3)> {
+) -> Result<MeshTarget> {
     let user = crate::mesh::reading::read(path, session.progress())?;
     let options = SurfaceOptions {
         levels: levels as u32,
@@ -193,6 +213,10 @@ fn prepare_mesh(
     };
     options.validate()?;
     let texel = options.texel_on(&user.mesh)?;
+    let scale = varying(user.scale.as_deref());
+    if let Some(scale) = scale {
+        check_scale(scale, texel).map_err(|error| error.in_file(path))?;
+    }
     check_memory(
         "texel",
         format!(
@@ -206,7 +230,11 @@ fn prepare_mesh(
     let cache = cache::folder_of(path);
     let surface = surface::prepare(&user, &options, Some(&cache), session.progress())
         .map_err(|error| error.in_file(path))?;
-    Ok((surface, user.origin))
+    Ok(MeshTarget {
+        surface: Box::new(surface),
+        origin: user.origin,
+        scale: scale.map(<[f32]>::to_vec),
+    })
 }
 
 /// Refuses a target that this machine has too little memory for.
@@ -251,23 +279,109 @@ fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
     ))
 }
 
-fn mesh_edges(surface: &Surface) -> Vec<SiteEdge> {
-    let (mesh, frames) = (&surface.meshes[0], &surface.frames[0]);
-    let corners = mesh.triangles.iter();
-    let mut pairs: Vec<[u32; 2]> = corners
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-        .map(|[a, b]| [a.min(b), a.max(b)])
-        .collect();
-    pairs.sort_unstable();
-    pairs.dedup();
-    let edge = |&[from, to]: &[u32; 2]| {
-        let along = mesh.positions[to as usize] - mesh.positions[from as usize];
-        let seen = frames[from as usize].frame_from_mesh(along) / surface.texel as f32;
-        SiteEdge {
-            from,
-            to,
-            offset: [seen.x, seen.y],
-        }
+impl MeshTarget {
+    /// Every edge of the mesh, measured in texels of the vertex it is seen from.
+    fn edges(&self) -> Vec<SiteEdge> {
+        let (mesh, frames) = (&self.surface.meshes[0], &self.surface.frames[0]);
+        let corners = mesh.triangles.iter();
+        let mut pairs: Vec<[u32; 2]> = corners
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let scale = |vertex: u32| self.scale.as_ref().map_or(1.0, |of| of[vertex as usize]);
+        let edge = |&[from, to]: &[u32; 2]| {
+            let along = mesh.positions[to as usize] - mesh.positions[from as usize];
+            let texel = self.surface.texel as f32 * scale(from);
+            let seen = frames[from as usize].frame_from_mesh(along) / texel;
+            SiteEdge {
+                from,
+                to,
+                offset: [seen.x, seen.y],
+            }
+        };
+        pairs.iter().map(edge).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::{TexCoord, TexelGrid};
+    use crate::mesh::reading::UserMesh;
+    use crate::mesh::shapes;
+    use crate::progress::Progress;
+    use crate::synthesis::quality::coherence::Coherence;
+
+    const TEXEL: f64 = 0.5;
+    const SAMPLE: TexelGrid = TexelGrid {
+        width: 8,
+        height: 8,
+        tileable: true,
     };
-    pairs.iter().map(edge).collect()
+
+    /// A plane cut down its middle, of scale 1 left and 2 right of the cut.
+    fn plane_of_two_scales() -> MeshTarget {
+        let (mut mesh, mut right) = (shapes::grid(6, 6, 0.5), shapes::grid(6, 6, 0.5));
+        let half = mesh.positions.len();
+        mesh.positions
+            .extend(right.positions.iter().map(|p| *p + 3.0 * Vec3::X));
+        right
+            .triangles
+            .iter_mut()
+            .flatten()
+            .for_each(|v| *v += half as u32);
+        mesh.triangles.extend(right.triangles);
+        let scale: Vec<f32> = (0..2 * half)
+            .map(|v| if v < half { 1.0 } else { 2.0 })
+            .collect();
+        let user = UserMesh {
+            from_file: (0..2 * half as u32).collect(),
+            orientation: Some(vec![Vec3::X; 2 * half]),
+            scale: Some(scale.clone()),
+            mesh,
+            ..UserMesh::default()
+        };
+        let options = SurfaceOptions {
+            levels: 1,
+            texel: Some(TEXEL),
+            neighborhood: 3,
+            ..SurfaceOptions::default()
+        };
+        MeshTarget {
+            surface: Box::new(surface::prepare(&user, &options, None, Progress::silent()).unwrap()),
+            origin: DVec3::ZERO,
+            scale: Some(scale),
+        }
+    }
+
+    /// Coordinates that run over the surface at one texel a `TEXEL` times the scale.
+    fn copied(target: &MeshTarget) -> Vec<TexCoord> {
+        let positions = target.surface.meshes[0].positions.iter();
+        let scale = target.scale.as_ref().unwrap();
+        let coord = |(at, scale): (&Vec3, &f32)| TexCoord {
+            s: (at.x / (TEXEL as f32 * scale)).rem_euclid(8.0),
+            t: (at.y / (TEXEL as f32 * scale)).rem_euclid(8.0),
+        };
+        positions.zip(scale).map(coord).collect()
+    }
+
+    #[test]
+    fn a_copy_at_the_pace_of_each_half_does_not_drift() {
+        let mut target = plane_of_two_scales();
+        let coords = copied(&target);
+        let found = Coherence::measure(SAMPLE, &coords, &target.edges());
+        assert_eq!((found.half, found.one), (1.0, 1.0));
+        for (row, expected) in found.drift.iter().zip([[1.0, 0.0], [0.0, 1.0]]) {
+            for (found, expected) in row.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-5, "{row:?}");
+            }
+        }
+        // At one pace everywhere, the right half runs at half of it: 0.75 over the edges of both.
+        target.scale = None;
+        let found = Coherence::measure(SAMPLE, &coords, &target.edges());
+        assert!((found.drift[0][0] - 0.75).abs() < 1e-5, "{found:?}");
+        assert!((found.drift[1][1] - 0.75).abs() < 1e-5, "{found:?}");
+    }
 }
