@@ -8,6 +8,7 @@ pub mod level_distances;
 pub mod neighbor_table;
 pub mod plain_images;
 pub mod space;
+pub mod square_window;
 pub mod table_rows;
 pub mod texel_block;
 pub mod turned_sums;

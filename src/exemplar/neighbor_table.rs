@@ -18,6 +18,7 @@ use crate::exemplar::greedy_choice::Choice;
 use crate::exemplar::knn_options::{KnnOptions, Search, WIDEST};
 use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
 use crate::exemplar::space::Space;
+use crate::exemplar::square_window::{check_square, square_window};
 use crate::exemplar::table_rows::{Rows, assemble};
 use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::two_level::TwoLevelSearch;
@@ -85,12 +86,7 @@ impl Neighborhood {
     /// Square windows of odd widths, row by row from the top left, every sample of weight 1;
     /// `coarse` is the parent level's, 0 for none.
     pub fn square(fine: u32, coarse: u32) -> Self {
-        let window = |width: u32| -> Vec<[i32; 2]> {
-            let (width, half) = (width as i32, width as i32 / 2);
-            let offset = |at: i32| [at / width - half, at % width - half];
-            (0..width * width).map(offset).collect()
-        };
-        let (offsets, coarse_offsets) = (window(fine), window(coarse));
+        let (offsets, coarse_offsets) = (square_window(fine), square_window(coarse));
         Self {
             weights: vec![1.0; offsets.len()],
             coarse_weights: vec![1.0; coarse_offsets.len()],
@@ -457,7 +453,7 @@ fn check_neighborhood(meta: &LevelMeta, is_coarsest: bool) -> Result<()> {
     Ok(())
 }
 
-/// Checks a window's offsets and weights; `field` names the offsets.
+/// Checks a window's offsets and weights: none, or a square; `field` names the offsets.
 fn check_window(field: &str, offsets: &[[i32; 2]], weights: &[f32]) -> Result<()> {
     if offsets.len() != weights.len() {
         let found = format!("{} offsets, {} weights", offsets.len(), weights.len());
@@ -481,7 +477,10 @@ fn check_window(field: &str, offsets: &[[i32; 2]], weights: &[f32]) -> Result<()
         return Err(Error::data(format!("weight {at} of {field}"), found)
             .expected(format!("above 0, at most {LARGEST_WEIGHT:e}")));
     }
-    Ok(())
+    match offsets.is_empty() {
+        true => Ok(()),
+        false => check_square(field, offsets),
+    }
 }
 
 fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> Result<TableLevel> {
