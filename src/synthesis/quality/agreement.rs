@@ -1,8 +1,9 @@
 //! Whether the embedded metric picks what Φ picks: at seeded sites of a finished map, among the
 //! candidates that k-coherence would try there, with the level-0 fine window.
 //!
-//! A pick agrees when its distance through Φ, times its factor, is Φ's smallest, or above it by no
-//! more than the rounding of single precision.
+//! Every metric picks as synthesis does: the smallest score, factor · (distance + noise), the noise that
+//! metric's own share `--noise` of its distance by chance. A pick agrees when its score through Φ is Φ's
+//! smallest, or above it by no more than the rounding of single precision.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -13,6 +14,7 @@ use crate::grid::TexCoord;
 use crate::progress::Progress;
 use crate::synthesis::candidates::{Candidate, CandidateList};
 use crate::synthesis::check;
+use crate::synthesis::choice::Pick;
 use crate::synthesis::embedded::{EmbeddedMetric, EmbeddedPattern};
 use crate::synthesis::embedding::Embedding;
 use crate::synthesis::engine::Inputs;
@@ -20,6 +22,7 @@ use crate::synthesis::exemplar_level::ExemplarLevel;
 use crate::synthesis::gram::{GramMetric, GramPattern};
 use crate::synthesis::metric::Metric;
 use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::passes::LevelPass;
 use crate::synthesis::quality::energy::measured_sites;
 use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
 
@@ -33,11 +36,11 @@ pub struct Agreement {
     pub whole_spectrum: f64,
     /// The same of the embedding that synthesis uses.
     pub embedded: f64,
-    /// Mean distance through Φ of the picks of the embedding that synthesis uses, over that of Φ's.
+    /// Mean score through Φ of the picks of the embedding that synthesis uses, over that of Φ's.
     pub embedded_cost: f64,
 }
 
-/// What a metric's pick costs through Φ: Φ's own pick, the whole embedding's, the used one's.
+/// The score through Φ of a metric's pick: Φ's own pick, the whole embedding's, the used one's.
 type Costs = [f64; 3];
 
 /// Compares the metrics on a finished map of level 0; `None` for plain images, which have no Φ.
@@ -57,13 +60,20 @@ pub fn measure(
     progress.check()?;
     let used = Embedding::new(level, options.energy);
     let state = coords.iter().map(|&at| exemplar.grid.texel_nearest(at));
+    let phi = GramMetric::new(&exemplar, check::gram(level)?, None);
+    let embedded = [&whole, &used].map(|embedding| EmbeddedMetric::new(&exemplar, embedding, None));
+    let [whole_noise, used_noise] = embedded
+        .each_ref()
+        .map(|metric| noise(inputs, &exemplar, metric, options));
     let comparison = Comparison {
         inputs,
         coords,
         rows: state.map(|texel| exemplar.rows[texel.index()]).collect(),
         coherence: options.coherence,
-        phi: GramMetric::new(&exemplar, check::gram(level)?, None),
-        embedded: [&whole, &used].map(|embedding| EmbeddedMetric::new(&exemplar, embedding, None)),
+        phi_noise: noise(inputs, &exemplar, &phi, options),
+        phi,
+        embedded,
+        embedded_noise: [whole_noise, used_noise],
         exemplar: &exemplar,
     };
     let sites = measured_sites(&inputs.sites.levels[0].areas, options.seed);
@@ -74,6 +84,28 @@ pub fn measure(
             Ok(comparison.at_site(site as usize, scratch))
         });
     Ok(Some(Agreement::of(&costs.collect::<Result<Vec<_>>>()?)))
+}
+
+/// What synthesis adds to all distances of a choice on level 0, here measured with the fine window alone.
+fn noise<M: Metric>(
+    inputs: Inputs<'_>,
+    exemplar: &ExemplarLevel<'_>,
+    metric: &M,
+    options: &SynthesisOptions,
+) -> f64 {
+    if options.noise == 0.0 {
+        return 0.0;
+    }
+    let pass = LevelPass {
+        level: 0,
+        exemplar,
+        sites: &inputs.sites.levels[0],
+        coarser: None,
+        metric,
+        options,
+        noise: 0.0,
+    };
+    options.noise * pass.distance_by_chance()
 }
 
 impl Agreement {
@@ -99,7 +131,10 @@ struct Comparison<'a> {
     coherence: f64,
     exemplar: &'a ExemplarLevel<'a>,
     phi: GramMetric<'a>,
+    phi_noise: f64,
+    /// Of the whole spectrum, and the one that synthesis uses.
     embedded: [EmbeddedMetric<'a>; 2],
+    embedded_noise: [f64; 2],
 }
 
 #[derive(Default)]
@@ -122,28 +157,29 @@ impl Comparison<'_> {
         list.collect_coherent(self.exemplar, Some(own), near, self.coords, |_| true);
         list.add_nearest(self.exemplar, self.coherence);
         let candidates = list.candidates();
-        self.phi.read(&neighborhood, &mut scratch.in_phi);
-        let first = self.cost(&self.phi, &scratch.in_phi, candidates, &scratch.in_phi);
-        let [whole, used] = self.embedded.each_ref().map(|metric| {
+        let in_phi = &mut scratch.in_phi;
+        self.phi.read(&neighborhood, in_phi);
+        let first = self.phi.best(in_phi, candidates, None, self.phi_noise);
+        let [whole, used] = [0, 1].map(|number| {
+            let metric = &self.embedded[number];
             metric.read(&neighborhood, &mut scratch.in_rd);
-            self.cost(metric, &scratch.in_rd, candidates, &scratch.in_phi)
+            metric.best(
+                &scratch.in_rd,
+                candidates,
+                None,
+                self.embedded_noise[number],
+            )
         });
-        [first, whole, used]
+        [first, whole, used].map(|pick| self.score(pick, candidates, in_phi))
     }
 
-    /// The distance through Φ, times its factor, of what a metric picks; 0 where nothing may be picked.
-    fn cost<M: Metric>(
-        &self,
-        metric: &M,
-        pattern: &M::Pattern,
-        candidates: &[Candidate],
-        in_phi: &GramPattern,
-    ) -> f64 {
-        let pick = metric.best(pattern, candidates, None, 0.0);
+    /// The score of a pick through Φ; 0 where nothing may be picked.
+    fn score(&self, pick: Option<Pick>, candidates: &[Candidate], in_phi: &GramPattern) -> f64 {
         let listed = |texel: u32| candidates.iter().find(|listed| listed.texel == texel);
         pick.and_then(|pick| listed(pick.texel))
             .map_or(0.0, |listed| {
-                listed.factor * self.phi.distance(in_phi, listed.texel, f64::INFINITY)
+                let distance = self.phi.distance(in_phi, listed.texel, f64::INFINITY);
+                listed.factor * (distance + self.phi_noise)
             })
     }
 }
@@ -162,8 +198,8 @@ mod tests {
         assert!((found.embedded_cost - 4.1 / 4.0).abs() < 1e-12);
     }
 
-    #[test]
-    fn the_whole_embedding_picks_what_phi_picks() {
+    /// A random exemplar of 2 levels and a grid of 40×40 sites, handed to `check`.
+    fn with_inputs(check: impl FnOnce(Inputs<'_>)) {
         let (space, table) = fixtures::random_exemplar(8, 16, 2, true);
         let neighborhoods: Vec<_> = table
             .levels
@@ -176,25 +212,60 @@ mod tests {
             toroidal: true,
         };
         let sites = target.hierarchy(&neighborhoods).unwrap();
-        let inputs = Inputs {
+        check(Inputs {
             space: &space,
             table: &table,
             sites: &sites,
-        };
+        });
+    }
+
+    fn measured(inputs: Inputs<'_>, coords: &[TexCoord], options: &SynthesisOptions) -> Agreement {
+        let found = measure(inputs, coords, options, Progress::silent());
+        found.unwrap().unwrap()
+    }
+
+    fn synthesized(inputs: Inputs<'_>, options: &SynthesisOptions) -> Vec<TexCoord> {
+        let map = synthesize(inputs, options, None, |_| Ok(()), Progress::silent());
+        map.unwrap().coords
+    }
+
+    #[test]
+    fn the_whole_embedding_picks_what_phi_picks() {
+        with_inputs(the_whole_embedding_agrees);
+    }
+
+    fn the_whole_embedding_agrees(inputs: Inputs<'_>) {
         let options = SynthesisOptions::default();
-        let map = synthesize(inputs, &options, None, |_| Ok(()), Progress::silent()).unwrap();
-        let found = measure(inputs, &map.coords, &options, Progress::silent())
-            .unwrap()
-            .unwrap();
+        let coords = synthesized(inputs, &options);
+        let found = measured(inputs, &coords, &options);
         assert!(found.whole_spectrum >= 0.999, "{found:?}");
         assert!((1.0..=1.01).contains(&found.embedded_cost), "{found:?}");
         let rough = SynthesisOptions {
             energy: 0.2,
             ..options
         };
-        let rough = measure(inputs, &map.coords, &rough, Progress::silent())
-            .unwrap()
-            .unwrap();
+        let rough = measured(inputs, &coords, &rough);
         assert!(rough.embedded < found.embedded && rough.embedded_cost > found.embedded_cost);
+    }
+
+    /// Noise far above every distance leaves the factor to decide: all metrics pick a coherent texel, and
+    /// every score is the noise itself, whatever the spectrum.
+    #[test]
+    fn picks_heed_the_noise_as_synthesis_does() {
+        with_inputs(|inputs| {
+            let coords = synthesized(inputs, &SynthesisOptions::default());
+            let with_noise = |noise: f64| {
+                let options = SynthesisOptions {
+                    energy: 0.2,
+                    noise,
+                    ..SynthesisOptions::default()
+                };
+                measured(inputs, &coords, &options)
+            };
+            let (none, much) = (with_noise(0.0), with_noise(1e9));
+            assert!(none.embedded < 1.0 && none.embedded_cost > 1.0, "{none:?}");
+            assert_eq!((much.embedded, much.whole_spectrum), (1.0, 1.0));
+            assert!((much.embedded_cost - 1.0).abs() < 1e-6, "{much:?}");
+        });
     }
 }
