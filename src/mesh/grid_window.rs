@@ -1,8 +1,8 @@
 //! The samples round the sites of a flat grid. All coincide with sites, and sites as far from the
 //! borders see them at the same steps: a list for every such kind of site instead of one a site.
 
-use crate::mesh::hierarchy::Neighbor;
-use crate::mesh::stencil::SampleLocation;
+use crate::mesh::neighbor::Neighbor;
+use crate::mesh::sample_location::SampleLocation;
 
 /// A rectangle of sites; site row · width + col, row 0 at the top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,20 +3,10 @@
 
 use either::Either;
 
+pub use crate::mesh::neighbor::Neighbor;
+
 use crate::mesh::grid_window::GridNeighbors;
 use crate::mesh::stencil::Stencils;
-
-/// A site near another, and where it lies in that one's (s, t) plane.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct Neighbor {
-    /// The neighbouring site.
-    pub site: u32,
-    /// Offset along s, in texels of the level.
-    pub x: f32,
-    /// Offset along t, in texels of the level.
-    pub y: f32,
-}
 
 /// The neighbours of every site of a level.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,6 +7,8 @@
 use either::Either;
 use glam::Vec2;
 
+pub use crate::mesh::sample_location::SampleLocation;
+
 use crate::mesh::grid_window::GridWindow;
 
 /// Positions of a neighbourhood's samples round its centre, in texels of their level, x along s,
@@ -68,17 +70,6 @@ impl PackedSample {
         let [first, second] = self.weights.map(u32::from);
         [first, second, 65535 - first - second].map(|w| w as f32 / 65535.0)
     }
-}
-
-/// Where a sample falls.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SampleLocation {
-    /// Outside every patch triangle, or off the grid.
-    Outside,
-    /// On a site.
-    AtSite(u32),
-    /// Between three sites, with their weights.
-    InCell([u32; 3], [f32; 3]),
 }
 
 /// The samples of every site of a level, for one template.
@@ -145,18 +136,6 @@ impl PatchStencils {
         match sample.weights[0] {
             u16::MAX => SampleLocation::AtSite(sites[0]),
             _ => SampleLocation::InCell(sites, sample.barycentric()),
-        }
-    }
-}
-
-impl SampleLocation {
-    /// The sites that the sample reads.
-    #[inline(always)]
-    pub fn sites(&self) -> &[u32] {
-        match self {
-            Self::Outside => &[],
-            Self::AtSite(site) => std::slice::from_ref(site),
-            Self::InCell(sites, _) => sites,
         }
     }
 }

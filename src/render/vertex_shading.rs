@@ -12,11 +12,11 @@ use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::progress::Progress;
 use crate::render::camera::View;
+use crate::render::known_weights::KnownWeights;
 use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
 use crate::render::radiance::{Blend, Radiance};
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
-use crate::render::vertex_lights::KnownWeights;
 use crate::surface_map::SurfaceTextonMap;
 
 /// A vertex to shade, with all that shading reads of the map.

@@ -10,9 +10,9 @@ use super::{ENGINE, FORMAT, LevelPatches, Meta, VERSION, Wanted, member};
 use crate::error::{Error, Result};
 use crate::mesh::frame::Frame;
 use crate::mesh::hierarchy::{Neighbor, Parent, PatchNeighbors};
+use crate::mesh::prepared_surface::Surface;
 use crate::mesh::sampling::SampleCounts;
 use crate::mesh::stencil::{PackedSample, PatchStencils};
-use crate::mesh::surface::Surface;
 use crate::mesh::surface_tree::SurfacePoint;
 
 /// How far lengths, right angles and sums of weights may be off: rounding alone is a hundredth of it.

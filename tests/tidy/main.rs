@@ -1,0 +1,134 @@
+//! The conventions of docs/architecture.md that a machine can check: imports follow the rooms, no files
+//! use each other in a circle, every file says what it is, none grows crowded.
+
+mod circles;
+mod paths;
+mod source;
+
+use source::Source;
+
+/// What every room may use.
+const GROUND: [&str; 6] = ["error", "format", "grid", "index", "progress", "random"];
+
+/// Each room and what it may import beside itself and the ground (docs/architecture.md).
+const ROOMS: [(&str, &[&str]); 9] = [
+    ("btf", &[]),
+    ("texton", &["btf"]),
+    ("exemplar", &["btf", "texton"]),
+    ("mesh", &[]),
+    ("surface_map", &["mesh"]),
+    ("synthesis", &["exemplar", "mesh", "surface_map"]),
+    ("render", &["btf", "mesh", "surface_map"]),
+    ("report", &[]),
+    (
+        "cli",
+        &[
+            "btf",
+            "texton",
+            "exemplar",
+            "mesh",
+            "surface_map",
+            "synthesis",
+            "render",
+            "report",
+        ],
+    ),
+];
+
+const MOST_LINES: usize = 600;
+
+/// Uses that close a circle and are known: (who uses, what is used).
+const KNOWN_CIRCLES: [(&str, &str); 1] = [("synthesis/check.rs", "synthesis/engine.rs")];
+
+#[test]
+fn imports_follow_the_rooms() {
+    let source = Source::of_this_crate();
+    let mut faults = Vec::new();
+    for file in &source.files {
+        let room = Source::room_of(file);
+        let allowed: Vec<&str> = match ROOMS.iter().find(|(name, _)| *name == room) {
+            Some((_, others)) => GROUND.iter().chain(*others).copied().collect(),
+            None => GROUND.to_vec(),
+        };
+        for named in source.rooms_named_by(file) {
+            if named != room
+                && !allowed.contains(&named.as_str())
+                && !["lib", "main"].contains(&room)
+            {
+                faults.push(format!("{} imports {named}", file.name));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// No circle of `use` between files; `mod` declarations do not count.
+#[test]
+fn no_files_use_each_other_in_a_circle() {
+    let source = Source::of_this_crate();
+    let mut uses = source.uses();
+    for (from, to) in KNOWN_CIRCLES {
+        let known = uses.get_mut(from).is_some_and(|used| used.remove(to));
+        assert!(
+            known,
+            "{from} no longer uses {to}: strike it off KNOWN_CIRCLES"
+        );
+    }
+    let circle = circles::find(&uses).map(|circle| circle.join("\n  uses "));
+    assert_eq!(circle, None);
+}
+
+#[test]
+fn circles_are_found_however_they_are_written() {
+    let circle = |texts: &[(&str, &str)]| {
+        let texts = texts
+            .iter()
+            .map(|(name, text)| (name.to_string(), text.to_string()));
+        let source = Source::of_texts(texts);
+        circles::find(&source.uses()).map(|circle| circle.join(" "))
+    };
+    let three = |last: &str| {
+        [
+            ("lib.rs", "mod a; mod b;"),
+            ("a/mod.rs", "mod one; mod two; pub use one::One;"),
+            ("a/one.rs", "use crate::{b::B};"),
+            ("a/two.rs", "use super::one;"),
+            ("b.rs", last),
+        ]
+        .map(|(name, text)| (name.to_owned(), text.to_owned()))
+    };
+    let of_three = |last: &str| {
+        let source = Source::of_texts(three(last));
+        circles::find(&source.uses()).map(|circle| circle.join(" "))
+    };
+    assert_eq!(of_three("use std::fs; mod c { use super::d; }"), None);
+    assert_eq!(
+        of_three("#[cfg(test)] mod tests { use crate::a::two::Two; }"),
+        None
+    );
+    let through_two = Some("a/one.rs b.rs a/two.rs a/one.rs".to_owned());
+    assert_eq!(of_three("use crate::{a::{two::Two}, error};"), through_two);
+    let through_parent = Some("a/mod.rs a/one.rs b.rs a/mod.rs".to_owned());
+    assert_eq!(of_three("use super::a::{self};"), through_parent);
+    let twins = [("x.rs", "mod y; use y::Y;"), ("x/y.rs", "use super::{X};")];
+    assert_eq!(circle(&twins), Some("x.rs x/y.rs x.rs".to_owned()));
+}
+
+#[test]
+fn every_file_says_what_it_is() {
+    let source = Source::of_this_crate();
+    let mute = source
+        .files
+        .iter()
+        .filter(|file| !file.text.starts_with("//! "));
+    let mute: Vec<&str> = mute.map(|file| file.name.as_str()).collect();
+    assert!(mute.is_empty(), "no //! at the top of {mute:?}");
+}
+
+#[test]
+fn no_file_grows_crowded() {
+    for file in Source::of_this_crate().files {
+        let lines = file.text.lines().count();
+        assert!(lines <= MOST_LINES, "{} has {lines} lines", file.name);
+    }
+}
