@@ -78,40 +78,35 @@ fn no_files_use_each_other_in_a_circle() {
     assert_eq!(circle, None);
 }
 
+/// The circle among files of these names and texts.
+fn circle_of(texts: &[(&str, &str)]) -> Option<String> {
+    let owned = |&(name, text): &(&str, &str)| (name.to_owned(), text.to_owned());
+    let source = Source::of_texts(texts.iter().map(owned));
+    circles::find(&source.uses()).map(|circle| circle.join(" "))
+}
+
 #[test]
 fn circles_are_found_however_they_are_written() {
-    let circle = |texts: &[(&str, &str)]| {
-        let texts = texts
-            .iter()
-            .map(|(name, text)| (name.to_string(), text.to_string()));
-        let source = Source::of_texts(texts);
-        circles::find(&source.uses()).map(|circle| circle.join(" "))
-    };
-    let three = |last: &str| {
-        [
+    let with_last = |last: &str| {
+        circle_of(&[
             ("lib.rs", "mod a; mod b;"),
             ("a/mod.rs", "mod one; mod two; pub use one::One;"),
             ("a/one.rs", "use crate::{b::B};"),
             ("a/two.rs", "use super::one;"),
             ("b.rs", last),
-        ]
-        .map(|(name, text)| (name.to_owned(), text.to_owned()))
+        ])
     };
-    let of_three = |last: &str| {
-        let source = Source::of_texts(three(last));
-        circles::find(&source.uses()).map(|circle| circle.join(" "))
-    };
-    assert_eq!(of_three("use std::fs; mod c { use super::d; }"), None);
+    assert_eq!(with_last("use std::fs; mod c { use super::d; }"), None);
     assert_eq!(
-        of_three("#[cfg(test)] mod tests { use crate::a::two::Two; }"),
+        with_last("#[cfg(test)] mod tests { use crate::a::two::Two; }"),
         None
     );
-    let through_two = Some("a/one.rs b.rs a/two.rs a/one.rs".to_owned());
-    assert_eq!(of_three("use crate::{a::{two::Two}, error};"), through_two);
-    let through_parent = Some("a/mod.rs a/one.rs b.rs a/mod.rs".to_owned());
-    assert_eq!(of_three("use super::a::{self};"), through_parent);
+    let through_two = with_last("use crate::{a::{two::Two}, error};");
+    assert_eq!(through_two.unwrap(), "a/one.rs b.rs a/two.rs a/one.rs");
+    let through_parent = with_last("use super::a::{self};");
+    assert_eq!(through_parent.unwrap(), "a/mod.rs a/one.rs b.rs a/mod.rs");
     let twins = [("x.rs", "mod y; use y::Y;"), ("x/y.rs", "use super::{X};")];
-    assert_eq!(circle(&twins), Some("x.rs x/y.rs x.rs".to_owned()));
+    assert_eq!(circle_of(&twins).unwrap(), "x.rs x/y.rs x.rs");
 }
 
 #[test]

@@ -13,12 +13,14 @@ pub struct SourceFile {
     pub name: String,
     /// Its text.
     pub text: String,
+    /// Whether it is compiled for tests alone.
+    is_test: bool,
     /// The module it is: the names from the crate's root on.
     module: Vec<String>,
     named: Paths,
 }
 
-/// All files that are not tests alone.
+/// All files.
 pub struct Source {
     /// In order of their names.
     pub files: Vec<SourceFile>,
@@ -42,6 +44,7 @@ impl Source {
     pub fn of_texts(texts: impl IntoIterator<Item = (String, String)>) -> Self {
         let file = |(name, text): (String, String)| SourceFile {
             module: module_of(&name),
+            is_test: false,
             named: Paths::of(&tokens(&text)),
             name,
             text,
@@ -51,11 +54,13 @@ impl Source {
         let tests: BTreeSet<Vec<String>> = files
             .iter()
             .flat_map(|file| {
-                let below = |name: &String| [&file.module[..], &[name.clone()]].concat();
+                let below = |name: &String| [&file.module[..], std::slice::from_ref(name)].concat();
                 file.named.test_modules.iter().map(below)
             })
             .collect();
-        files.retain(|file| !tests.iter().any(|module| file.module.starts_with(module)));
+        for file in &mut files {
+            file.is_test = tests.iter().any(|module| file.module.starts_with(module));
+        }
         Self { files }
     }
 
@@ -80,7 +85,7 @@ impl Source {
         first.trim_end_matches(".rs")
     }
 
-    /// Every file with the files that its `use` declarations lead to, itself apart.
+    /// Every file, tests apart, with the files that its `use` declarations lead to, itself apart.
     pub fn uses(&self) -> BTreeMap<&str, BTreeSet<&str>> {
         let of_file = |file| {
             let used = self.named_by(file).filter(|(named, _)| named.in_use);
@@ -88,7 +93,8 @@ impl Source {
             let others = files.filter(|other: &&str| *other != file.name);
             (file.name.as_str(), others.collect())
         };
-        self.files.iter().map(of_file).collect()
+        let files = self.files.iter().filter(|file| !file.is_test);
+        files.map(of_file).collect()
     }
 
     /// A path from the crate's root on; `None` for one that leads to another crate.
