@@ -35,6 +35,8 @@ fn level(side: u32, textons: usize) -> SpaceLevel {
 fn space(side: u32) -> Space {
     Space {
         levels: vec![level(side, 400), level(side / 2, 100)],
+        channels: mesotex::exemplar::channels::Channels::default(),
+        controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
         sample: ContentId::of_bytes(b"sample"),
     }

@@ -15,6 +15,7 @@ use mesotex::format::exr::{Compression, ExrImage, encode};
 use mesotex::format::id::ContentId;
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
+use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::progress::Progress;
 use mesotex::render::bounds::Bounds;
@@ -28,7 +29,6 @@ use mesotex::render::raster::Samples;
 use mesotex::render::renderer::{Manner, Renderer, Shading, Shadows};
 use mesotex::render::texel_table::Allowance;
 use mesotex::render::values::{ImageSize, Sweep};
-use mesotex::surface_map::SurfaceTextonMap;
 
 fn main() {
     divan::main();

@@ -8,15 +8,18 @@
 
 use divan::Bencher;
 use mesotex::exemplar::KnnOptions;
+use mesotex::exemplar::channels::ChannelKind;
+use mesotex::exemplar::controls::Controls;
 use mesotex::exemplar::neighbor_table::{self, NeighborTable};
-use mesotex::exemplar::plain_images::space_of_images;
+use mesotex::exemplar::plain_images::{ChannelImage, space_of_images};
 use mesotex::exemplar::space::Space;
 use mesotex::format::id::ContentId;
 use mesotex::format::image::{Encoding, FloatImage, Precision};
 use mesotex::progress::Progress;
-use mesotex::synthesis::engine::{Inputs, synthesize};
-use mesotex::synthesis::grid_target::GridTarget;
+use mesotex::sites::grid::target::GridTarget;
+use mesotex::synthesis::inputs::Inputs;
 use mesotex::synthesis::options::{Search, SynthesisOptions};
+use mesotex::synthesis::recipes::synthesize;
 
 fn main() {
     divan::main();
@@ -40,9 +43,15 @@ fn exemplar(side: u32) -> (Space, NeighborTable) {
         encoding: Encoding::Srgb,
         precision: Precision::Float,
     };
+    let color = ChannelImage {
+        name: "color".into(),
+        kind: ChannelKind::Color,
+        weight: 1.0,
+        image,
+    };
     let levels = if side < 64 { 3 } else { 4 };
     let id = ContentId::of_bytes(b"bench");
-    let space = space_of_images(&[image], &[1.0], levels, true, &id).unwrap();
+    let space = space_of_images(&[color], Controls::default(), levels, true, &id).unwrap();
     let table = neighbor_table::build(&space, &KnnOptions::default(), Progress::silent()).unwrap();
     (space, table)
 }
@@ -69,7 +78,8 @@ fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: Search) {
         search,
         ..SynthesisOptions::default()
     };
-    bencher.bench(|| synthesize(inputs, &options, None, |_| Ok(()), Progress::silent()).unwrap());
+    bencher
+        .bench(|| synthesize(inputs, &options, None, &mut |_| Ok(()), Progress::silent()).unwrap());
 }
 
 /// Sites: 10k, 65k, 250k, 1M; sample 64×64.

@@ -4,20 +4,21 @@
 //!
 //! ```text
 //!  btf ──► texton ──► exemplar ──┐
-//!  (sample)  (vocabulary) (space, ├──► synthesis ──► surface_map ──► render ──► frames
+//!  (sample)  (vocabulary) (space, ├──► synthesis ──► maps ──► render ──► frames
 //!                neighbour table) │                                    ▲
 //!  mesh (field, patches, stencils)┘                     btf, mesh ─────┘
 //! ```
 //!
 //! Two chains meet once: appearance (`btf` → `texton` → `exemplar`) and surface (`mesh`)
 //! know nothing of each other until `synthesis`; `render` reads the finished
-//! [`surface_map`] and never sees how it was made. [`format`](mod@format) lies below all rooms (bytes ↔ types),
+//! [`maps`] and never sees how it was made. [`format`](mod@format) lies below all rooms (bytes ↔ types),
 //! and `cli` alone sees all of them. The library never prints, exits or reads the environment:
 //! progress is a callback ([`progress`]), failure an [`error::Error`].
 
 pub mod error;
 pub mod grid;
 pub mod index;
+pub mod neighborhood;
 pub mod progress;
 pub mod random;
 
@@ -28,8 +29,9 @@ pub mod exemplar;
 pub mod texton;
 
 pub mod mesh;
+pub mod sites;
 
-pub mod surface_map;
+pub mod maps;
 pub mod synthesis;
 
 pub mod render;

@@ -288,7 +288,7 @@ fn files_of_different_runs_are_refused_unless_forced() {
 fn a_map_whose_labels_disagree_with_its_space_is_found() {
     let folder = copy_of(finished());
     let path = folder.path().join("small.map.ply");
-    let mut map = mesotex::surface_map::SurfaceTextonMap::read(&path).unwrap();
+    let mut map = mesotex::maps::vertex_map::SurfaceTextonMap::read(&path).unwrap();
     map.textons[7].0 ^= 1;
     map.write(&path).unwrap();
     let error = refuse(

@@ -99,6 +99,8 @@ fn space(folder: &Path) -> Space {
     };
     let mut space = Space {
         levels: vec![level(8), level(4)],
+        channels: mesotex::exemplar::channels::Channels::default(),
+        controls: Vec::new(),
         id: ContentId::of_bytes(b""),
         sample: ContentId::of_bytes(b"sample"),
     };

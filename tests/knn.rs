@@ -28,6 +28,8 @@ fn write_space(path: &Path, side: u32, tileable: bool) -> Space {
     };
     let mut space = Space {
         levels: vec![level(side), level(side.div_ceil(2))],
+        channels: mesotex::exemplar::channels::Channels::default(),
+        controls: Vec::new(),
         id: ContentId::of_bytes(b""),
         sample: ContentId::of_bytes(b"sample"),
     };

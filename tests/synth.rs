@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use mesotex::exemplar::space::Space;
 use mesotex::format::image::write_png;
-use mesotex::surface_map::SurfaceTextonMap;
+use mesotex::maps::vertex_map::SurfaceTextonMap;
 
 fn mesotex(folder: &Path, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_mesotex"))

@@ -21,15 +21,15 @@ use crate::error::{Error, Result};
 use crate::format::gltf::companions::companions;
 use crate::format::json as json_file;
 use crate::format::ours::Format;
-use crate::mesh::cache;
 use crate::mesh::field::guides::Alignment;
-use crate::mesh::memory;
 use crate::mesh::quality::hausdorff;
 use crate::mesh::reading::{CleaningOptions, UserMesh, read_with};
 use crate::mesh::retile::carrying::retile_with_numbers;
-use crate::mesh::surface::prepare;
-use crate::mesh::surface_options::SurfaceOptions;
 use crate::mesh::writing;
+use crate::sites::vertices::cache;
+use crate::sites::vertices::memory;
+use crate::sites::vertices::surface::prepare;
+use crate::sites::vertices::surface_options::SurfaceOptions;
 
 const EXAMPLES: &str = "Examples:
   mesotex mesh bunny.obj -o bunny.ply                      clean and convert

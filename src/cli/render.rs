@@ -16,6 +16,7 @@ use crate::format::id::ContentId;
 use crate::format::image;
 use crate::format::ours::{Format, MESH_MARK, check_replaceable};
 use crate::format::ply::{self, Column};
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_comment;
 use crate::progress::Progress;
 use crate::render::memory;
@@ -24,7 +25,6 @@ use crate::render::sequence::{self, FrameFile, Inputs, Report};
 use crate::render::values::{Animation, Sweep};
 use crate::report::animation::write_gif;
 use crate::report::contact_sheet::{Picture, contact_sheet};
-use crate::surface_map::SurfaceTextonMap;
 use crate::texton::options::ByteSize;
 
 /// How to go on after an interruption.

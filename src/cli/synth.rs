@@ -16,7 +16,7 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::report::{Report, Seconds};
-use crate::cli::synth::target::{Target, TargetArguments};
+use crate::cli::synth::target::TargetArguments;
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
@@ -24,12 +24,16 @@ use crate::format::gltf::companions::companions;
 use crate::format::json;
 use crate::format::ours::Format;
 use crate::grid::TexCoord;
-use crate::index::TextonLabel;
-use crate::surface_map::SurfaceTextonMap;
+use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::sites::level::{SiteHierarchy, Sites};
+use crate::sites::target::{Target, WithSites};
 use crate::synthesis::checkpoint::Checkpoint;
-use crate::synthesis::engine::{Inputs, synthesize, textons};
+use crate::synthesis::inputs::Inputs;
+use crate::synthesis::map::surface_map;
 use crate::synthesis::options::SynthesisOptions;
-use crate::synthesis::quality::agreement;
+use crate::synthesis::quality::Quality;
+use crate::synthesis::quality::agreement::{self, Agreement};
+use crate::synthesis::recipes::synthesize;
 use crate::synthesis::{check, quality};
 
 /// How to go on after an interruption.
@@ -81,43 +85,27 @@ impl Arguments {
         };
         let (space, table) = self.read_exemplar(&options)?;
         let started = Instant::now();
-        let target = Target::prepare(&self.target, (&space, &table), &options, session)?;
-        let inputs = Inputs {
+        let target = self.target.prepare((&space, &table), &options, session)?;
+        let done = target.with_sites(Job {
+            arguments: self,
             space: &space,
             table: &table,
-            sites: target.sites(),
-        };
-        let prepared = started.elapsed();
-        let checkpoint = Checkpoint::new(&self.output, inputs, &options)?;
-        let coords = self.synthesize(inputs, &options, &checkpoint, session)?;
-        let seconds = Seconds::new(prepared, started.elapsed());
-        let (map, edges) = rayon::join(
-            || surface_map(&space, &target, coords, options.seed),
-            || target.edges(),
-        );
-        let (found, energies) = rayon::join(
-            || {
-                let progress = session.progress();
-                quality::measure(inputs, &map.coords, &edges, options.seed, progress)
-            },
-            || {
-                self.pictures
-                    .energies(inputs, &map.coords, session.progress())
-            },
-        );
-        let (found, energies) = (found?, energies?);
-        let agreement = agreement::measure(inputs, &map.coords, &options, session.progress())?;
+            target: &target,
+            options: &options,
+            started,
+            session,
+        })?;
         let plan = check::complete(&space, &table, &options)?;
-        let report = Report::new(&map, &options, &plan, found, agreement);
+        let report = Report::new(&done.map, &options, &plan, done.quality, done.agreement);
         let plane = Plane::of(&target);
         // The target is big and not needed any more: it is given back meanwhile.
         rayon::spawn(move || drop(target));
-        let drawn = self.write(&map, &report, &plane, &energies)?;
+        let drawn = self.write(&done.map, &report, &plane, &done.energies)?;
         // Until here an interrupted or failed run is continued with --resume.
-        if let Err(error) = checkpoint.remove() {
+        if let Err(error) = done.checkpoint.remove() {
             session.progress().warn(error.to_string());
         }
-        Ok(self.outcome(&report, seconds, &drawn))
+        Ok(self.outcome(&report, done.seconds, &drawn))
     }
 
     /// Writes the map, the report and the pictures; returns the files beside map and report.
@@ -168,30 +156,6 @@ impl Arguments {
         Ok((space, table))
     }
 
-    /// Synthesizes level after level, each kept for a run that is interrupted. A level that cannot be
-    /// kept is told: the work goes on.
-    fn synthesize(
-        &self,
-        inputs: Inputs<'_>,
-        options: &SynthesisOptions,
-        checkpoint: &Checkpoint,
-        session: &Session,
-    ) -> Result<Vec<TexCoord>> {
-        let progress = session.progress();
-        let begun = match self.resume {
-            true => checkpoint.load(progress)?,
-            false => None,
-        };
-        let keep = |map: &_| {
-            if let Err(error) = checkpoint.save(map) {
-                progress.warn(format!("{error}; the finished level is not kept"));
-            }
-            Ok(())
-        };
-        let map = synthesize(inputs, options, begun, keep, progress)?;
-        Ok(map.coords)
-    }
-
     fn outcome(&self, report: &Report, seconds: Seconds, drawn: &[PathBuf]) -> Outcome {
         let mut outcome = report.outcome(seconds).wrote(&self.output);
         for path in self.report.iter().chain(drawn) {
@@ -204,35 +168,82 @@ impl Arguments {
     }
 }
 
-/// The map on the target's surface; vertices in no face hold nothing.
-fn surface_map(
-    space: &Space,
-    target: &Target,
-    coords: Vec<TexCoord>,
-    seed: u64,
-) -> SurfaceTextonMap {
-    let grid = space.levels[0].grid;
-    let mut map = SurfaceTextonMap {
-        mesh: target.mesh().clone(),
-        normals: target.normals(),
-        orientations: target.orientations(),
-        scale: target.scale().map(<[f32]>::to_vec),
-        textons: textons(space, &coords),
-        coords,
-        exemplar: [grid.width, grid.height],
-        texel: target.texel(),
-        origin: target.origin(),
-        seed,
-        sample: space.sample.clone(),
-        space: space.id.clone(),
-    };
-    let mut in_face = vec![false; map.mesh.positions.len()];
-    for &vertex in map.mesh.triangles.iter().flatten() {
-        in_face[vertex as usize] = true;
+/// The work on a target's sites.
+struct Job<'a> {
+    arguments: &'a Arguments,
+    space: &'a Space,
+    table: &'a NeighborTable,
+    target: &'a Target,
+    options: &'a SynthesisOptions,
+    started: Instant,
+    session: &'a Session,
+}
+
+/// What comes of it.
+struct Done {
+    map: SurfaceTextonMap,
+    quality: Quality,
+    agreement: Option<Agreement>,
+    energies: Vec<f64>,
+    checkpoint: Checkpoint,
+    seconds: Seconds,
+}
+
+impl WithSites for Job<'_> {
+    type Found = Result<Done>;
+
+    fn run<const N: usize, S: Sites<N>>(self, sites: &SiteHierarchy<S>) -> Result<Done> {
+        let inputs = Inputs {
+            space: self.space,
+            table: self.table,
+            sites,
+        };
+        let (options, progress) = (self.options, self.session.progress());
+        let prepared = self.started.elapsed();
+        let checkpoint = Checkpoint::new(&self.arguments.output, inputs, options)?;
+        let coords = self.synthesize(inputs, &checkpoint)?;
+        let seconds = Seconds::new(prepared, self.started.elapsed());
+        let (map, edges) = rayon::join(
+            || surface_map(self.space, self.target, coords, options),
+            || self.target.edges(),
+        );
+        let (quality, energies) = rayon::join(
+            || quality::measure(inputs, &map.coords, &edges, options.seed, progress),
+            || {
+                let pictures = &self.arguments.pictures;
+                pictures.energies(inputs, &map.coords, progress)
+            },
+        );
+        Ok(Done {
+            quality: quality?,
+            energies: energies?,
+            agreement: agreement::measure(inputs, &map.coords, options, progress)?,
+            map,
+            checkpoint,
+            seconds,
+        })
     }
-    for vertex in (0..in_face.len()).filter(|&vertex| !in_face[vertex]) {
-        map.coords[vertex] = TexCoord { s: 0.5, t: 0.5 };
-        map.textons[vertex] = TextonLabel::NONE;
+}
+
+impl Job<'_> {
+    /// Synthesizes level after level, each kept for a run that is interrupted. A level that cannot be
+    /// kept is told: the work goes on.
+    fn synthesize<const N: usize, S: Sites<N>>(
+        &self,
+        inputs: Inputs<'_, S>,
+        checkpoint: &Checkpoint,
+    ) -> Result<Vec<TexCoord>> {
+        let progress = self.session.progress();
+        let begun = match self.arguments.resume {
+            true => checkpoint.load(progress)?,
+            false => None,
+        };
+        let mut keep = |map: &_| {
+            if let Err(error) = checkpoint.save(map) {
+                progress.warn(format!("{error}; the finished level is not kept"));
+            }
+            Ok(())
+        };
+        Ok(synthesize(inputs, self.options, begun, &mut keep, progress)?.coords)
     }
-    map
 }

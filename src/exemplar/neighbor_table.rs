@@ -18,7 +18,7 @@ use crate::exemplar::greedy_choice::Choice;
 use crate::exemplar::knn_options::{KnnOptions, Search, WIDEST};
 use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
 use crate::exemplar::space::Space;
-use crate::exemplar::square_window::{check_square, square_window};
+use crate::exemplar::square_window::check_square;
 use crate::exemplar::table_rows::{Rows, assemble};
 use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::two_level::TwoLevelSearch;
@@ -26,6 +26,7 @@ use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
+use crate::neighborhood::Neighborhood;
 use crate::progress::Progress;
 use crate::texton::vocabulary::as_map;
 
@@ -40,19 +41,6 @@ const MOST_LEVELS: usize = 32;
 const MOST_SEPARATION: u32 = 1 << 16;
 /// The largest weight of a sample: weighted distances stay finite.
 const LARGEST_WEIGHT: f32 = 1e3;
-
-/// The neighbourhood of a level: where its samples lie and what they weigh.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Neighborhood {
-    /// Samples on the level itself, (drow, dcol), centre included.
-    pub offsets: Vec<[i32; 2]>,
-    /// Their weights.
-    pub weights: Vec<f32>,
-    /// Samples on the parent level, round the parent texel; empty at the coarsest level.
-    pub coarse_offsets: Vec<[i32; 2]>,
-    /// Their weights.
-    pub coarse_weights: Vec<f32>,
-}
 
 /// The neighbour table of one level.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,50 +70,11 @@ pub struct NeighborTable {
     pub space: ContentId,
 }
 
-impl Neighborhood {
-    /// Square windows of odd widths, row by row from the top left, every sample of weight 1;
-    /// `coarse` is the parent level's, 0 for none.
-    pub fn square(fine: u32, coarse: u32) -> Self {
-        let (offsets, coarse_offsets) = (square_window(fine), square_window(coarse));
-        Self {
-            weights: vec![1.0; offsets.len()],
-            coarse_weights: vec![1.0; coarse_offsets.len()],
-            offsets,
-            coarse_offsets,
-        }
-    }
-
-    /// Whether every sample of a texel's windows lies on the grid and on its parent's.
-    pub fn is_on_grid(&self, grid: TexelGrid, texel: TexelIndex) -> bool {
-        let on = |grid: TexelGrid, texel, offsets: &[[i32; 2]]| {
-            offsets
-                .iter()
-                .all(|&[drow, dcol]| grid.offset(texel, drow, dcol).is_some())
-        };
-        on(grid, texel, &self.offsets)
-            && (self.coarse_offsets.is_empty()
-                || on(grid.coarser(), grid.parent(texel), &self.coarse_offsets))
-    }
-}
-
-/// Which texels are whole: every window sample, coarse ones included, is on the grid. At a level
-/// with fewer than `k` such texels every texel counts as whole.
-pub fn whole_texels(grid: TexelGrid, neighborhood: &Neighborhood, k: usize) -> Vec<bool> {
-    let texels = (0..grid.len() as u32).map(TexelIndex);
-    let whole: Vec<bool> = texels
-        .map(|texel| neighborhood.is_on_grid(grid, texel))
-        .collect();
-    if whole.iter().filter(|&&whole| whole).count() < k {
-        return vec![true; grid.len()];
-    }
-    whole
-}
-
 impl TableLevel {
     /// Which texels of the level are whole: the ones listed as others' neighbours, and the ones
     /// synthesis may pick.
     pub fn whole(&self, grid: TexelGrid) -> Vec<bool> {
-        whole_texels(grid, &self.neighborhood, self.neighbors.ncols())
+        self.neighborhood.whole_texels(grid, self.neighbors.ncols())
     }
 }
 
@@ -201,7 +150,7 @@ fn build_level(
     let (fine_width, coarse_width) = options.widths(at + 1 < space.levels.len());
     let neighborhood = Neighborhood::square(fine_width, coarse_width);
     let min_separation = options.separation(grid, at);
-    let whole = whole_texels(grid, &neighborhood, options.k as usize);
+    let whole = neighborhood.whole_texels(grid, options.k as usize);
     let search = options.search_at(grid, at + 1 < space.levels.len());
     progress.begin(format!("neighbours, level {at}"), 0);
     let task = LevelTask {

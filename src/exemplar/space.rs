@@ -1,14 +1,21 @@
 //! The surface texton space (Tong 2002 §4): per level the texton map and the Gram matrix Φ; or,
-//! for a plain image, a feature vector a texel. In: a vocabulary, or a file. Out: the file
+//! for plain images, one feature vector per texel. In: a vocabulary, or a file. Out: the file
 //! `NAME.space.npz`. Appearance vectors end here: everything later needs their dot products alone.
+//! What the numbers of a feature vector are is in [`channels`](super::channels), what else is known of
+//! texels in [`controls`](super::controls).
 
 use std::path::Path;
 
-use ndarray::{Array2, Array3, ArrayView2, Ix2, Ix3, s};
+use ndarray::{Array2, ArrayView2, Ix2, Ix3, s};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+pub use crate::exemplar::space_level::{Features, SpaceLevel};
+
 use crate::error::{Error, Result};
+use crate::exemplar::channels::{self, Channel, Channels};
+use crate::exemplar::controls::Controls;
+use crate::exemplar::space_level::{LARGEST, is_sound};
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;
@@ -20,34 +27,15 @@ pub const FORMAT: &str = "mesotex-space";
 /// The version written, and the only one read.
 pub const VERSION: u32 = 1;
 
-/// What the texels of one level carry.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Features {
-    /// Texton labels and the dot products of all texton pairs.
-    Textons {
-        /// Label of each texel, flat index row · width + column.
-        labels: Vec<u16>,
-        /// Φ, (nt + 1)², not centred; the last row and column are the default texton.
-        gram: Array2<f32>,
-    },
-    /// A feature vector a texel (plain images), [H, W, d]; the default is their mean.
-    Vectors(Array3<f32>),
-}
-
-/// One level of the exemplar.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpaceLevel {
-    /// The texel grid of the level.
-    pub grid: TexelGrid,
-    /// What its texels carry.
-    pub features: Features,
-}
-
 /// All levels of an exemplar, finest first, and where it comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Space {
     /// Level 0 is the finest.
     pub levels: Vec<SpaceLevel>,
+    /// What the numbers of feature vectors are; none for textons.
+    pub channels: Channels,
+    /// What else is known of the texels of each level; empty where there are no controls.
+    pub controls: Vec<Controls>,
     /// This space's own id.
     pub id: ContentId,
     /// The id of the sample it describes.
@@ -75,6 +63,8 @@ struct Meta {
     sample: ContentId,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     textons: Option<ContentId>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    channels: Option<Value>,
     #[serde(skip_serializing)]
     id: Option<ContentId>,
 }
@@ -85,6 +75,8 @@ pub fn from_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Result<Spac
     let levels = vocabulary.levels.iter().enumerate();
     Ok(Space {
         levels: levels.map(space_level).collect::<Result<_>>()?,
+        channels: Channels::default(),
+        controls: Vec::new(),
         id: ContentId::of_bytes(&[]),
         sample: vocabulary.sample.clone(),
     })
@@ -108,14 +100,6 @@ fn space_level<C: RowVectors>((at, level): (usize, &VocabularyLevel<C>)) -> Resu
     }
 }
 
-/// The largest dot product or squared feature: distances of the widest neighbourhoods stay below the
-/// largest `f32`.
-const LARGEST: f32 = 1e30;
-
-fn is_sound(product: f32) -> bool {
-    product.abs() <= LARGEST
-}
-
 /// Φ with one more row and column: the default texton, the plain mean of the textons.
 fn with_default_texton(products: &Array2<f64>) -> Array2<f32> {
     let textons = products.nrows();
@@ -136,6 +120,22 @@ fn with_default_texton(products: &Array2<f64>) -> Array2<f32> {
 }
 
 impl Space {
+    /// A space of plain images without an id: `levels` have the numbers as stored, unweighted.
+    pub(super) fn of_channels(
+        mut levels: Vec<SpaceLevel>,
+        list: Vec<Channel>,
+        controls: Vec<Controls>,
+        sample: ContentId,
+    ) -> Result<Self> {
+        Ok(Self {
+            channels: Channels::weigh(list, &mut levels)?,
+            levels,
+            controls,
+            id: ContentId::of_bytes(&[]),
+            sample,
+        })
+    }
+
     /// What the texels carry.
     pub fn kind(&self) -> Kind {
         match self.levels.first().map(|level| &level.features) {
@@ -160,6 +160,7 @@ impl Space {
             levels: self.levels.len(),
             sample: self.sample.clone(),
             textons: textons.cloned(),
+            channels: self.stated_channels()?,
             id: None,
         };
         self.id = npz::write(path, as_map(&meta)?, |file| {
@@ -170,8 +171,12 @@ impl Space {
                         file.array(&format!("L{at}/gram"), gram.view())?;
                     }
                     Features::Vectors(features) => {
+                        let features = self.channels.stored(at, features);
                         file.array(&format!("L{at}/features"), features.view())?;
                     }
+                }
+                if let Some(controls) = self.controls.get(at) {
+                    controls.write(file, at)?;
                 }
             }
             Ok(())
@@ -179,24 +184,40 @@ impl Space {
         Ok(())
     }
 
+    /// The field `channels` of `meta.json`.
+    fn stated_channels(&self) -> Result<Option<Value>> {
+        match self.channels.list() {
+            [] => Ok(None),
+            list => serde_json::to_value(list)
+                .map(Some)
+                .map_err(|error| Error::data("channels", error.to_string())),
+        }
+    }
+
     /// Reads a file and checks that its parts belong together.
     pub fn read(path: &Path) -> Result<Self> {
         let mut file = npz::Reader::open(path)?;
         let meta = read_meta(&mut file)?;
-        let mut levels = Vec::new();
+        let (mut levels, mut controls) = (Vec::new(), Vec::new());
         for at in 0..meta.levels {
             let level = match meta.kind {
                 Kind::Textons => read_textons(&mut file, at, meta.tileable)?,
                 Kind::Features => read_features(&mut file, at, meta.tileable)?,
             };
             check_pyramid(&file, levels.last(), &level, at)?;
+            controls.push(Controls::read(&mut file, at, level.grid)?);
             levels.push(level);
+        }
+        if controls.iter().all(|level| *level == Controls::default()) {
+            controls.clear();
         }
         let Some(id) = meta.id else {
             return Err(file.fault("meta.json: id", "missing"));
         };
         Ok(Self {
+            channels: read_channels(&file, meta.kind, meta.channels.as_ref(), &mut levels)?,
             levels,
+            controls,
             id,
             sample: meta.sample,
         })
@@ -301,6 +322,34 @@ fn read_features(file: &mut npz::Reader, at: usize, tileable: bool) -> Result<Sp
     })
 }
 
+/// The channels that a file states, or those that one without such a statement is taken to have. The
+/// levels come out weighted.
+fn read_channels(
+    file: &npz::Reader,
+    kind: Kind,
+    stated: Option<&Value>,
+    levels: &mut [SpaceLevel],
+) -> Result<Channels> {
+    let in_meta = |error| file.at("meta.json", error);
+    let list = match (kind, stated) {
+        (Kind::Textons, None) => return Ok(Channels::default()),
+        (Kind::Textons, Some(_)) => {
+            return Err(file
+                .fault("meta.json: channels", "there")
+                .expected("none in a space of textons"));
+        }
+        (Kind::Features, Some(stated)) => {
+            let depth = channels::depth_of(levels).map_err(in_meta)?;
+            channels::parsing::parse(stated, depth).map_err(in_meta)?
+        }
+        (Kind::Features, None) => channels::implied(levels),
+    };
+    match list.is_empty() {
+        true => Ok(Channels::default()),
+        false => Channels::weigh(list, levels).map_err(in_meta),
+    }
+}
+
 /// Each level is half the one before, rounded up.
 fn check_pyramid(
     file: &npz::Reader,
@@ -341,79 +390,4 @@ impl SpaceLevel {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn space() -> Space {
-        let grid = TexelGrid {
-            width: 4,
-            height: 2,
-            tileable: true,
-        };
-        let products = Array2::from_shape_fn((3, 3), |(i, j)| ((i + 1) * (j + 1)) as f64);
-        Space {
-            levels: vec![SpaceLevel {
-                grid,
-                features: Features::Textons {
-                    labels: vec![0, 1, 2, 0, 1, 2, 0, 1],
-                    gram: with_default_texton(&products),
-                },
-            }],
-            id: ContentId::of_bytes(&[]),
-            sample: ContentId::of_bytes(b"sample"),
-        }
-    }
-
-    #[test]
-    fn the_default_texton_is_the_mean() {
-        let Features::Textons { gram, .. } = &space().levels[0].features else {
-            unreachable!()
-        };
-        // Textons 1, 2, 3 on a line: the mean is 2.
-        assert_eq!(gram.row(3).to_vec(), [2.0, 4.0, 6.0, 4.0]);
-    }
-
-    #[test]
-    fn spaces_of_both_kinds_round_trip() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.space.npz");
-        let mut textons = space();
-        textons
-            .write(&path, Some(&ContentId::of_bytes(b"t")))
-            .unwrap();
-        assert_eq!(Space::read(&path).unwrap(), textons);
-        let mut features = Space {
-            levels: vec![SpaceLevel {
-                grid: TexelGrid {
-                    width: 2,
-                    height: 3,
-                    tileable: false,
-                },
-                features: Features::Vectors(Array3::from_elem((3, 2, 3), 0.25)),
-            }],
-            ..textons
-        };
-        features.write(&path, None).unwrap();
-        assert_eq!(Space::read(&path).unwrap(), features);
-        assert_eq!(features.levels[0].default_feature(), [0.25; 3]);
-    }
-
-    #[test]
-    fn parts_that_do_not_belong_together_are_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.space.npz");
-        let refused = |edit: &dyn Fn(&mut Vec<u16>, &mut Array2<f32>)| {
-            let mut space = space();
-            let Features::Textons { labels, gram } = &mut space.levels[0].features else {
-                unreachable!()
-            };
-            edit(labels, gram);
-            space.write(&path, None).unwrap();
-            Space::read(&path).unwrap_err().to_string()
-        };
-        assert!(refused(&|labels, _| labels[3] = 3).contains("label 3"));
-        assert!(refused(&|_, gram| gram[[1, 2]] = f32::NAN).contains("NaN at [1, 2]"));
-        assert!(refused(&|_, gram| gram[[0, 2]] = 99.0).contains("[0, 2]"));
-        assert!(refused(&|_, gram| *gram = Array2::zeros((1, 1))).contains("square"));
-    }
-}
+mod tests;

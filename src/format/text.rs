@@ -137,8 +137,8 @@ mod tests {
             (marked.as_bytes().to_vec(), TextEncoding::Utf8),
             (utf16_bytes(&marked, u16::to_le_bytes), TextEncoding::Utf16),
             (utf16_bytes(&marked, u16::to_be_bytes), TextEncoding::Utf16),
-            (utf16_bytes(&stored, u16::to_le_bytes), TextEncoding::Utf16),
-            (utf16_bytes(&stored, u16::to_be_bytes), TextEncoding::Utf16),
+            (utf16_bytes(stored, u16::to_le_bytes), TextEncoding::Utf16),
+            (utf16_bytes(stored, u16::to_be_bytes), TextEncoding::Utf16),
             (latin, TextEncoding::Latin1),
         ] {
             let found = decode(&bytes).unwrap();

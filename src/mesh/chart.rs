@@ -6,7 +6,7 @@
 //! (the upwind average of Schmidt 2013 §3.1). Where the front meets itself behind a narrow part,
 //! placements disagree and the nearer one stands. In: a connection, seeds with known positions.
 //! Out: the placed vertices, nearest first. Folds are the sampler's to find
-//! ([`sampling`](crate::mesh::sampling)).
+//! ([`sampling`](crate::sites::vertices::sampling)).
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use crate::format::exr::Numbers;
 use crate::index::TextonLabel;
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::camera::View;
 use crate::render::fragment::point;
 use crate::render::raster::{Hit, SurfaceBuffer};
-use crate::surface_map::SurfaceTextonMap;
 
 /// The layers that depend on the view alone, row by row from the top.
 #[derive(Clone, Debug, Default)]

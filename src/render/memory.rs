@@ -6,12 +6,12 @@
 //! shading where more are seen than are kept. The sample's own file does not count.
 
 use crate::btf::sample::Sample;
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::light::Light;
 use crate::render::options::RenderOptions;
 use crate::render::plan::PlannedFrame;
 use crate::render::renderer::Shading;
 use crate::render::values::{Layer, Sweep};
-use crate::surface_map::SurfaceTextonMap;
 
 /// Bytes of what a sample of a pixel sees.
 const HIT: u64 = 12;

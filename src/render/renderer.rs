@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 use crate::render::bounds::Bounds;
@@ -27,7 +28,6 @@ use crate::render::seen_points::KeptPoints;
 use crate::render::vertex_lights::VertexLights;
 use crate::render::vertex_shading::{self, Scene, Site};
 use crate::render::vertex_shadows::{ShadowCaster, VertexShadows};
-use crate::surface_map::SurfaceTextonMap;
 
 /// The rate at which colour is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]

@@ -16,6 +16,7 @@ use crate::format::exr::{self, Attribute, ExrImage};
 use crate::format::id::ContentId;
 use crate::format::image;
 use crate::format::ours::{Format, check_replaceable};
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_text;
 use crate::progress::Progress;
 use crate::render::bounds::Bounds;
@@ -29,7 +30,6 @@ use crate::render::surroundings;
 use crate::render::texel_table::Allowance;
 use crate::render::tone::{Tone, preview};
 use crate::render::values::{Layer, Sweep};
-use crate::surface_map::SurfaceTextonMap;
 
 /// What a sweep is made from and where it goes.
 #[derive(Clone, Copy, Debug)]

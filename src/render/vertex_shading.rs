@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::render::camera::View;
 use crate::render::known_weights::KnownWeights;
@@ -17,7 +18,6 @@ use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
 use crate::render::radiance::{Blend, Radiance};
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
-use crate::surface_map::SurfaceTextonMap;
 
 /// A vertex to shade, with all that shading reads of the map.
 #[derive(Clone, Copy, Debug)]

@@ -5,11 +5,11 @@
 
 use rayon::prelude::*;
 
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 use crate::render::light::Light;
 use crate::render::occlusion::{Cone, Departure, Occluders};
-use crate::surface_map::SurfaceTextonMap;
 
 /// What casts shadows on the vertices of a map.
 pub struct ShadowCaster {

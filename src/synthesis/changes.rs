@@ -1,7 +1,7 @@
 //! Which sites need to choose again: those that read something changed since their last choice. The
 //! others would choose the same, and are spared it.
 
-use crate::mesh::hierarchy::SiteLevel;
+use crate::sites::level::Sites;
 
 /// When each site last changed, in colour classes visited so far.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ impl Changes {
     /// Whether a site of the present class has chosen before, and neither it nor anything it reads
     /// has changed in its last visit or since.
     #[inline]
-    pub fn is_settled(&self, level: &SiteLevel, site: usize) -> bool {
+    pub fn is_settled<const N: usize, S: Sites<N>>(&self, level: &S, site: usize) -> bool {
         let Some(visit) = self
             .now
             .checked_sub(self.classes)
@@ -44,8 +44,8 @@ impl Changes {
             return false;
         };
         let unchanged = |other: u32| self.last[other as usize] < visit;
-        let mut neighbors = level.neighbors.of_site(site);
-        let mut samples = level.fine.of_site(site);
+        let mut neighbors = level.neighbors(site);
+        let mut samples = level.samples(site);
         unchanged(site as u32)
             && neighbors.all(|neighbor| unchanged(neighbor.site))
             && samples.all(|sample| sample.sites().iter().all(|&site| unchanged(site)))
@@ -56,8 +56,8 @@ impl Changes {
 mod tests {
     use super::*;
     use crate::progress::Progress;
-    use crate::synthesis::coloring::color_classes;
-    use crate::synthesis::fixtures;
+    use crate::sites::coloring::color_classes;
+    use crate::synthesis::tests::fixtures;
 
     #[test]
     fn a_site_settles_until_something_it_reads_changes() {
@@ -70,12 +70,7 @@ mod tests {
         }
         let (first, read) = (
             classes[0][0] as usize,
-            level
-                .neighbors
-                .of_site(classes[0][0] as usize)
-                .next()
-                .unwrap()
-                .site,
+            level.neighbors(classes[0][0] as usize).next().unwrap().site,
         );
         changes.next_class();
         assert!(changes.is_settled(&level, first));

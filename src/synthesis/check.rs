@@ -1,16 +1,15 @@
 //! Whether exemplar, sites and options fit together, before any work is done; and what follows
 //! from them.
 
-use ndarray::Array2;
-
 use crate::error::{Error, Result};
-use crate::exemplar::neighbor_table::{NeighborTable, Neighborhood};
+use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::exemplar::square_window::check_square;
 use crate::format::id;
-use crate::mesh::hierarchy::{SiteHierarchy, SiteLevel};
-use crate::mesh::stencil::Stencils;
-use crate::synthesis::engine::Inputs;
+use crate::neighborhood::{Neighborhood, window_width};
+use crate::sites::level::Sites;
+use crate::synthesis::inputs::Inputs;
+use crate::synthesis::metric::of_level::gram;
 use crate::synthesis::options::{MetricKind, SynthesisOptions};
 
 /// Options as the inputs complete them.
@@ -18,12 +17,15 @@ use crate::synthesis::options::{MetricKind, SynthesisOptions};
 pub struct Plan {
     /// Levels that are synthesized.
     pub levels: usize,
-    /// Neighbours a texel that are used.
+    /// Neighbours per texel that are used.
     pub k: usize,
 }
 
 /// Checks everything and completes the options.
-pub fn plan(inputs: Inputs<'_>, options: &SynthesisOptions) -> Result<Plan> {
+pub fn plan<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
+    options: &SynthesisOptions,
+) -> Result<Plan> {
     options.validate()?;
     exemplar(inputs.space, inputs.table)?;
     let plan = complete(inputs.space, inputs.table, options)?;
@@ -46,7 +48,7 @@ pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions
     if k > table.k {
         return Err(Error::option(
             "k",
-            format!("{k} neighbours a texel, but the table lists {}", table.k),
+            format!("{k} neighbours per texel, but the table lists {}", table.k),
             format!("at most {}, or a table made with knn --k {k}", table.k),
         ));
     }
@@ -77,17 +79,6 @@ fn neighborhood_width(table: &NeighborTable, options: &SynthesisOptions) -> Resu
         format!("{asked}, but the table's is {width}"),
         format!("{width}, or a table made with knn --neighborhood {asked}"),
     ))
-}
-
-/// The full width of a window: twice its reach and the centre.
-pub fn window_width(offsets: &[[i32; 2]]) -> u32 {
-    reach(offsets).saturating_mul(2).saturating_add(1)
-}
-
-/// The longest step of a window along rows or columns.
-fn reach(offsets: &[[i32; 2]]) -> u32 {
-    let steps = offsets.iter().flatten().map(|offset| offset.unsigned_abs());
-    steps.max().unwrap_or(0)
 }
 
 fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize) -> Result<()> {
@@ -125,7 +116,7 @@ fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize)
 /// Refuses a window on the parent level `level` that reaches beyond the level's shorter side: every sample
 /// would lie off the grid, or be one that the window holds already.
 fn coarse_window_fits(offsets: &[[i32; 2]], level: usize, side: u32) -> Result<()> {
-    let reach = reach(offsets);
+    let reach = window_width(offsets) / 2;
     if reach < side {
         return Ok(());
     }
@@ -244,7 +235,7 @@ fn neighborhood(neighborhood: &Neighborhood, index: usize) -> Result<()> {
             coarse_weights.len()
         ),
     )
-    .expected("a positive weight an offset"))
+    .expected("a positive weight per offset"))
 }
 
 /// Checks that a table was made from a space, unless forced.
@@ -257,21 +248,9 @@ pub fn same_run(space: &Space, table: &NeighborTable, force: bool) -> Result<()>
     )
 }
 
-/// Φ of a level; an error for plain images, which have none.
-pub fn gram(level: &SpaceLevel) -> Result<&Array2<f32>> {
-    match &level.features {
-        Features::Textons { gram, .. } => Ok(gram),
-        Features::Vectors(_) => Err(Error::option(
-            "metric",
-            "gram, but a plain image has no Gram matrix",
-            "embedded",
-        )),
-    }
-}
-
 /// Checks the sites against the plan and the table.
-fn sites(inputs: Inputs<'_>, plan: &Plan) -> Result<()> {
-    let SiteHierarchy { levels } = inputs.sites;
+fn sites<const N: usize, S: Sites<N>>(inputs: Inputs<'_, S>, plan: &Plan) -> Result<()> {
+    let levels = &inputs.sites.levels;
     if levels.len() < plan.levels {
         return Err(Error::option(
             "levels",
@@ -288,19 +267,16 @@ fn sites(inputs: Inputs<'_>, plan: &Plan) -> Result<()> {
     Ok(())
 }
 
-fn site_level(
-    sites: &SiteLevel,
-    coarser: Option<&SiteLevel>,
+fn site_level<const N: usize, S: Sites<N>>(
+    sites: &S,
+    coarser: Option<&S>,
     neighborhood: &Neighborhood,
     index: usize,
 ) -> Result<()> {
     let place = format!("sites, level {index}");
-    if sites.site_count < neighborhood.offsets.len() {
-        let few = format!(
-            "{} sites, fewer than the neighbourhood's {} samples",
-            sites.site_count,
-            neighborhood.offsets.len()
-        );
+    let (count, samples) = (sites.count(), neighborhood.offsets.len());
+    if count < samples {
+        let few = format!("{count} sites, fewer than the neighbourhood's {samples} samples");
         return Err(match index {
             0 => Error::data("target", few).advice("take a finer one (mesh --vertices)"),
             _ => Error::option(
@@ -310,30 +286,27 @@ fn site_level(
             ),
         });
     }
-    let samples = neighborhood.offsets.len();
-    let counts = (sites.fine.samples_per_site(), sites.fine.site_count());
-    if counts != (samples, sites.site_count) {
-        return Err(Error::data(place, format!("{} samples a site", counts.0))
+    if sites.samples_per_site() != samples {
+        let found = format!("{} samples per site", sites.samples_per_site());
+        return Err(Error::data(place, found)
             .expected(format!("{samples}, as the table's neighbourhood has")));
     }
     let Some(coarser) = coarser else {
         return Ok(());
     };
-    let per_site = sites.coarse.as_ref().map_or(0, Stencils::samples_per_site);
-    let parents = sites.parents.iter();
-    let sound = parents.filter(|parent| (parent.site as usize) < coarser.site_count);
-    if per_site != neighborhood.coarse_offsets.len() || sound.count() != sites.site_count {
+    let (per_site, wanted) = (
+        sites.parent_samples_per_site(),
+        neighborhood.coarse_offsets.len(),
+    );
+    let parents = sites.parents().iter();
+    let sound = parents.filter(|parent| (parent.site as usize) < coarser.count());
+    if per_site != wanted || sound.count() != count {
+        let parents = sites.parents().len();
         return Err(Error::data(
             place,
-            format!(
-                "{per_site} coarse samples a site, {} parents",
-                sites.parents.len()
-            ),
+            format!("{per_site} coarse samples per site, {parents} parents"),
         )
-        .expected(format!(
-            "{} coarse samples and a parent a site",
-            neighborhood.coarse_offsets.len()
-        )));
+        .expected(format!("{wanted} coarse samples and a parent per site")));
     }
     Ok(())
 }
@@ -341,8 +314,8 @@ fn site_level(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exemplar::square_window::square_window;
-    use crate::synthesis::fixtures;
+    use crate::neighborhood::square_window;
+    use crate::synthesis::tests::fixtures;
 
     /// What becomes of a table of 2 levels, 16×16 and 8×8, windows 5 and 3, with something altered.
     fn refused(change: impl FnOnce(&mut NeighborTable)) -> String {

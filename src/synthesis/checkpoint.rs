@@ -18,10 +18,9 @@ use crate::format::npz;
 use crate::format::seal::{ENGINE, Seal};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::Level;
-use crate::mesh::hierarchy::SiteHierarchy;
-use crate::mesh::stencil::Stencils;
 use crate::progress::Progress;
-use crate::synthesis::engine::{Inputs, LevelMap};
+use crate::sites::level::Sites;
+use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::options::SynthesisOptions;
 
 /// Where an interrupted run of one output is kept, and whose run it is.
@@ -55,14 +54,18 @@ struct Meta {
 
 impl Checkpoint {
     /// The checkpoint of the run that writes `output` from these inputs and options.
-    pub fn new(output: &Path, inputs: Inputs<'_>, options: &SynthesisOptions) -> Result<Self> {
+    pub fn new<const N: usize, S: Sites<N>>(
+        output: &Path,
+        inputs: Inputs<'_, S>,
+        options: &SynthesisOptions,
+    ) -> Result<Self> {
         let levels = inputs.space.levels.iter().zip(&inputs.sites.levels);
         Ok(Self {
             path: parent(output).join(hidden_name(output, ".resume")),
             run: run_id(inputs, options)?,
             levels: levels
                 .map(|(space, sites)| LevelSize {
-                    sites: sites.site_count,
+                    sites: sites.count(),
                     grid: space.grid,
                 })
                 .collect(),
@@ -194,24 +197,16 @@ fn seal(run: &ContentId, map: &LevelMap) -> ContentId {
 }
 
 /// What a run depends on: the exemplar's ids, the options, and the sites.
-fn run_id(inputs: Inputs<'_>, options: &SynthesisOptions) -> Result<ContentId> {
+fn run_id<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
+    options: &SynthesisOptions,
+) -> Result<ContentId> {
     let not_json = |error: serde_json::Error| Error::data("options", error.to_string());
     let mut hasher = blake3::Hasher::new();
     let stated = (options, &inputs.space.id, &inputs.table.id);
     hasher.update(&serde_json::to_vec(&stated).map_err(not_json)?);
-    let SiteHierarchy { levels } = inputs.sites;
-    // Neighbours come of the same patches, or grid, as the samples.
-    for level in levels {
-        hasher.update_rayon(bytemuck::cast_slice(&level.parents));
-        match &level.fine {
-            Stencils::OfPatches(stencils) => {
-                hasher.update_rayon(bytemuck::cast_slice(&stencils.cells));
-                hasher.update_rayon(bytemuck::cast_slice(&stencils.samples));
-            }
-            Stencils::OfGrid(window) => {
-                hasher.update(format!("{window:?}").as_bytes());
-            }
-        }
+    for level in &inputs.sites.levels {
+        level.digest(&mut hasher);
     }
     Ok(ContentId::of_hash(&hasher.finalize()))
 }
@@ -219,7 +214,8 @@ fn run_id(inputs: Inputs<'_>, options: &SynthesisOptions) -> Result<ContentId> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synthesis::fixtures;
+    use crate::sites::level::SiteHierarchy;
+    use crate::synthesis::tests::fixtures;
     use rand::Rng;
     use serde_json::{Map, Value, json};
     use std::sync::Mutex;

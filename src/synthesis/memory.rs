@@ -2,7 +2,7 @@
 //!
 //! Figures are of the lists that dominate, measured on exemplars of 64 × 64 to 256 × 256 texels and grids
 //! of 256 × 256 to 1024 × 1024 sites: at most 1.5 times the peak of the process, and not below it. What a
-//! mesh takes is for [`mesh::memory`](crate::mesh::memory) to say.
+//! mesh takes is for [`sites::vertices::memory`](crate::sites::vertices::memory) to say.
 
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space};

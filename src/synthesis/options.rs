@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::sites::order::Order;
 
 /// Which texels are tried at a site.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -24,17 +25,6 @@ pub enum MetricKind {
     /// Through a factor of the centred Φ: the same distances as short dense vectors.
     #[default]
     Embedded,
-}
-
-/// The order in which a level grows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Order {
-    /// Where most neighbours are done first.
-    #[default]
-    Constrained,
-    /// Along the orientation field (Turk 2001).
-    Field,
 }
 
 /// Passes, sweeps or rounds at most: the orders of all sweeps are held together, and a few do.
@@ -66,30 +56,30 @@ pub struct SynthesisOptions {
     pub metric: MetricKind,
     /// Share of the centred Gram matrix's spectrum that the embedded metric keeps (above 0, to 1);
     /// plain images are always kept whole
-    #[arg(long, default_value_t = Self::default().energy)]
-    pub energy: f64,
+    #[arg(long, default_value_t = Self::default().spectrum)]
+    pub spectrum: f64,
     /// Prefer the coherent texels: the distances of others are multiplied by this (1 is the paper)
     #[arg(long, default_value_t = Self::default().coherence)]
     pub coherence: f64,
-    /// Add this share of the distance by chance to all distances, four times as much on each coarser level,
-    /// so that differences that say nothing do not outweigh coherence; 0 is the paper
-    #[arg(long, default_value_t = Self::default().noise)]
-    pub noise: f64,
-    /// Passes a level: 1 only copies from the coarser level, 2 also compares two-level
+    /// Add this share of the distance of random texels to all distances, four times as much on each coarser
+    /// level, so that differences between tiny distances do not outweigh coherence; 0 is the paper
+    #[arg(long, default_value_t = Self::default().distance_floor)]
+    pub distance_floor: f64,
+    /// Passes per level: 1 only copies from the coarser level, 2 also compares two-level
     /// neighbourhoods (Tong 2002), each more repeats the second
     #[arg(long, default_value_t = Self::default().passes)]
     pub passes: u32,
     /// Rounds at the end in which the sites that fit far worse than the mean are searched in full, before all
     /// that fit worse choose once more; 0 is the paper. Of k-coherence only
-    #[arg(long, default_value_t = Self::default().mends)]
-    pub mends: u32,
+    #[arg(long, default_value_t = Self::default().repair_rounds)]
+    pub repair_rounds: u32,
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
-    /// How much texels are shunned that the coarsest level uses often: a texel used n times as often as
-    /// the mean has its distance multiplied by 1 + EVENNESS·(n − 1); 0 is the paper. Of k-coherence only
-    #[arg(long, default_value_t = Self::default().evenness)]
-    pub evenness: f64,
+    /// Penalty on texels that the coarsest level uses often: the distance of a texel used n times as often as
+    /// the mean is multiplied by 1 + PENALTY·(n − 1); 0 is the paper. Of k-coherence only
+    #[arg(long, default_value_t = Self::default().reuse_penalty)]
+    pub reuse_penalty: f64,
     /// The order in which the coarsest level, or the only one, grows; finer levels are refined in
     /// parallel by colour classes
     #[arg(long, value_enum, default_value_t = Self::default().order)]
@@ -107,13 +97,13 @@ impl Default for SynthesisOptions {
             neighborhood: None,
             search: Search::default(),
             metric: MetricKind::default(),
-            energy: 0.97,
+            spectrum: 0.97,
             coherence: 1.5,
-            noise: 0.001,
+            distance_floor: 0.001,
             passes: 3,
-            mends: 2,
+            repair_rounds: 2,
             start_passes: 2,
-            evenness: 1.0,
+            reuse_penalty: 1.0,
             order: Order::default(),
             seed: 0,
         }
@@ -121,7 +111,7 @@ impl Default for SynthesisOptions {
 }
 
 impl SynthesisOptions {
-    /// Checks every field by itself; [`check`](super::check) holds them against the inputs.
+    /// Checks every field by itself; [`check`](crate::synthesis::check) holds them against the inputs.
     pub fn validate(&self) -> Result<()> {
         let at_least_one = |option: &str, value: u64| {
             if value >= 1 {
@@ -142,20 +132,20 @@ impl SynthesisOptions {
             ))
         };
         few("passes", self.passes, 1)?;
-        few("mends", self.mends, 0)?;
+        few("repair-rounds", self.repair_rounds, 0)?;
         few("start-passes", self.start_passes, 1)?;
         check_neighborhood(self.neighborhood)?;
-        if !(self.energy > 0.0 && self.energy <= 1.0) {
+        if !(self.spectrum > 0.0 && self.spectrum <= 1.0) {
             return Err(Error::option(
-                "energy",
-                self.energy.to_string(),
+                "spectrum",
+                self.spectrum.to_string(),
                 "a share above 0, at most 1",
             ));
         }
         for (option, value, least) in [
             ("coherence", self.coherence, 1.0),
-            ("noise", self.noise, 0.0),
-            ("evenness", self.evenness, 0.0),
+            ("distance-floor", self.distance_floor, 0.0),
+            ("reuse-penalty", self.reuse_penalty, 0.0),
         ] {
             if !(least..=LARGEST_FACTOR).contains(&value) {
                 return Err(Error::option(
@@ -202,16 +192,16 @@ mod tests {
         assert!(message(|o| o.k = Some(0)).contains("--k: 0"));
         assert!(message(|o| o.levels = Some(0)).contains("--levels: 0"));
         assert!(message(|o| o.neighborhood = Some(6)).contains("an odd width"));
-        assert!(message(|o| o.energy = 0.0).contains("--energy: 0"));
-        assert!(message(|o| o.energy = f64::NAN).contains("--energy: NaN"));
+        assert!(message(|o| o.spectrum = 0.0).contains("--spectrum: 0"));
+        assert!(message(|o| o.spectrum = f64::NAN).contains("--spectrum: NaN"));
         assert!(message(|o| o.coherence = 0.5).contains("--coherence: 0.5"));
-        assert!(message(|o| o.noise = -0.1).contains("--noise: -0.1"));
+        assert!(message(|o| o.distance_floor = -0.1).contains("--distance-floor: -0.1"));
         assert!(message(|o| o.passes = 0).contains("--passes: 0"));
-        assert!(message(|o| o.evenness = -0.1).contains("--evenness: -0.1"));
+        assert!(message(|o| o.reuse_penalty = -0.1).contains("--reuse-penalty: -0.1"));
         assert!(message(|o| o.start_passes = 0).contains("--start-passes: 0"));
         assert!(message(|o| o.start_passes = u32::MAX).contains("1 to 1000: each visits"));
         assert!(message(|o| o.passes = 1001).contains("--passes: 1001"));
-        assert!(message(|o| o.mends = u32::MAX).contains("0 to 1000"));
+        assert!(message(|o| o.repair_rounds = u32::MAX).contains("0 to 1000"));
         assert!(message(|o| o.coherence = 1e308).contains("1 to 1e12"));
     }
 

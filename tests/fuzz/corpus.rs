@@ -11,19 +11,23 @@ use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 use mesotex::btf::direction::Direction;
 use mesotex::btf::sample::{DType, Description, Layout};
 use mesotex::btf::writer::SampleWriter;
+use mesotex::exemplar::channels::ChannelKind;
+use mesotex::exemplar::controls::Controls;
 use mesotex::exemplar::knn_options::KnnOptions;
 use mesotex::exemplar::neighbor_table::{self, NeighborTable};
+use mesotex::exemplar::plain_images::{ChannelImage, space_of_images};
 use mesotex::exemplar::space::{Features, Space, SpaceLevel};
 use mesotex::format::exr::{self, Attribute, Compression, ExrImage, Numbers};
 use mesotex::format::gltf::{self, GltfMesh};
 use mesotex::format::id::ContentId;
+use mesotex::format::image::{Encoding, FloatImage, Precision};
 use mesotex::format::{npy, npz};
 use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::TextonLabel;
+use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::reading::{CleaningOptions, UserMesh, clean, parse};
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::progress::Progress;
-use mesotex::surface_map::SurfaceTextonMap;
 use ndarray::{Array, Array2};
 use serde_json::json;
 
@@ -224,6 +228,8 @@ pub fn space() -> Space {
     };
     Space {
         levels: vec![level(8), level(4)],
+        channels: mesotex::exemplar::channels::Channels::default(),
+        controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
         sample: ContentId::of_bytes(b"sample"),
     }
@@ -242,6 +248,35 @@ pub fn features() -> Space {
         levels: vec![level(4), level(2)],
         ..space()
     }
+}
+
+/// A space of weighted channels with every control.
+pub fn channels() -> Space {
+    let image = |kind: ChannelKind, channels: u32| ChannelImage {
+        name: kind.name().into(),
+        kind,
+        weight: 0.5,
+        image: FloatImage {
+            width: 4,
+            height: 4,
+            channels,
+            data: (0..16 * channels).map(|k| k as f32 / 64.0).collect(),
+            encoding: Encoding::Data,
+            precision: Precision::Bits8,
+        },
+    };
+    let images = [
+        image(ChannelKind::Color, 3),
+        image(ChannelKind::Height, 1),
+        image(ChannelKind::Normal, 3),
+    ];
+    let controls = Controls {
+        mask: Some(Array::from_shape_fn((4, 4), |(r, c)| ((r + c) % 4) as u8)),
+        transition: Some(Array::from_elem((4, 4), 0.5)),
+        orientation: Some(Array::from_shape_fn((4, 4, 2), |(_, _, k)| k as f32)),
+    };
+    let id = ContentId::of_bytes(b"sample");
+    space_of_images(&images, controls, 2, true, &id).unwrap()
 }
 
 /// The bytes of a space.

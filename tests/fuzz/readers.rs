@@ -13,21 +13,22 @@ use mesotex::cli::run::scene::Scene;
 use mesotex::error::{Error, Result};
 use mesotex::exemplar::neighbor_table::NeighborTable;
 use mesotex::exemplar::space::{Space, from_vocabulary};
+use mesotex::exemplar::windows::Windows;
 use mesotex::format::guard::guarded;
 use mesotex::format::{exr, image as images, json, npy};
 use mesotex::grid::TexCoord;
 use mesotex::index::Level;
+use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::field::guides::GuideFile;
-use mesotex::mesh::surface::prepare;
-use mesotex::mesh::surface_options::SurfaceOptions;
-use mesotex::mesh::{cache, reading};
+use mesotex::mesh::reading;
 use mesotex::progress::Progress;
 use mesotex::render::path_file;
-use mesotex::surface_map::SurfaceTextonMap;
+use mesotex::sites::vertices::cache;
+use mesotex::sites::vertices::surface::prepare;
+use mesotex::sites::vertices::surface_options::SurfaceOptions;
 use mesotex::synthesis::checkpoint::Checkpoint;
-use mesotex::synthesis::engine::{Inputs, LevelMap};
+use mesotex::synthesis::inputs::{Inputs, LevelMap};
 use mesotex::synthesis::options::SynthesisOptions;
-use mesotex::synthesis::windows::Windows;
 use mesotex::texton::vocabulary::StoredVocabulary;
 
 use crate::corpus;
@@ -223,6 +224,7 @@ fn product_readers() -> Vec<Reader> {
     let spaces = vec![
         corpus::space_bytes(corpus::space()),
         corpus::space_bytes(corpus::features()),
+        corpus::space_bytes(corpus::channels()),
     ];
     let text = Content::Text;
     vec![
@@ -324,7 +326,7 @@ fn surface_readers() -> Vec<Reader> {
         let output = path.with_file_name("a.map.ply");
         Ok::<_, Error>((
             Checkpoint::new(&output, inputs, &SynthesisOptions::default())?,
-            inputs.sites.levels[0].site_count,
+            inputs.sites.levels[0].areas.len(),
         ))
     };
     let kept = corpus::file_bytes(".a.map.ply.resume", |path| {

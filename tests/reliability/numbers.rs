@@ -13,11 +13,11 @@ use mesotex::format::ply::{self, Column};
 use mesotex::format::{json, npz};
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
+use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::random;
 use mesotex::render::options::RenderOptions;
 use mesotex::render::values::{LightSpec, Point};
-use mesotex::surface_map::SurfaceTextonMap;
 use mesotex::synthesis::options::SynthesisOptions;
 use mesotex::texton::options::ByteSize;
 use ndarray::Array1;
@@ -288,13 +288,13 @@ fn option_values_give_numbers_back() {
 fn options_in_descriptions_give_numbers_back() {
     for (a, b) in doubles(400).into_iter().zip(singles(400)) {
         let options = SynthesisOptions {
-            energy: a,
+            spectrum: a,
             coherence: -a,
             ..SynthesisOptions::default()
         };
         let text = serde_json::to_string(&options).unwrap();
         let read: SynthesisOptions = serde_json::from_str(&text).unwrap();
-        assert_eq!(read.energy.to_bits(), a.to_bits());
+        assert_eq!(read.spectrum.to_bits(), a.to_bits());
         let options = RenderOptions {
             turns: a,
             exposure: b,

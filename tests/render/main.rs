@@ -22,8 +22,8 @@ use mesotex::format::id::ContentId;
 use mesotex::format::ply;
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
+use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::triangle_mesh::TriangleMesh;
-use mesotex::surface_map::SurfaceTextonMap;
 
 // ---- running ----
 

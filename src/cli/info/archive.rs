@@ -4,10 +4,11 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::cli::exemplar::describe_channels;
 use crate::cli::outcome::Outcome;
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::{self, NeighborTable};
-use crate::exemplar::space::{self, Features, Space};
+use crate::exemplar::space::{self, Features, Kind, Space};
 use crate::format::npz;
 use crate::grid::TexelGrid;
 use crate::texton::vocabulary::{self, StoredVocabulary};
@@ -84,11 +85,14 @@ fn describe_space(space: &Space) -> Outcome {
     for (index, level) in space.levels.iter().enumerate() {
         let holds = match &level.features {
             Features::Textons { gram, .. } => format!("{} textons", gram.nrows() - 1),
-            Features::Vectors(vectors) => format!("{} features a texel", vectors.dim().2),
+            Features::Vectors(vectors) => format!("{} features per texel", vectors.dim().2),
         };
         outcome = outcome.line(format!("level {index}: {}, {holds}", size(level.grid)));
     }
-    outcome
+    if space.kind() == Kind::Features && space.channels.list().is_empty() {
+        outcome = outcome.line("its channels are not stated");
+    }
+    describe_channels(outcome, space)
 }
 
 fn describe_table(table: &NeighborTable) -> Outcome {

@@ -9,8 +9,8 @@ use crate::exemplar::space::{Features, Space};
 use crate::format::id::check_same;
 use crate::grid::TexelGrid;
 use crate::index::TextonLabel;
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_text;
-use crate::surface_map::SurfaceTextonMap;
 
 /// Reads a whole map and says what it holds.
 pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {

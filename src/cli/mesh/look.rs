@@ -11,8 +11,8 @@ use crate::error::{Error, Result};
 use crate::format::image;
 use crate::mesh::pictures::{self, Picture};
 use crate::mesh::reading::UserMesh;
-use crate::mesh::surface::Surface;
 use crate::render::preview;
+use crate::sites::vertices::surface::Surface;
 
 /// Mean distortion drawn red.
 const MOST_DISTORTION: f32 = 0.1;

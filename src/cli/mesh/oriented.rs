@@ -6,18 +6,18 @@ use serde_json::{Value, json};
 use crate::cli::outcome::Outcome;
 use crate::error::Result;
 use crate::mesh::connection::Connection;
-use crate::mesh::distortion::distortion;
 use crate::mesh::field::Field;
 use crate::mesh::field::guides::{Canvas, guided_field};
 use crate::mesh::field::singularities::{Singularity, singularities};
-use crate::mesh::patches::Patches;
 use crate::mesh::pictures;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_options::SurfaceOptions;
 use crate::mesh::surface_tree::SurfaceTree;
 use crate::mesh::topology::Topology;
 use crate::progress::Progress;
+use crate::sites::vertices::distortion::distortion;
+use crate::sites::vertices::patches::Patches;
+use crate::sites::vertices::surface_options::SurfaceOptions;
 
 /// The farthest a chart's samples lie, in texels, when its distortion is drawn.
 const DISTORTION_RADIUS: f32 = 5.0;

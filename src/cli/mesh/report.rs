@@ -10,9 +10,9 @@ use crate::mesh::origin::origin_text;
 use crate::mesh::quality::evenness;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::carrying::Carried;
-use crate::mesh::surface::Surface;
 use crate::mesh::topology::{Shape, Topology};
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::sites::vertices::surface::Surface;
 
 /// What was read, what had to be repaired, and what of it is not used.
 pub fn read_outcome(input: &Path, user: &UserMesh) -> Outcome {

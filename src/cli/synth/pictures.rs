@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use crate::btf::sample::{self, Sample};
 use crate::cli::outputs::{Files, Product};
-use crate::cli::synth::target::Target;
 use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
 use crate::format::image::{encode_srgb8, write_png};
@@ -17,12 +16,14 @@ use crate::format::ours::Format;
 use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column};
 use crate::grid::{TexCoord, TexelGrid};
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_comment;
 use crate::progress::Progress;
 use crate::render::preview;
-use crate::surface_map::SurfaceTextonMap;
-use crate::synthesis::engine::Inputs;
-use crate::synthesis::pictures::{coordinate_colors, energy_colors, label_colors};
+use crate::sites::level::Sites;
+use crate::sites::target::Target;
+use crate::synthesis::false_color::{coordinate_colors, energy_colors, label_colors};
+use crate::synthesis::inputs::Inputs;
 use crate::synthesis::quality::energy;
 
 /// Pixels of a picture of a mesh.
@@ -93,9 +94,9 @@ impl PictureArguments {
     }
 
     /// The distance of every site's neighbourhood, where a picture shows it; else none.
-    pub fn energies(
+    pub fn energies<const N: usize, S: Sites<N>>(
         &self,
-        inputs: Inputs<'_>,
+        inputs: Inputs<'_, S>,
         coords: &[TexCoord],
         progress: Progress<'_>,
     ) -> Result<Vec<f64>> {
@@ -170,7 +171,7 @@ impl Plane {
     pub fn of(target: &Target) -> Self {
         match target {
             Target::Grid { grid, .. } => Self::Grid(grid.width, grid.height),
-            Target::Surface(_) => Self::Surface,
+            Target::Vertices(_) => Self::Surface,
         }
     }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::cli::outcome::Outcome;
-use crate::surface_map::SurfaceTextonMap;
+use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::synthesis::check::Plan;
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::Quality;

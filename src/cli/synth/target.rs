@@ -3,26 +3,24 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::machine::Need;
 use crate::cli::session::Session;
 use crate::error::{Error, Result};
-use crate::exemplar::neighbor_table::{NeighborTable, Neighborhood};
+use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
-use crate::mesh::cache;
-use crate::mesh::hierarchy::SiteHierarchy;
-use crate::mesh::memory::bytes_to_prepare;
-use crate::mesh::surface::{self, Surface};
-use crate::mesh::surface_options::SurfaceOptions;
-use crate::mesh::triangle_mesh::TriangleMesh;
-use crate::surface_map::{check_scale, varying};
-use crate::synthesis::check::window_width;
-use crate::synthesis::grid_target::GridTarget;
+use crate::maps::vertex_map::{check_scale, varying};
+use crate::neighborhood::{Neighborhood, window_width};
+use crate::sites::grid::target::GridTarget;
+use crate::sites::level::Sites;
+use crate::sites::target::{MeshTarget, Target};
+use crate::sites::vertices::cache;
+use crate::sites::vertices::memory::bytes_to_prepare;
+use crate::sites::vertices::surface::{self, Surface};
+use crate::sites::vertices::surface_options::SurfaceOptions;
 use crate::synthesis::memory;
 use crate::synthesis::options::SynthesisOptions;
-use crate::synthesis::quality::coherence::SiteEdge;
 
 /// What happens at a flat grid's border.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -52,45 +50,21 @@ pub struct TargetArguments {
     pub surface: SurfaceOptions,
 }
 
-/// A target ready for synthesis.
-pub enum Target {
-    /// A prepared mesh.
-    Surface(MeshTarget),
-    /// A flat grid.
-    Grid {
-        /// Its size.
-        grid: GridTarget,
-        /// Its sites.
-        sites: SiteHierarchy,
-        /// It as a surface.
-        mesh: TriangleMesh,
-    },
-}
-
-/// A prepared mesh, and what of its file the map keeps.
-pub struct MeshTarget {
-    surface: Box<Surface>,
-    /// What its positions count from.
-    origin: DVec3,
-    /// Factor on the texel at each vertex; `None` for 1 everywhere.
-    scale: Option<Vec<f32>>,
-}
-
-impl Target {
+impl TargetArguments {
     /// Prepares the target for the neighbourhoods of an exemplar's table.
     pub fn prepare(
-        arguments: &TargetArguments,
+        &self,
         (space, table): (&Space, &NeighborTable),
         options: &SynthesisOptions,
         session: &Session,
-    ) -> Result<Self> {
+    ) -> Result<Target> {
         let levels = options
             .levels
             .map_or(table.levels.len(), |levels| levels as usize);
         let exemplar = memory::exemplar_bytes(space, table);
-        match (&arguments.mesh, arguments.grid) {
+        match (&self.mesh, self.grid) {
             (_, Some(grid)) => {
-                if arguments.surface.texel.is_some() {
+                if self.surface.texel.is_some() {
                     return Err(Error::option(
                         "texel",
                         "a flat grid",
@@ -98,7 +72,7 @@ impl Target {
                     ));
                 }
                 let grid = GridTarget {
-                    toroidal: arguments.border == Border::Wrap,
+                    toroidal: self.border == Border::Wrap,
                     ..grid
                 };
                 let sites = format!("{}x{} sites", grid.width, grid.height);
@@ -112,85 +86,18 @@ impl Target {
                     .iter()
                     .map(|level| level.neighborhood.clone())
                     .collect();
-                Ok(Self::Grid {
+                Ok(Target::Grid {
                     sites: grid.hierarchy(&neighborhoods)?,
                     mesh: grid.mesh(),
                     grid,
                 })
             }
             (Some(path), None) => {
-                let target = prepare_mesh(path, arguments, (table, exemplar), levels, session)?;
-                check_density(&target.surface, arguments.surface.texel)?;
-                Ok(Self::Surface(target))
+                let target = prepare_mesh(path, self, (table, exemplar), levels, session)?;
+                check_density(&target.surface, self.surface.texel)?;
+                Ok(Target::Vertices(target))
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
-        }
-    }
-
-    /// The sites of all levels.
-    pub fn sites(&self) -> &SiteHierarchy {
-        match self {
-            Self::Surface(target) => &target.surface.hierarchy,
-            Self::Grid { sites, .. } => sites,
-        }
-    }
-
-    /// The surface of level 0.
-    pub fn mesh(&self) -> &TriangleMesh {
-        match self {
-            Self::Surface(target) => &target.surface.meshes[0],
-            Self::Grid { mesh, .. } => mesh,
-        }
-    }
-
-    /// What the positions of the surface count from.
-    pub fn origin(&self) -> DVec3 {
-        match self {
-            Self::Surface(target) => target.origin,
-            Self::Grid { .. } => DVec3::ZERO,
-        }
-    }
-
-    /// Unit normals of the sites.
-    pub fn normals(&self) -> Vec<Vec3> {
-        match self {
-            Self::Surface(target) => target.surface.normals[0].clone(),
-            Self::Grid { mesh, .. } => vec![Vec3::Z; mesh.positions.len()],
-        }
-    }
-
-    /// The orientation field.
-    pub fn orientations(&self) -> Vec<Vec3> {
-        match self {
-            Self::Surface(target) => {
-                let frames = target.surface.frames[0].iter();
-                frames.map(|frame| frame.s).collect()
-            }
-            Self::Grid { mesh, .. } => vec![Vec3::X; mesh.positions.len()],
-        }
-    }
-
-    /// Factor on the texel at each site; `None` for 1 everywhere.
-    pub fn scale(&self) -> Option<&[f32]> {
-        match self {
-            Self::Surface(target) => target.scale.as_deref(),
-            Self::Grid { .. } => None,
-        }
-    }
-
-    /// Mesh units a texel covers where the scale is 1.
-    pub fn texel(&self) -> f64 {
-        match self {
-            Self::Surface(target) => target.surface.texel,
-            Self::Grid { .. } => 1.0,
-        }
-    }
-
-    /// Every edge i < j, with the place of j seen from i in texels.
-    pub fn edges(&self) -> Vec<SiteEdge> {
-        match self {
-            Self::Surface(target) => target.edges(),
-            Self::Grid { grid, .. } => grid.edges(),
         }
     }
 }
@@ -253,11 +160,11 @@ fn check_memory(option: &'static str, work: String, bytes: u64, advice: &str) ->
 /// That is the fault of `texel` where it was asked for, else of the mesh's own scale.
 fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
     let sites = &surface.hierarchy.levels[0];
-    let on_surface = (0..sites.site_count).filter(|&site| sites.areas[site] > 0.0);
+    let on_surface = (0..sites.count()).filter(|&site| sites.areas[site] > 0.0);
     let (mut count, mut alone) = (0usize, 0usize);
     for site in on_surface {
         count += 1;
-        alone += usize::from(sites.neighbors.of_site(site).next().is_none());
+        alone += usize::from(sites.neighbors.row(site).is_empty());
     }
     if 2 * alone <= count {
         return Ok(());
@@ -277,111 +184,4 @@ fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
             (area / texel.powi(2)).ceil()
         ),
     ))
-}
-
-impl MeshTarget {
-    /// Every edge of the mesh, measured in texels of the vertex it is seen from.
-    fn edges(&self) -> Vec<SiteEdge> {
-        let (mesh, frames) = (&self.surface.meshes[0], &self.surface.frames[0]);
-        let corners = mesh.triangles.iter();
-        let mut pairs: Vec<[u32; 2]> = corners
-            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-            .map(|[a, b]| [a.min(b), a.max(b)])
-            .collect();
-        pairs.sort_unstable();
-        pairs.dedup();
-        let scale = |vertex: u32| self.scale.as_ref().map_or(1.0, |of| of[vertex as usize]);
-        let edge = |&[from, to]: &[u32; 2]| {
-            let along = mesh.positions[to as usize] - mesh.positions[from as usize];
-            let texel = self.surface.texel as f32 * scale(from);
-            let seen = frames[from as usize].frame_from_mesh(along) / texel;
-            SiteEdge {
-                from,
-                to,
-                offset: [seen.x, seen.y],
-            }
-        };
-        pairs.iter().map(edge).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::grid::{TexCoord, TexelGrid};
-    use crate::mesh::reading::UserMesh;
-    use crate::mesh::shapes;
-    use crate::progress::Progress;
-    use crate::synthesis::quality::coherence::Coherence;
-
-    const TEXEL: f64 = 0.5;
-    const SAMPLE: TexelGrid = TexelGrid {
-        width: 8,
-        height: 8,
-        tileable: true,
-    };
-
-    /// A plane cut down its middle, of scale 1 left and 2 right of the cut.
-    fn plane_of_two_scales() -> MeshTarget {
-        let (mut mesh, mut right) = (shapes::grid(6, 6, 0.5), shapes::grid(6, 6, 0.5));
-        let half = mesh.positions.len();
-        mesh.positions
-            .extend(right.positions.iter().map(|p| *p + 3.0 * Vec3::X));
-        right
-            .triangles
-            .iter_mut()
-            .flatten()
-            .for_each(|v| *v += half as u32);
-        mesh.triangles.extend(right.triangles);
-        let scale: Vec<f32> = (0..2 * half)
-            .map(|v| if v < half { 1.0 } else { 2.0 })
-            .collect();
-        let user = UserMesh {
-            from_file: (0..2 * half as u32).collect(),
-            orientation: Some(vec![Vec3::X; 2 * half]),
-            scale: Some(scale.clone()),
-            mesh,
-            ..UserMesh::default()
-        };
-        let options = SurfaceOptions {
-            levels: 1,
-            texel: Some(TEXEL),
-            neighborhood: 3,
-            ..SurfaceOptions::default()
-        };
-        MeshTarget {
-            surface: Box::new(surface::prepare(&user, &options, None, Progress::silent()).unwrap()),
-            origin: DVec3::ZERO,
-            scale: Some(scale),
-        }
-    }
-
-    /// Coordinates that run over the surface at one texel a `TEXEL` times the scale.
-    fn copied(target: &MeshTarget) -> Vec<TexCoord> {
-        let positions = target.surface.meshes[0].positions.iter();
-        let scale = target.scale.as_ref().unwrap();
-        let coord = |(at, scale): (&Vec3, &f32)| TexCoord {
-            s: (at.x / (TEXEL as f32 * scale)).rem_euclid(8.0),
-            t: (at.y / (TEXEL as f32 * scale)).rem_euclid(8.0),
-        };
-        positions.zip(scale).map(coord).collect()
-    }
-
-    #[test]
-    fn a_copy_at_the_pace_of_each_half_does_not_drift() {
-        let mut target = plane_of_two_scales();
-        let coords = copied(&target);
-        let found = Coherence::measure(SAMPLE, &coords, &target.edges());
-        assert_eq!((found.half, found.one), (1.0, 1.0));
-        for (row, expected) in found.drift.iter().zip([[1.0, 0.0], [0.0, 1.0]]) {
-            for (found, expected) in row.iter().zip(expected) {
-                assert!((found - expected).abs() < 1e-5, "{row:?}");
-            }
-        }
-        // At one pace everywhere, the right half runs at half of it: 0.75 over the edges of both.
-        target.scale = None;
-        let found = Coherence::measure(SAMPLE, &coords, &target.edges());
-        assert!((found.drift[0][0] - 0.75).abs() < 1e-5, "{found:?}");
-        assert!((found.drift[1][1] - 0.75).abs() < 1e-5, "{found:?}");
-    }
 }

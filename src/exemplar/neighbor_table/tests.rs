@@ -4,6 +4,7 @@ use ndarray::Array3;
 use rand::Rng;
 
 use super::*;
+use crate::exemplar::channels::Channels;
 use crate::exemplar::space::{Features, SpaceLevel};
 use crate::random::stream;
 
@@ -31,6 +32,8 @@ fn random_space(width: u32, height: u32, tileable: bool, levels: usize, plain: b
     }
     Space {
         levels: made,
+        channels: Channels::default(),
+        controls: Vec::new(),
         id: ContentId::of_bytes(b"x"),
         sample: ContentId::of_bytes(b"s"),
     }
@@ -192,25 +195,24 @@ fn whole_texels_have_all_samples_on_both_grids() {
         tileable: false,
     };
     let n = Neighborhood::square(7, 3);
-    let whole = whole_texels(grid, &n, 11);
+    let whole = n.whole_texels(grid, 11);
     // Rows 3 to 13 for the fine window; the parent's rows 1 to 7 of 9, so rows 2 to 15.
     for (texel, &whole) in whole.iter().enumerate() {
         let (row, col) = (texel / 20, texel % 20);
         assert_eq!(whole, (3..14).contains(&row) && (3..17).contains(&col));
     }
     assert!(
-        whole_texels(
+        n.whole_texels(
             TexelGrid {
                 tileable: true,
                 ..grid
             },
-            &n,
             11
         )
         .iter()
         .all(|&w| w)
     );
-    assert!(whole_texels(grid, &n, 155).iter().all(|&w| w));
+    assert!(n.whole_texels(grid, 155).iter().all(|&w| w));
 }
 
 #[test]

@@ -1,30 +1,32 @@
 //! Whether the embedded metric picks what Φ picks: at seeded sites of a finished map, among the
 //! candidates that k-coherence would try there, with the level-0 fine window.
 //!
-//! Every metric picks as synthesis does: the smallest score, factor · (distance + noise), the noise that
-//! metric's own share `--noise` of its distance by chance. A pick agrees when its score through Φ is Φ's
+//! Every metric picks as synthesis does: the smallest score, factor · (distance + floor), the floor that
+//! metric's own share `--distance-floor` of its distance by chance. A pick agrees when its score through Φ is Φ's
 //! smallest, or above it by no more than the rounding of single precision.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::Result;
+use crate::exemplar::embedding::Embedding;
+use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
 use crate::progress::Progress;
-use crate::synthesis::candidates::{Candidate, CandidateList};
-use crate::synthesis::check;
-use crate::synthesis::choice::Pick;
-use crate::synthesis::embedded::{EmbeddedMetric, EmbeddedPattern};
-use crate::synthesis::embedding::Embedding;
-use crate::synthesis::engine::Inputs;
-use crate::synthesis::exemplar_level::ExemplarLevel;
-use crate::synthesis::gram::{GramMetric, GramPattern};
+use crate::sites::level::Sites;
+use crate::synthesis::candidates::forward::{Candidate, CandidateList};
+use crate::synthesis::inputs::Inputs;
+use crate::synthesis::keep::{Pick, Preference};
 use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::embedded::{EmbeddedMetric, EmbeddedPattern};
+use crate::synthesis::metric::gram::{GramMetric, GramPattern};
+use crate::synthesis::metric::of_level::gram;
+use crate::synthesis::metric::site_values::SiteNeighborhood;
 use crate::synthesis::options::SynthesisOptions;
-use crate::synthesis::passes::LevelPass;
 use crate::synthesis::quality::energy::measured_sites;
-use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
+use crate::synthesis::recipes::distance_floor::distance_floor;
+use crate::synthesis::recipes::k_coherence::KCoherence;
 
 /// Distances that differ by less, as a share, are equal: the rounding of single precision.
 const ROUNDING: f64 = 1e-6;
@@ -44,8 +46,8 @@ pub struct Agreement {
 type Costs = [f64; 3];
 
 /// Compares the metrics on a finished map of level 0; `None` for plain images, which have no Φ.
-pub fn measure(
-    inputs: Inputs<'_>,
+pub fn measure<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
     coords: &[TexCoord],
     options: &SynthesisOptions,
     progress: Progress<'_>,
@@ -58,25 +60,25 @@ pub fn measure(
     let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
     let whole = Embedding::new(level, 1.0);
     progress.check()?;
-    let used = Embedding::new(level, options.energy);
+    let used = Embedding::new(level, options.spectrum);
     let state = coords.iter().map(|&at| exemplar.grid.texel_nearest(at));
-    let phi = GramMetric::new(&exemplar, check::gram(level)?, None);
+    let phi = GramMetric::new(&exemplar, gram(level)?, None);
     let embedded = [&whole, &used].map(|embedding| EmbeddedMetric::new(&exemplar, embedding, None));
-    let [whole_noise, used_noise] = embedded
+    let [whole_floor, used_floor] = embedded
         .each_ref()
-        .map(|metric| noise(inputs, &exemplar, metric, options));
-    let comparison = Comparison {
+        .map(|metric| floor(inputs, &exemplar, metric, options));
+    let comparison = Comparison::<N, S> {
         inputs,
         coords,
         rows: state.map(|texel| exemplar.rows[texel.index()]).collect(),
         coherence: options.coherence,
-        phi_noise: noise(inputs, &exemplar, &phi, options),
+        phi_floor: floor(inputs, &exemplar, &phi, options),
         phi,
         embedded,
-        embedded_noise: [whole_noise, used_noise],
+        embedded_floor: [whole_floor, used_floor],
         exemplar: &exemplar,
     };
-    let sites = measured_sites(&inputs.sites.levels[0].areas, options.seed);
+    let sites = measured_sites(inputs.sites.levels[0].areas(), options.seed);
     let costs = sites
         .par_iter()
         .map_init(Scratch::default, |scratch, &site| {
@@ -86,26 +88,22 @@ pub fn measure(
     Ok(Some(Agreement::of(&costs.collect::<Result<Vec<_>>>()?)))
 }
 
-/// What synthesis adds to all distances of a choice on level 0, here measured with the fine window alone.
-fn noise<M: Metric>(
-    inputs: Inputs<'_>,
+/// The distance floor of synthesis on level 0, here of the fine window alone.
+fn floor<const N: usize, S: Sites<N>, M: Metric>(
+    inputs: Inputs<'_, S>,
     exemplar: &ExemplarLevel<'_>,
     metric: &M,
     options: &SynthesisOptions,
 ) -> f64 {
-    if options.noise == 0.0 {
-        return 0.0;
-    }
-    let pass = LevelPass {
-        level: 0,
+    let rule = KCoherence::<N, S, M> {
         exemplar,
         sites: &inputs.sites.levels[0],
         coarser: None,
         metric,
-        options,
-        noise: 0.0,
+        search: options.search,
+        preference: Preference::NONE,
     };
-    options.noise * pass.distance_by_chance()
+    distance_floor(&rule, options.distance_floor, (options.seed, 0))
 }
 
 impl Agreement {
@@ -124,17 +122,17 @@ impl Agreement {
 }
 
 /// A finished map and the metrics that look at it.
-struct Comparison<'a> {
-    inputs: Inputs<'a>,
+struct Comparison<'a, const N: usize, S> {
+    inputs: Inputs<'a, S>,
     coords: &'a [TexCoord],
     rows: Vec<u32>,
     coherence: f64,
     exemplar: &'a ExemplarLevel<'a>,
     phi: GramMetric<'a>,
-    phi_noise: f64,
+    phi_floor: f64,
     /// Of the whole spectrum, and the one that synthesis uses.
     embedded: [EmbeddedMetric<'a>; 2],
-    embedded_noise: [f64; 2],
+    embedded_floor: [f64; 2],
 }
 
 #[derive(Default)]
@@ -144,22 +142,24 @@ struct Scratch {
     in_rd: EmbeddedPattern,
 }
 
-impl Comparison<'_> {
+impl<const N: usize, S: Sites<N>> Comparison<'_, N, S> {
     fn at_site(&self, site: usize, scratch: &mut Scratch) -> Costs {
         let sites = &self.inputs.sites.levels[0];
         let neighborhood = SiteNeighborhood {
             site,
-            fine: SampledSites::all(&sites.fine, &self.rows),
-            coarse: None,
+            sites,
+            rows: &self.rows,
+            done: None,
+            coarser: None,
         };
-        let (own, near) = (self.coords[site], sites.neighbors.of_site(site));
+        let (own, near) = (self.coords[site], sites.neighbors(site));
         let list = &mut scratch.candidates;
         list.collect_coherent(self.exemplar, Some(own), near, self.coords, |_| true);
         list.add_nearest(self.exemplar, self.coherence);
         let candidates = list.candidates();
         let in_phi = &mut scratch.in_phi;
         self.phi.read(&neighborhood, in_phi);
-        let first = self.phi.best(in_phi, candidates, None, self.phi_noise);
+        let first = self.phi.best(in_phi, candidates, None, self.phi_floor);
         let [whole, used] = [0, 1].map(|number| {
             let metric = &self.embedded[number];
             metric.read(&neighborhood, &mut scratch.in_rd);
@@ -167,7 +167,7 @@ impl Comparison<'_> {
                 &scratch.in_rd,
                 candidates,
                 None,
-                self.embedded_noise[number],
+                self.embedded_floor[number],
             )
         });
         [first, whole, used].map(|pick| self.score(pick, candidates, in_phi))
@@ -179,7 +179,7 @@ impl Comparison<'_> {
         pick.and_then(|pick| listed(pick.texel))
             .map_or(0.0, |listed| {
                 let distance = self.phi.distance(in_phi, listed.texel, f64::INFINITY);
-                listed.factor * (distance + self.phi_noise)
+                listed.factor * (distance + self.phi_floor)
             })
     }
 }
@@ -187,9 +187,10 @@ impl Comparison<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synthesis::engine::synthesize;
-    use crate::synthesis::fixtures;
-    use crate::synthesis::grid_target::GridTarget;
+    use crate::sites::grid::GridSites;
+    use crate::sites::grid::target::GridTarget;
+    use crate::synthesis::recipes::synthesize;
+    use crate::synthesis::tests::fixtures;
 
     #[test]
     fn shares_count_what_costs_no_more() {
@@ -199,7 +200,7 @@ mod tests {
     }
 
     /// A random exemplar of 2 levels and a grid of 40×40 sites, handed to `check`.
-    fn with_inputs(check: impl FnOnce(Inputs<'_>)) {
+    fn with_inputs(check: impl FnOnce(Inputs<'_, GridSites>)) {
         let (space, table) = fixtures::random_exemplar(8, 16, 2, true);
         let neighborhoods: Vec<_> = table
             .levels
@@ -219,13 +220,17 @@ mod tests {
         });
     }
 
-    fn measured(inputs: Inputs<'_>, coords: &[TexCoord], options: &SynthesisOptions) -> Agreement {
+    fn measured(
+        inputs: Inputs<'_, GridSites>,
+        coords: &[TexCoord],
+        options: &SynthesisOptions,
+    ) -> Agreement {
         let found = measure(inputs, coords, options, Progress::silent());
         found.unwrap().unwrap()
     }
 
-    fn synthesized(inputs: Inputs<'_>, options: &SynthesisOptions) -> Vec<TexCoord> {
-        let map = synthesize(inputs, options, None, |_| Ok(()), Progress::silent());
+    fn synthesized(inputs: Inputs<'_, GridSites>, options: &SynthesisOptions) -> Vec<TexCoord> {
+        let map = synthesize(inputs, options, None, &mut |_| Ok(()), Progress::silent());
         map.unwrap().coords
     }
 
@@ -234,35 +239,35 @@ mod tests {
         with_inputs(the_whole_embedding_agrees);
     }
 
-    fn the_whole_embedding_agrees(inputs: Inputs<'_>) {
+    fn the_whole_embedding_agrees(inputs: Inputs<'_, GridSites>) {
         let options = SynthesisOptions::default();
         let coords = synthesized(inputs, &options);
         let found = measured(inputs, &coords, &options);
         assert!(found.whole_spectrum >= 0.999, "{found:?}");
         assert!((1.0..=1.01).contains(&found.embedded_cost), "{found:?}");
         let rough = SynthesisOptions {
-            energy: 0.2,
+            spectrum: 0.2,
             ..options
         };
         let rough = measured(inputs, &coords, &rough);
         assert!(rough.embedded < found.embedded && rough.embedded_cost > found.embedded_cost);
     }
 
-    /// Noise far above every distance leaves the factor to decide: all metrics pick a coherent texel, and
-    /// every score is the noise itself, whatever the spectrum.
+    /// A floor far above every distance leaves the factor to decide: all metrics pick a coherent texel, and
+    /// every score is the floor itself, whatever the spectrum.
     #[test]
-    fn picks_heed_the_noise_as_synthesis_does() {
+    fn picks_heed_the_floor_as_synthesis_does() {
         with_inputs(|inputs| {
             let coords = synthesized(inputs, &SynthesisOptions::default());
-            let with_noise = |noise: f64| {
+            let with_floor = |distance_floor: f64| {
                 let options = SynthesisOptions {
-                    energy: 0.2,
-                    noise,
+                    spectrum: 0.2,
+                    distance_floor,
                     ..SynthesisOptions::default()
                 };
                 measured(inputs, &coords, &options)
             };
-            let (none, much) = (with_noise(0.0), with_noise(1e9));
+            let (none, much) = (with_floor(0.0), with_floor(1e9));
             assert!(none.embedded < 1.0 && none.embedded_cost > 1.0, "{none:?}");
             assert_eq!((much.embedded, much.whole_spectrum), (1.0, 1.0));
             assert!((much.embedded_cost - 1.0).abs() < 1e-6, "{much:?}");

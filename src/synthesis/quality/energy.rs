@@ -7,21 +7,22 @@ use rand::Rng;
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::exemplar::neighbor_table::Neighborhood;
+use crate::exemplar::embedding::Embedding;
+use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
+use crate::neighborhood::Neighborhood;
 use crate::progress::Progress;
 use crate::random;
-use crate::synthesis::candidates::Candidate;
-use crate::synthesis::check;
-use crate::synthesis::choice::{Pick, Preference};
-use crate::synthesis::embedding::Embedding;
-use crate::synthesis::engine::Inputs;
-use crate::synthesis::exemplar_level::ExemplarLevel;
-use crate::synthesis::gram::{GramMetric, GramPattern};
+use crate::sites::level::Sites;
+use crate::synthesis::candidates::forward::Candidate;
+use crate::synthesis::inputs::Inputs;
+use crate::synthesis::keep::{Pick, Preference};
 use crate::synthesis::metric::Metric;
-use crate::synthesis::picture::{PictureMetric, PicturePattern};
-use crate::synthesis::site_samples::{SampledSites, SiteNeighborhood};
+use crate::synthesis::metric::features::{FeatureMetric, FeaturePattern};
+use crate::synthesis::metric::gram::{GramMetric, GramPattern};
+use crate::synthesis::metric::of_level::gram;
+use crate::synthesis::metric::site_values::SiteNeighborhood;
 
 /// Sites that are measured, where there are as many.
 pub const SITES: usize = 1000;
@@ -70,19 +71,19 @@ impl Energies {
 }
 
 /// Measures a map of level 0 at [`SITES`] seeded sites.
-pub fn measure(
-    inputs: Inputs<'_>,
+pub fn measure<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
     coords: &[TexCoord],
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<Energies> {
-    let sites = measured_sites(&inputs.sites.levels[0].areas, seed);
+    let sites = measured_sites(inputs.sites.levels[0].areas(), seed);
     at_sites(inputs, coords, &sites, seed, progress)
 }
 
 /// Distances at every site, chosen only: what the energy picture shows.
-pub fn of_every_site(
-    inputs: Inputs<'_>,
+pub fn of_every_site<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
     coords: &[TexCoord],
     progress: Progress<'_>,
 ) -> Result<Vec<f64>> {
@@ -90,13 +91,13 @@ pub fn of_every_site(
     let exemplar = exemplar_level(inputs, &neighborhood);
     let map = Map::new(&exemplar, inputs, coords);
     let all: Vec<u32> = (0..coords.len() as u32).collect();
-    let work = ChosenOnly { map: &map };
+    let work = ChosenOnly::<N, S> { map: &map };
     with_exact_metric(inputs, &exemplar, work, &all, None, progress)
 }
 
 /// Distances at given sites.
-pub fn at_sites(
-    inputs: Inputs<'_>,
+pub fn at_sites<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
     coords: &[TexCoord],
     sites: &[u32],
     seed: u64,
@@ -114,7 +115,7 @@ pub fn at_sites(
             )
         },
     );
-    let work = AllThree {
+    let work = AllThree::<N, S> {
         map: &map,
         random: &random,
     };
@@ -138,7 +139,7 @@ pub(super) fn measured_sites(areas: &[f32], seed: u64) -> Vec<u32> {
 }
 
 /// The neighbourhood of level 0, its centre weighing nothing.
-fn without_centre(inputs: Inputs<'_>) -> Neighborhood {
+fn without_centre<S>(inputs: Inputs<'_, S>) -> Neighborhood {
     let mut neighborhood = inputs.table.levels[0].neighborhood.clone();
     let weights = neighborhood.weights.iter_mut();
     for (weight, offset) in weights.zip(&neighborhood.offsets) {
@@ -150,7 +151,10 @@ fn without_centre(inputs: Inputs<'_>) -> Neighborhood {
 }
 
 /// Level 0 of the exemplar with another neighbourhood's weights.
-fn exemplar_level<'a>(inputs: Inputs<'a>, neighborhood: &'a Neighborhood) -> ExemplarLevel<'a> {
+fn exemplar_level<'a, S>(
+    inputs: Inputs<'a, S>,
+    neighborhood: &'a Neighborhood,
+) -> ExemplarLevel<'a> {
     let k = inputs.table.k;
     let mut exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
     exemplar.neighborhood = neighborhood;
@@ -166,20 +170,20 @@ fn random_texels(exemplar: &ExemplarLevel<'_>, sites: usize, seed: u64) -> Vec<u
 }
 
 /// A map whose neighbourhoods are measured.
-struct Map<'a> {
-    inputs: Inputs<'a>,
+struct Map<'a, S> {
+    inputs: Inputs<'a, S>,
     /// The texel of each site, and its feature row.
     texels: Vec<u32>,
     rows: Vec<u32>,
 }
 
-impl<'a> Map<'a> {
-    fn new(exemplar: &ExemplarLevel<'_>, inputs: Inputs<'a>, coords: &[TexCoord]) -> Self {
+impl<'a, S> Map<'a, S> {
+    fn new(exemplar: &ExemplarLevel<'_>, inputs: Inputs<'a, S>, coords: &[TexCoord]) -> Self {
         let texel = |&at: &TexCoord| exemplar.grid.texel_nearest(at).0;
         Self::of_texels(exemplar, inputs, coords.iter().map(texel).collect())
     }
 
-    fn of_texels(exemplar: &ExemplarLevel<'_>, inputs: Inputs<'a>, texels: Vec<u32>) -> Self {
+    fn of_texels(exemplar: &ExemplarLevel<'_>, inputs: Inputs<'a, S>, texels: Vec<u32>) -> Self {
         let row = |&texel: &u32| exemplar.rows[texel as usize];
         Self {
             inputs,
@@ -188,17 +192,23 @@ impl<'a> Map<'a> {
         }
     }
 
-    fn neighborhood(&self, site: u32) -> SiteNeighborhood<'_> {
-        let stencils = &self.inputs.sites.levels[0].fine;
-        SiteNeighborhood {
+    fn distance<const N: usize, M: Metric>(
+        &self,
+        metric: &M,
+        site: u32,
+        pattern: &mut M::Pattern,
+    ) -> f64
+    where
+        S: Sites<N>,
+    {
+        let neighborhood = SiteNeighborhood {
             site: site as usize,
-            fine: SampledSites::all(stencils, &self.rows),
-            coarse: None,
-        }
-    }
-
-    fn distance<M: Metric>(&self, metric: &M, site: u32, pattern: &mut M::Pattern) -> f64 {
-        metric.read(&self.neighborhood(site), pattern);
+            sites: &self.inputs.sites.levels[0],
+            rows: &self.rows,
+            done: None,
+            coarser: None,
+        };
+        metric.read(&neighborhood, pattern);
         metric.distance(pattern, self.texels[site as usize], f64::INFINITY)
     }
 }
@@ -216,8 +226,8 @@ impl ExactMetric for GramMetric<'_> {
     }
 }
 
-impl ExactMetric for PictureMetric<'_> {
-    fn best_distance(&self, pattern: &mut PicturePattern, chosen: Pick) -> f64 {
+impl ExactMetric for FeatureMetric<'_> {
+    fn best_distance(&self, pattern: &mut FeaturePattern, chosen: Pick) -> f64 {
         let own = Candidate {
             texel: chosen.texel,
             factor: 1.0,
@@ -238,23 +248,23 @@ trait Measurement: Sync {
     ) -> Self::Found;
 }
 
-struct ChosenOnly<'a> {
-    map: &'a Map<'a>,
+struct ChosenOnly<'a, const N: usize, S> {
+    map: &'a Map<'a, S>,
 }
 
-impl Measurement for ChosenOnly<'_> {
+impl<const N: usize, S: Sites<N>> Measurement for ChosenOnly<'_, N, S> {
     type Found = f64;
     fn at_site<M: ExactMetric>(&self, metric: &M, site: u32, pattern: &mut M::Pattern) -> f64 {
         self.map.distance(metric, site, pattern)
     }
 }
 
-struct AllThree<'a> {
-    map: &'a Map<'a>,
-    random: &'a Map<'a>,
+struct AllThree<'a, const N: usize, S> {
+    map: &'a Map<'a, S>,
+    random: &'a Map<'a, S>,
 }
 
-impl Measurement for AllThree<'_> {
+impl<const N: usize, S: Sites<N>> Measurement for AllThree<'_, N, S> {
     type Found = SiteEnergy;
     fn at_site<M: ExactMetric>(
         &self,
@@ -276,8 +286,8 @@ impl Measurement for AllThree<'_> {
 
 /// Measures all sites in parallel, through Φ or through a plain image's vectors. `search` is the seed of
 /// what bounds a full search, where one is made.
-fn with_exact_metric<W: Measurement>(
-    inputs: Inputs<'_>,
+fn with_exact_metric<S, W: Measurement>(
+    inputs: Inputs<'_, S>,
     exemplar: &ExemplarLevel<'_>,
     work: W,
     sites: &[u32],
@@ -287,12 +297,12 @@ fn with_exact_metric<W: Measurement>(
     let level = &inputs.space.levels[0];
     match &level.features {
         Features::Textons { .. } => {
-            let metric = GramMetric::new(exemplar, check::gram(level)?, None);
+            let metric = GramMetric::new(exemplar, gram(level)?, None);
             over_sites(&metric, &work, sites, progress)
         }
         Features::Vectors(_) => {
             let embedding = Embedding::new(level, 1.0);
-            let mut metric = PictureMetric::new(exemplar, &embedding, None);
+            let mut metric = FeatureMetric::new(exemplar, &embedding, None);
             if let Some(seed) = search {
                 metric = metric.with_projected_windows(seed, 0);
             }

@@ -35,7 +35,7 @@ fn normalize(histogram: &mut [f64]) {
 mod tests {
     use super::*;
     use crate::index::TexelIndex;
-    use crate::synthesis::fixtures;
+    use crate::synthesis::tests::fixtures;
 
     #[test]
     fn a_copy_has_the_samples_histogram_and_one_texton_its_distance() {

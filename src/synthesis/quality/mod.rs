@@ -12,8 +12,8 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::grid::TexCoord;
 use crate::progress::Progress;
-use crate::synthesis::engine::Inputs;
-use coherence::SiteEdge;
+use crate::sites::level::{SiteEdge, Sites};
+use crate::synthesis::inputs::Inputs;
 
 /// The figures of one map.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -38,9 +38,9 @@ pub struct Quality {
     pub histogram_chi2: Option<f64>,
 }
 
-/// Measures a map: `coords` a site of level 0, `edges` among the sites.
-pub fn measure(
-    inputs: Inputs<'_>,
+/// Measures a map: `coords` per site of level 0, `edges` among the sites.
+pub fn measure<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
     coords: &[TexCoord],
     edges: &[SiteEdge],
     seed: u64,
@@ -64,6 +64,6 @@ pub fn measure(
         energy: energies.over_random(),
         energy_ratio_full: energies.over_best(),
         energy_sites: energies.sites.len(),
-        histogram_chi2: histogram::chi2(inputs.space, coords, &inputs.sites.levels[0].areas),
+        histogram_chi2: histogram::chi2(inputs.space, coords, inputs.sites.levels[0].areas()),
     })
 }

@@ -21,6 +21,7 @@ use clap::ValueEnum;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+pub use crate::btf::bake::maps::folder::{Shown, shown_by_names};
 pub use crate::btf::bake::maps::normal_map::NormalKind;
 pub use crate::btf::bake::maps::normals::NormalY;
 pub use crate::btf::bake::maps::packed::{PackedChannel, PackedOrder};

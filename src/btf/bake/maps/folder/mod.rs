@@ -2,7 +2,8 @@
 //! which role, and why the others play none.
 //!
 //! [`names`] cuts names into words and sets the asset's own name aside, [`roles`] knows the words,
-//! [`choice`] takes one file per role, [`listing`] finds the files.
+//! [`choice`] takes one file per role, [`listing`] finds the files. [`shown_by_names`] tells what files of
+//! any list show, for commands other than `bake`.
 
 mod choice;
 mod listing;
@@ -15,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use crate::btf::bake::maps::folder::choice::{Candidate, Ranking, naming};
 use crate::btf::bake::maps::folder::names::{Word, own_words, words_of};
-use crate::btf::bake::maps::folder::roles::{BUMP, PREVIEW, Role, Told, told, unreal};
+use crate::btf::bake::maps::folder::roles::{BUMP, OPACITY, PREVIEW, Role, Told, told, unreal};
 use crate::btf::bake::maps::normals::NormalY;
 use crate::btf::bake::maps::packed::PackedChannel;
 use crate::btf::bake::maps::recipe::{Color, PackedMap, Recipe, Scalar};
@@ -49,11 +50,7 @@ fn candidates(images: &[PathBuf]) -> Vec<Candidate> {
     let (previews, maps): (Vec<Named>, Vec<Named>) =
         images.iter().map(Named::new).partition(Named::is_preview);
     let words: Vec<Vec<Word>> = maps.iter().map(|map| map.words.clone()).collect();
-    let own = own_words(&words, |at, range| told(&words[at], range).is_some());
-    let is_unreal = words.len() > 1 && words.iter().all(|words| begins_with_t(words));
-    let tell = if is_unreal { unreal } else { told };
-    let of_map = |(map, own): (Named, Range<usize>)| {
-        let told = tell(&map.words, own.clone());
+    let of_map = |(map, (own, told)): (Named, (Range<usize>, Option<Told>))| {
         Candidate::new(map.file, &map.words, own, told)
     };
     let of_preview = |preview: Named| {
@@ -65,8 +62,51 @@ fn candidates(images: &[PathBuf]) -> Vec<Candidate> {
             told(&preview.words, whole),
         )
     };
-    let maps = maps.into_iter().zip(own).map(of_map);
+    let maps = maps.into_iter().zip(told_together(&words)).map(of_map);
     maps.chain(previews.into_iter().map(of_preview)).collect()
+}
+
+/// The own words of each of several names, and what they say.
+fn told_together(words: &[Vec<Word>]) -> Vec<(Range<usize>, Option<Told>)> {
+    let own = own_words(words, |at, range| told(&words[at], range).is_some());
+    let is_unreal = words.len() > 1 && words.iter().all(|words| begins_with_t(words));
+    let tell = if is_unreal { unreal } else { told };
+    let of = |(words, own): (&Vec<Word>, Range<usize>)| (own.clone(), tell(words, own));
+    words.iter().zip(own).map(of).collect()
+}
+
+/// What the name of an image says it shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// Colour.
+    Color,
+    /// How high the surface is.
+    Height,
+    /// Normals.
+    Normal,
+    /// How opaque it is.
+    Opacity,
+    /// Something else, as roughness, metal, occlusion, parts of a pattern.
+    Other,
+}
+
+/// What the names of images of one list say they show, one for each; nothing where a name says nothing.
+pub fn shown_by_names(files: &[PathBuf]) -> Vec<Option<Shown>> {
+    let words: Vec<Vec<Word>> = files.iter().map(|file| words_of(file)).collect();
+    let shown = |(words, (_, told)): (&Vec<Word>, (Range<usize>, Option<Told>))| {
+        let told = told?;
+        Some(match told.role {
+            Role::Albedo => Shown::Color,
+            Role::Height => Shown::Height,
+            Role::Normal(_) => Shown::Normal,
+            // A bake takes every mask for one of opacity; here a mask may be one of anything.
+            Role::Other(other) if other.name == OPACITY && words[told.at].text != "mask" => {
+                Shown::Opacity
+            }
+            _ => Shown::Other,
+        })
+    };
+    words.iter().zip(told_together(&words)).map(shown).collect()
 }
 
 /// An image with the words of its name.

@@ -57,6 +57,9 @@ pub(super) struct Told {
 /// What a report calls pictures of a material.
 pub(super) const PREVIEW: &str = "preview";
 
+/// What a report calls maps of opacity.
+pub(super) const OPACITY: &str = "opacity";
+
 /// The most words that stand for one role, as `occlusion roughness metallic`.
 const LONGEST: usize = 4;
 
@@ -204,7 +207,7 @@ fn other(word: &str) -> Option<Role> {
             "the coat has one reflectance everywhere (`reflectance` of a material.toml), metals are told by a metalness map",
         ),
         "opacity" | "opac" | "alpha" | "transparency" | "mask" | "alphamask" | "opacitymask"
-        | "alphamasked" | "cutout" => ("opacity", "the surface is opaque"),
+        | "alphamasked" | "cutout" => (OPACITY, "the surface is opaque"),
         "id" | "idmap" | "idmask" | "matid" | "materialid" | "colorid" => {
             ("id mask", "it names parts and shows no property of theirs")
         }

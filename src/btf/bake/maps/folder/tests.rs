@@ -206,3 +206,41 @@ fn unreals_letters_count_where_every_map_has_one() {
     let other = Folder::with(&["rock_D.png", "rock_N.png", "rock_height.png"]).survey();
     assert!(why(&other, "rock_N.png").starts_with("false unknown"));
 }
+
+#[test]
+fn files_of_any_list_say_what_they_show() {
+    let shown = |names: &[&str]| {
+        let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
+        shown_by_names(&files)
+    };
+    assert_eq!(
+        shown(&[
+            "tiles/tiles_col_1k.png",
+            "tiles/tiles_disp_1k.png",
+            "tiles/tiles_nor_gl_1k.exr",
+            "tiles/tiles_opacity_1k.png",
+            "tiles/tiles_mask_1k.png",
+            "tiles/tiles_rough_1k.png",
+            "tiles/tiles_x_1k.png",
+        ]),
+        [
+            Some(Shown::Color),
+            Some(Shown::Height),
+            Some(Shown::Normal),
+            Some(Shown::Opacity),
+            Some(Shown::Other),
+            Some(Shown::Other),
+            None,
+        ]
+    );
+    // The asset's own name says nothing of its maps.
+    assert_eq!(
+        shown(&["metal_color.png", "metal_height.png"]),
+        [Some(Shown::Color), Some(Shown::Height)]
+    );
+    assert_eq!(
+        shown(&["T_Rock_D.png", "T_Rock_H.png"])[1],
+        Some(Shown::Height)
+    );
+    assert_eq!(shown(&[]), []);
+}

@@ -1,0 +1,118 @@
+//! One level of the exemplar as the engine reads it: feature rows, windows, whole texels, and the
+//! neighbour lists.
+//!
+//! A *feature row* is an index into a level's feature vectors: the texton label where the exemplar
+//! has textons, the texel itself where it has a feature vector a texel. One row more, the last, is
+//! the default's.
+
+use crate::exemplar::neighbor_table::NeighborTable;
+use crate::exemplar::space::{Features, Space, SpaceLevel};
+use crate::exemplar::windows::Windows;
+use crate::grid::TexelGrid;
+use crate::index::TexelIndex;
+use crate::neighborhood::Neighborhood;
+
+/// A level's texels, their windows and their neighbours.
+#[derive(Clone, Debug)]
+pub struct ExemplarLevel<'a> {
+    /// The level's texels.
+    pub grid: TexelGrid,
+    /// The feature row of each texel.
+    pub rows: Vec<u32>,
+    /// Which texels may be picked.
+    pub whole: Vec<bool>,
+    /// The texels that may be picked, ascending.
+    pub whole_texels: Vec<u32>,
+    /// The windows on this level.
+    pub fine: Windows,
+    /// The windows on the parent level, where synthesis uses one.
+    pub coarse: Option<CoarseWindows>,
+    /// The neighbourhood's offsets and weights.
+    pub neighborhood: &'a Neighborhood,
+    /// The neighbour lists, `listed` texels each, of which `k` are used.
+    neighbors: &'a [u32],
+    listed: usize,
+    k: usize,
+}
+
+/// The windows round the parents of a level's texels.
+#[derive(Clone, Debug)]
+pub struct CoarseWindows {
+    /// Windows of the parent level's texels.
+    pub windows: Windows,
+    /// The parent of each texel.
+    pub parents: Vec<u32>,
+}
+
+impl<'a> ExemplarLevel<'a> {
+    /// Level `level` of an exemplar, of whose table `k` neighbours a texel are used; with windows on
+    /// the parent level if `two_level`.
+    ///
+    /// Space and table must have passed [`check`](crate::synthesis::check).
+    pub fn new(
+        space: &Space,
+        table: &'a NeighborTable,
+        level: usize,
+        k: usize,
+        two_level: bool,
+    ) -> Self {
+        let (at, listed) = (&space.levels[level], &table.levels[level]);
+        let grid = at.grid;
+        let rows = feature_rows(at);
+        let whole = listed.neighborhood.whole_texels(grid, table.k);
+        let coarse = two_level.then(|| CoarseWindows::new(space, level, &listed.neighborhood));
+        Self {
+            grid,
+            fine: Windows::new(grid, &rows, default_row(at), &listed.neighborhood.offsets),
+            whole_texels: (0..grid.len() as u32)
+                .filter(|&texel| whole[texel as usize])
+                .collect(),
+            rows,
+            whole,
+            coarse,
+            neighborhood: &listed.neighborhood,
+            neighbors: listed.neighbors.as_slice().unwrap_or_default(),
+            listed: table.k,
+            k,
+        }
+    }
+
+    /// The nearest texels of a texel, itself first.
+    #[inline]
+    pub fn nearest(&self, texel: u32) -> &[u32] {
+        &self.neighbors[texel as usize * self.listed..][..self.k]
+    }
+}
+
+impl CoarseWindows {
+    fn new(space: &Space, level: usize, neighborhood: &Neighborhood) -> Self {
+        let (at, coarser) = (&space.levels[level], &space.levels[level + 1]);
+        Self {
+            windows: Windows::new(
+                coarser.grid,
+                &feature_rows(coarser),
+                default_row(coarser),
+                &neighborhood.coarse_offsets,
+            ),
+            parents: (0..at.grid.len() as u32)
+                .map(|texel| at.grid.parent(TexelIndex(texel)).0)
+                .collect(),
+        }
+    }
+}
+
+/// The feature row of every texel of a level.
+pub fn feature_rows(level: &SpaceLevel) -> Vec<u32> {
+    match &level.features {
+        Features::Textons { labels, .. } => labels.iter().map(|&label| u32::from(label)).collect(),
+        Features::Vectors(_) => (0..level.grid.len() as u32).collect(),
+    }
+}
+
+/// The feature row of a level's default: one past all others.
+pub fn default_row(level: &SpaceLevel) -> u32 {
+    match &level.features {
+        Features::Textons { gram, .. } => gram.nrows() as u32 - 1,
+        Features::Vectors(_) => level.grid.len() as u32,
+    }
+}

@@ -1,0 +1,3 @@
+//! What synthesis hands on.
+
+pub mod vertex_map;

@@ -1,0 +1,127 @@
+//! Neighbourhoods: where the samples round a texel or a site lie, and what they weigh. The one definition
+//! of the square window, and of the texels whose window is whole.
+//!
+//! Offsets are whole texels (drow, dcol); positions are real, x along s and y along t, so that offset
+//! (drow, dcol) lies at (dcol, −drow).
+
+use glam::Vec2;
+
+use crate::grid::TexelGrid;
+use crate::index::TexelIndex;
+
+/// The neighbourhood of a level of an exemplar.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Neighborhood {
+    /// Samples on the level itself, (drow, dcol), centre included.
+    pub offsets: Vec<[i32; 2]>,
+    /// Their weights.
+    pub weights: Vec<f32>,
+    /// Samples on the parent level, round the parent texel; empty at the coarsest level.
+    pub coarse_offsets: Vec<[i32; 2]>,
+    /// Their weights.
+    pub coarse_weights: Vec<f32>,
+}
+
+/// Positions of a neighbourhood's samples round its centre, in texels of their level.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Template {
+    /// One position per sample, in the order of the neighbourhood's offsets.
+    pub positions: Vec<Vec2>,
+}
+
+/// The square window of odd `width`, row by row from the top left, centre included.
+pub fn square_window(width: u32) -> Vec<[i32; 2]> {
+    let (width, half) = (width as i32, width as i32 / 2);
+    let offset = |at: i32| [at / width - half, at % width - half];
+    (0..width * width).map(offset).collect()
+}
+
+/// The full width of a window: twice its reach and the centre.
+pub fn window_width(offsets: &[[i32; 2]]) -> u32 {
+    let reach = offsets.iter().flatten().map(|offset| offset.unsigned_abs());
+    reach.max().unwrap_or(0).saturating_mul(2).saturating_add(1)
+}
+
+/// Whether every offset of a texel leads to a texel of the grid.
+pub fn is_on_grid(grid: TexelGrid, texel: TexelIndex, offsets: &[[i32; 2]]) -> bool {
+    let on_grid = |&[drow, dcol]: &[i32; 2]| grid.offset(texel, drow, dcol).is_some();
+    offsets.iter().all(on_grid)
+}
+
+impl Template {
+    /// The square window of odd `width`, in the order of [`square_window`].
+    pub fn square(width: u32) -> Self {
+        let position = |[drow, dcol]: [i32; 2]| Vec2::new(dcol as f32, -drow as f32);
+        Self {
+            positions: square_window(width).into_iter().map(position).collect(),
+        }
+    }
+}
+
+impl Neighborhood {
+    /// Square windows of odd widths, every sample of weight 1; `coarse` is the parent level's, 0 for none.
+    pub fn square(fine: u32, coarse: u32) -> Self {
+        let (offsets, coarse_offsets) = (square_window(fine), square_window(coarse));
+        Self {
+            weights: vec![1.0; offsets.len()],
+            coarse_weights: vec![1.0; coarse_offsets.len()],
+            offsets,
+            coarse_offsets,
+        }
+    }
+
+    /// Whether every sample of a texel's windows lies on the grid and on its parent's.
+    pub fn is_whole(&self, grid: TexelGrid, texel: TexelIndex) -> bool {
+        let coarse = &self.coarse_offsets;
+        is_on_grid(grid, texel, &self.offsets)
+            && (coarse.is_empty() || is_on_grid(grid.coarser(), grid.parent(texel), coarse))
+    }
+
+    /// Which texels are whole: every window sample, coarse ones included, is on the grid. At a level with
+    /// fewer than `k` such texels every texel counts as whole.
+    pub fn whole_texels(&self, grid: TexelGrid, k: usize) -> Vec<bool> {
+        let texels = (0..grid.len() as u32).map(TexelIndex);
+        let whole: Vec<bool> = texels.map(|texel| self.is_whole(grid, texel)).collect();
+        if whole.iter().filter(|&&whole| whole).count() < k {
+            return vec![true; grid.len()];
+        }
+        whole
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OFFSETS: [[i32; 2]; 4] = [[0, 0], [-2, 1], [1, -2], [2, 2]];
+
+    #[test]
+    fn the_square_window_reads_like_an_image() {
+        let template = Template::square(3);
+        assert_eq!(template.positions[0], Vec2::new(-1.0, 1.0));
+        assert_eq!(template.positions[4], Vec2::ZERO);
+        assert_eq!(template.positions[5], Vec2::new(1.0, 0.0));
+        assert_eq!(square_window(3)[5], [0, 1]);
+        assert_eq!(
+            (square_window(0).len(), window_width(&square_window(7))),
+            (0, 7)
+        );
+        assert_eq!(window_width(&[[i32::MIN, 0]]), u32::MAX);
+    }
+
+    #[test]
+    fn wholeness_ends_at_the_border() {
+        let mut grid = TexelGrid {
+            width: 5,
+            height: 5,
+            tileable: false,
+        };
+        let whole =
+            |grid, row: u32, col: u32| is_on_grid(grid, TexelIndex(row * 5 + col), &OFFSETS);
+        assert!(
+            whole(grid, 2, 2) && !whole(grid, 1, 2) && !whole(grid, 2, 1) && !whole(grid, 3, 3)
+        );
+        grid.tileable = true;
+        assert!(whole(grid, 0, 0));
+    }
+}

@@ -1,0 +1,17 @@
+//! Where synthesis writes: sites in levels, and which sites of which level every sample of a
+//! neighbourhood blends. Nothing here knows of exemplars.
+//!
+//! | target | samples blend | file |
+//! | --- | --- | --- |
+//! | vertices of a mesh and of its retiled pyramid | 3 vertices | [`vertices`] |
+//! | a flat grid | 1 site | [`grid`] |
+//!
+//! [`level`] has what a target must tell; [`order`] and [`coloring`] say in which order its sites are
+//! visited. [`target::Target`] is any of them.
+
+pub mod coloring;
+pub mod grid;
+pub mod level;
+pub mod order;
+pub mod target;
+pub mod vertices;

@@ -1,0 +1,392 @@
+//! Prepared surfaces kept beside the mesh, in a folder that may be deleted at any time: one file
+//! for each hash of all that went in.
+//!
+//! A cached surface is checked like any file: its [seal](crate::format::seal) tells whether anything was
+//! changed since it was written, and [`check`] whether it can be the surface that was asked for.
+
+mod check;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bytemuck::Pod;
+use glam::{DVec3, Vec3};
+use ndarray::{Array1, ArrayView1};
+use serde::{Deserialize, Serialize};
+use serde_json::Map;
+
+use crate::error::{Error, Result};
+use crate::format::atomic::leftovers;
+use crate::format::id::ContentId;
+use crate::format::npz;
+use crate::format::seal::{ENGINE, Seal};
+use crate::mesh::frame::Frame;
+use crate::mesh::reading::UserMesh;
+use crate::mesh::rows::Rows;
+use crate::mesh::surface_tree::SurfacePoint;
+use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::sites::level::{Neighbor, Parent, SiteHierarchy};
+use crate::sites::vertices::VertexSites;
+use crate::sites::vertices::prepared_surface::Surface;
+use crate::sites::vertices::sampling::SampleCounts;
+use crate::sites::vertices::stencil::{PackedSample, PatchStencils};
+use crate::sites::vertices::surface_options::SurfaceOptions;
+
+/// `format` in the file's `meta.json`.
+const FORMAT: &str = "mesotex-surface";
+/// Changes whenever the same input would give another surface, or the file has another form.
+const VERSION: u32 = 2;
+
+/// The folder that belongs to a mesh file: `MESH.mesotex-cache`.
+pub fn folder_of(mesh: &Path) -> PathBuf {
+    let mut name = mesh.file_name().unwrap_or_default().to_os_string();
+    name.push(".mesotex-cache");
+    mesh.with_file_name(name)
+}
+
+/// The surface that is wanted: of this mesh, prepared with these options.
+pub struct Wanted<'a> {
+    user: &'a UserMesh,
+    options: &'a SurfaceOptions,
+    texel: f64,
+    key: ContentId,
+}
+
+impl<'a> Wanted<'a> {
+    /// Hashes everything a prepared surface depends on; a guide file counts by its content.
+    pub fn new(user: &'a UserMesh, options: &'a SurfaceOptions) -> Result<Self> {
+        Ok(Self {
+            user,
+            options,
+            texel: options.texel_on(&user.mesh)?,
+            key: key(user, options)?,
+        })
+    }
+
+    /// Where it is kept in a cache folder.
+    pub fn file(&self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.surface.npz", self.key))
+    }
+
+    fn seal(&self) -> Seal {
+        Seal::new(FORMAT, VERSION, &self.key)
+    }
+}
+
+fn key(user: &UserMesh, options: &SurfaceOptions) -> Result<ContentId> {
+    let mut hasher = blake3::Hasher::new();
+    let mut section = |name: &str, bytes: &[u8]| {
+        hasher.update(name.as_bytes());
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update_rayon(bytes);
+    };
+    section("version", &VERSION.to_le_bytes());
+    section("engine", ENGINE.as_bytes());
+    section("positions", bytemuck::cast_slice(&user.mesh.positions));
+    section("triangles", bytemuck::cast_slice(&user.mesh.triangles));
+    section("orientation", bytes_of(user.orientation.as_deref()));
+    section("scale", bytes_of(user.scale.as_deref()));
+    section("rotation", bytes_of(user.rotation.as_deref()));
+    section("uvs", bytes_of(user.corner_uvs.as_deref()));
+    section("vertices", bytes_of(Some(&user.from_file)));
+    let guide = match &options.guide {
+        Some(path) => fs::read(path).map_err(Error::io(path, "read"))?,
+        None => Vec::new(),
+    };
+    section("guide", &guide);
+    // Guides name points from zero; meshes near zero have no origin, and their keys none either.
+    if user.origin != DVec3::ZERO {
+        section("origin", bytemuck::cast_slice(&user.origin.to_array()));
+    }
+    let told = SurfaceOptions {
+        guide: None,
+        ..options.clone()
+    };
+    let told = serde_json::to_vec(&told).map_err(not_json)?;
+    section("options", &told);
+    Ok(ContentId::of_hash(&hasher.finalize()))
+}
+
+fn bytes_of<T: Pod>(list: Option<&[T]>) -> &[u8] {
+    bytemuck::cast_slice(list.unwrap_or_default())
+}
+
+#[derive(Serialize, Deserialize)]
+struct Meta {
+    format: String,
+    version: u32,
+    engine: String,
+    seal: ContentId,
+    texel: f64,
+    levels: Vec<LevelMeta>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct LevelMeta {
+    samples_per_site: usize,
+    coarse_samples_per_site: Option<usize>,
+    counts: [u64; 3],
+}
+
+fn not_json(error: serde_json::Error) -> Error {
+    Error::data("JSON", error.to_string())
+}
+
+/// Writes a surface, making the folder if need be; one that [`read`] would refuse is an error.
+pub fn write(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> {
+    check::surface(surface, wanted)?;
+    write_unchecked(path, wanted, surface)
+}
+
+fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
+        leftovers::remove(folder, &[]);
+    }
+    let levels: Vec<LevelMeta> = surface
+        .hierarchy
+        .levels
+        .iter()
+        .zip(&surface.samples)
+        .map(|(level, counts)| LevelMeta {
+            samples_per_site: level.fine.samples_per_site,
+            coarse_samples_per_site: level.coarse.as_ref().map(|coarse| coarse.samples_per_site),
+            counts: [counts.valued, counts.outside, counts.folded],
+        })
+        .collect();
+    let orientations: Vec<Vec<Vec3>> = surface
+        .frames
+        .iter()
+        .map(|frames| frames.iter().map(|frame| frame.s).collect())
+        .collect();
+    let lists: Vec<(String, &[u8])> = (0..levels.len())
+        .flat_map(|number| {
+            let of_level = lists(surface, number, &orientations[number]);
+            of_level.map(move |(name, bytes)| (member(number, name), bytes))
+        })
+        .collect();
+    let mut seal = wanted.seal();
+    for (name, bytes) in &lists {
+        let checksum = npz::checksum_of_list(bytes).map_err(Error::io(path, "write"))?;
+        add_list(&mut seal, name, bytes.len(), checksum);
+    }
+    let meta = Meta {
+        format: FORMAT.into(),
+        version: VERSION,
+        engine: ENGINE.into(),
+        seal: sealed(seal, surface.texel, &levels)?,
+        texel: surface.texel,
+        levels,
+    };
+    let serde_json::Value::Object(meta) = serde_json::to_value(meta).map_err(not_json)? else {
+        return Err(Error::data("meta.json", "no object"));
+    };
+    write_lists(path, meta, &lists)
+}
+
+fn write_lists(
+    path: &Path,
+    meta: Map<String, serde_json::Value>,
+    lists: &[(String, &[u8])],
+) -> Result<()> {
+    let written = npz::write(path, meta, |writer| {
+        lists
+            .iter()
+            .try_for_each(|(name, bytes)| writer.array(name, ArrayView1::from(*bytes)))
+    });
+    written.map(drop)
+}
+
+/// The lists of a level in the order of the file; the coarsest level lacks the coarse ones.
+fn lists<'a>(
+    surface: &'a Surface,
+    number: usize,
+    orientations: &'a [Vec3],
+) -> impl Iterator<Item = (&'static str, &'a [u8])> + use<'a> {
+    let (mesh, level) = (&surface.meshes[number], &surface.hierarchy.levels[number]);
+    let coarse: &[u8] = match &level.coarse {
+        Some(coarse) => bytemuck::cast_slice(&coarse.samples),
+        None => &[],
+    };
+    let points = &surface.parent_points[number];
+    [
+        ("triangles", bytemuck::cast_slice(&mesh.triangles)),
+        ("positions", bytemuck::cast_slice(&mesh.positions)),
+        ("normals", bytemuck::cast_slice(&surface.normals[number])),
+        ("orientations", bytemuck::cast_slice(orientations)),
+        ("samples", bytemuck::cast_slice(&level.fine.samples)),
+        ("coarse_samples", coarse),
+        (
+            "neighbor_starts",
+            bytemuck::cast_slice(&level.neighbors.starts),
+        ),
+        ("neighbors", bytemuck::cast_slice(&level.neighbors.entries)),
+        ("parents", bytemuck::cast_slice(&level.parents)),
+        ("areas", bytemuck::cast_slice(&level.areas)),
+        ("parent_points", bytemuck::cast_slice(points)),
+    ]
+    .into_iter()
+}
+
+/// The name of a level's list.
+fn member(level: usize, name: &str) -> String {
+    format!("L{level}/{name}")
+}
+
+/// Adds a list to the seal by its checksum: reading compares that with the bytes, and to hash hundreds of
+/// megabytes once more would take longer than all else that reading does.
+fn add_list(seal: &mut Seal, name: &str, length: usize, checksum: u32) {
+    seal.text(name, &format!("{length} {checksum}"));
+}
+
+/// Closes the seal over what `meta.json` states.
+fn sealed(mut seal: Seal, texel: f64, levels: &[LevelMeta]) -> Result<ContentId> {
+    seal.text("texel", &texel.to_bits().to_string());
+    let levels = serde_json::to_string(levels).map_err(not_json)?;
+    seal.text("levels", &levels);
+    Ok(seal.finish())
+}
+
+/// Reads a surface back; a file that is not sound, or not the surface wanted, is an error.
+pub fn read(path: &Path, wanted: &Wanted<'_>) -> Result<Surface> {
+    if !path.is_file() {
+        return Err(Error::data("cached surface", "no plain file").in_file(path));
+    }
+    let mut lists = Lists {
+        reader: npz::Reader::open(path)?,
+        seal: wanted.seal(),
+    };
+    let meta: Meta = lists.reader.meta()?;
+    check::header(&meta, wanted).map_err(|error| error.in_file(path))?;
+    let mut levels = Vec::with_capacity(meta.levels.len());
+    for number in 0..meta.levels.len() {
+        levels.push(CachedLevel::read(&mut lists, number)?);
+    }
+    if sealed(lists.seal, meta.texel, &meta.levels)? != meta.seal {
+        return Err(Error::data("seal", "it does not belong to what the file holds").in_file(path));
+    }
+    let surface = assemble(&meta, levels);
+    check::surface(&surface, wanted).map_err(|error| error.in_file(path))?;
+    Ok(surface)
+}
+
+/// The lists of a file, sealed as they are read.
+struct Lists {
+    reader: npz::Reader,
+    seal: Seal,
+}
+
+impl Lists {
+    fn list<T: Pod>(&mut self, level: usize, name: &str) -> Result<Vec<T>> {
+        let name = member(level, name);
+        let bytes: Array1<u8> = self.reader.array(&name)?;
+        let bytes = bytes.as_slice().unwrap_or_default();
+        if !bytes.len().is_multiple_of(size_of::<T>()) {
+            return Err(self
+                .reader
+                .fault(&name, format!("{} bytes", bytes.len()))
+                .expected(format!("numbers of {} bytes", size_of::<T>())));
+        }
+        let checksum = self.reader.checksum(&name).unwrap_or_default();
+        add_list(&mut self.seal, &name, bytes.len(), checksum);
+        Ok(bytemuck::pod_collect_to_vec(bytes))
+    }
+}
+
+/// The lists of a level, as the file has them.
+struct CachedLevel {
+    triangles: Vec<[u32; 3]>,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    orientations: Vec<Vec3>,
+    samples: Vec<PackedSample>,
+    coarse_samples: Vec<PackedSample>,
+    neighbors: Rows<Neighbor>,
+    parents: Vec<Parent>,
+    areas: Vec<f32>,
+    parent_points: Vec<SurfacePoint>,
+}
+
+impl CachedLevel {
+    /// Reads the lists in the order in which they were sealed.
+    fn read(lists: &mut Lists, number: usize) -> Result<Self> {
+        Ok(Self {
+            triangles: lists.list(number, "triangles")?,
+            positions: lists.list(number, "positions")?,
+            normals: lists.list(number, "normals")?,
+            orientations: lists.list(number, "orientations")?,
+            samples: lists.list(number, "samples")?,
+            coarse_samples: lists.list(number, "coarse_samples")?,
+            neighbors: Rows {
+                starts: lists.list(number, "neighbor_starts")?,
+                entries: lists.list(number, "neighbors")?,
+            },
+            parents: lists.list(number, "parents")?,
+            areas: lists.list(number, "areas")?,
+            parent_points: lists.list(number, "parent_points")?,
+        })
+    }
+}
+
+/// The surface of the levels read.
+fn assemble(meta: &Meta, levels: Vec<CachedLevel>) -> Surface {
+    let mut surface = Surface {
+        meshes: Vec::new(),
+        normals: Vec::new(),
+        frames: Vec::new(),
+        hierarchy: SiteHierarchy { levels: Vec::new() },
+        parent_points: Vec::new(),
+        texel: meta.texel,
+        samples: Vec::new(),
+    };
+    let mut levels = levels.into_iter().peekable();
+    for told in &meta.levels {
+        let Some(level) = levels.next() else { break };
+        let above = levels.peek().map(|coarser| coarser.triangles.clone());
+        let stencils = |samples_per_site, cells, samples| PatchStencils {
+            samples_per_site,
+            cells,
+            samples,
+        };
+        let coarse = told.coarse_samples_per_site.zip(above);
+        surface.hierarchy.levels.push(VertexSites {
+            fine: stencils(
+                told.samples_per_site,
+                level.triangles.clone(),
+                level.samples,
+            ),
+            coarse: coarse.map(|(per_site, cells)| stencils(per_site, cells, level.coarse_samples)),
+            neighbors: level.neighbors,
+            parents: level.parents,
+            areas: level.areas,
+        });
+        surface
+            .frames
+            .push(frames(&level.normals, &level.orientations));
+        surface.meshes.push(TriangleMesh {
+            positions: level.positions,
+            triangles: level.triangles,
+        });
+        surface.normals.push(level.normals);
+        surface.parent_points.push(level.parent_points);
+        let [valued, outside, folded] = told.counts;
+        surface.samples.push(SampleCounts {
+            valued,
+            outside,
+            folded,
+        });
+    }
+    surface
+}
+
+fn frames(normals: &[Vec3], orientations: &[Vec3]) -> Vec<Frame> {
+    let frame = |(&n, &s): (&Vec3, &Vec3)| Frame {
+        s,
+        t: n.cross(s),
+        n,
+    };
+    normals.iter().zip(orientations).map(frame).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,289 @@
+//! Cached surfaces altered in every list and field: told, made again, never used.
+
+use std::sync::Mutex;
+
+use ndarray::Array1;
+use rand::Rng;
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use super::*;
+use crate::mesh::shapes;
+use crate::mesh::surface_tree::SurfacePoint;
+use crate::progress::{Event, Progress};
+use crate::random;
+use crate::sites::vertices::surface::prepare;
+
+/// A member of the archive: its name and its numbers as bytes.
+type NamedBytes = (String, Vec<u8>);
+
+/// A cached surface of two levels.
+struct Cached {
+    folder: TempDir,
+    user: UserMesh,
+    options: SurfaceOptions,
+    surface: Surface,
+}
+
+impl Cached {
+    fn new() -> Self {
+        let mesh = shapes::torus(16, 10, 1.0, 0.4);
+        let user = UserMesh {
+            from_file: (0..mesh.positions.len() as u32).collect(),
+            mesh,
+            ..UserMesh::default()
+        };
+        let options = SurfaceOptions {
+            levels: 2,
+            neighborhood: 3,
+            ..SurfaceOptions::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let surface = prepare(&user, &options, Some(folder.path()), Progress::silent()).unwrap();
+        Self {
+            folder,
+            user,
+            options,
+            surface,
+        }
+    }
+
+    fn wanted(&self) -> Wanted<'_> {
+        Wanted::new(&self.user, &self.options).unwrap()
+    }
+
+    fn file(&self) -> PathBuf {
+        self.wanted().file(self.folder.path())
+    }
+
+    /// Prepares the surface again; what is told meanwhile.
+    fn notes(&self) -> Vec<String> {
+        let told = Mutex::new(Vec::new());
+        let listener = |event| {
+            if let Event::Warn(text) = event {
+                told.lock().unwrap().push(text);
+            }
+        };
+        let progress = Progress::new(&listener, None);
+        let again = prepare(
+            &self.user,
+            &self.options,
+            Some(self.folder.path()),
+            progress,
+        );
+        assert!(again.unwrap() == self.surface, "another surface");
+        told.into_inner().unwrap()
+    }
+
+    /// Asserts that the file is told not to hold, made again, and then taken.
+    fn assert_made_again(&self, what: &str) {
+        let name = self
+            .file()
+            .file_name()
+            .unwrap()
+            .to_string_lossy()
+            .into_owned();
+        let notes = self.notes();
+        let says = |words: &str| notes.len() == 1 && notes[0].contains(words);
+        assert!(says(&name) && says("made again"), "{what}: {notes:?}");
+        assert!(self.notes().is_empty(), "{what}: not made again");
+    }
+
+    fn parts(&self) -> (Map<String, Value>, Vec<NamedBytes>) {
+        let mut reader = npz::Reader::open(&self.file()).unwrap();
+        let mut meta: Map<String, Value> = reader.meta().unwrap();
+        meta.remove("id");
+        let names = LISTS
+            .iter()
+            .flat_map(|name| [member(0, name), member(1, name)]);
+        let lists = names.map(|name| {
+            let list: Array1<u8> = reader.array(&name).unwrap();
+            (name, list.to_vec())
+        });
+        let lists = lists.collect();
+        (meta, lists)
+    }
+
+    fn write(&self, meta: &Map<String, Value>, lists: &[(String, Vec<u8>)]) {
+        let lists: Vec<(String, &[u8])> = lists
+            .iter()
+            .map(|(name, bytes)| (name.clone(), bytes.as_slice()))
+            .collect();
+        write_lists(&self.file(), meta.clone(), &lists).unwrap();
+    }
+}
+
+/// All lists of a level.
+const LISTS: [&str; 11] = [
+    "triangles",
+    "positions",
+    "normals",
+    "orientations",
+    "samples",
+    "coarse_samples",
+    "neighbor_starts",
+    "neighbors",
+    "parents",
+    "areas",
+    "parent_points",
+];
+
+#[test]
+fn a_list_with_any_bit_altered_is_told_and_the_surface_is_the_same() {
+    let cached = Cached::new();
+    let (meta, lists) = cached.parts();
+    let mut stream = random::stream(5, "altered", 0, 0);
+    for (at, (name, bytes)) in lists.iter().enumerate() {
+        let mut altered = lists.clone();
+        match bytes.len() {
+            0 => altered[at].1.extend([0; 8]),
+            length => altered[at].1[stream.gen_range(0..length)] ^= 1 << stream.gen_range(0..8),
+        }
+        cached.write(&meta, &altered);
+        cached.assert_made_again(name);
+        let mut shorter = lists.clone();
+        shorter[at].1.truncate(bytes.len().saturating_sub(12));
+        if shorter != lists {
+            cached.write(&meta, &shorter);
+            cached.assert_made_again(&format!("{name}, shorter"));
+        }
+        let mut without = lists.clone();
+        without.remove(at);
+        cached.write(&meta, &without);
+        cached.assert_made_again(&format!("no {name}"));
+    }
+}
+
+#[test]
+fn a_field_that_is_altered_is_told_and_the_surface_is_the_same() {
+    let cached = Cached::new();
+    let (meta, lists) = cached.parts();
+    let texel = meta["texel"].as_f64().unwrap();
+    let level = |field: &str, value: Value| {
+        let mut levels = meta["levels"].clone();
+        levels[0][field] = value;
+        ("levels", levels)
+    };
+    let fewer = json!([meta["levels"][0]]);
+    for (field, value) in [
+        ("format", json!("mesotex-checkpoint")),
+        ("version", json!(VERSION - 1)),
+        ("engine", json!("0.0.9")),
+        ("seal", json!(ContentId::of_bytes(b"other").to_string())),
+        ("texel", json!(texel.next_up())),
+        ("texel", json!(-texel)),
+        ("texel", json!("large")),
+        ("levels", fewer),
+        ("levels", json!([])),
+        level("samples_per_site", json!(25)),
+        level("samples_per_site", json!(u64::MAX)),
+        level("coarse_samples_per_site", json!(null)),
+        level("counts", json!([1, 2, 3])),
+    ] {
+        let mut altered = meta.clone();
+        altered.insert(field.into(), value.clone());
+        cached.write(&altered, &lists);
+        cached.assert_made_again(&format!("{field} {value}"));
+        let mut without = meta.clone();
+        without.remove(field);
+        cached.write(&without, &lists);
+        cached.assert_made_again(&format!("no {field}"));
+    }
+}
+
+/// Changes that a seal made anew would cover, and the list each must be told for.
+#[test]
+fn sealed_lists_that_no_surface_has_are_told_by_name() {
+    let cached = Cached::new();
+    fn fine(surface: &mut Surface) -> &mut PatchStencils {
+        &mut surface.hierarchy.levels[0].fine
+    }
+    fn near(surface: &mut Surface) -> &mut Rows<Neighbor> {
+        &mut surface.hierarchy.levels[0].neighbors
+    }
+    type Change = (&'static str, fn(&mut Surface));
+    let changes: [Change; 22] = [
+        ("L0:", |s| s.meshes[0].positions[3].x += 1.0),
+        ("L1/triangles", |s| s.meshes[1].triangles[0][1] = 9999),
+        ("L1/positions", |s| s.meshes[1].positions[2].y = f32::NAN),
+        ("L1/areas", |s| s.hierarchy.levels[1].areas[0] = -1.0),
+        ("L0/areas", |s| {
+            s.hierarchy.levels[0].areas[0] = f32::INFINITY
+        }),
+        ("L0/areas", |s| s.hierarchy.levels[0].areas.truncate(9)),
+        ("L0/normals", |s| s.normals[0][1] *= 2.0),
+        ("L0/normals", |s| s.normals[0][1].x = f32::NAN),
+        ("L0/orientations", |s| s.frames[0][4].s = s.frames[0][4].n),
+        ("L0/samples", |s| fine(s).samples[7].cell = 1 << 30),
+        ("L0/samples", |s| fine(s).samples[4].weights = [40_000; 2]),
+        ("L0/samples", |s| fine(s).samples.truncate(9)),
+        ("L0/counts", |s| s.samples[0].valued = u64::MAX),
+        ("L0/neighbor_starts", |s| near(s).starts[1] = 9999),
+        ("L0/neighbor_starts", |s| near(s).starts.clear()),
+        ("L0/neighbors", |s| near(s).entries[0].site = 9999),
+        ("L0/neighbors", |s| near(s).entries[0].x = f32::NAN),
+        ("L0/parents", |s| {
+            s.hierarchy.levels[0].parents[2].site = 9999
+        }),
+        ("L0/parents", |s| {
+            s.hierarchy.levels[0].parents[2].x = f32::NAN
+        }),
+        ("L0/parent_points", |s| {
+            s.parent_points[0][0].triangle = 9999
+        }),
+        ("L0/parent_points", |s| {
+            s.parent_points[0][0].weights = [0.9; 3]
+        }),
+        ("L1/parents", |s| {
+            s.hierarchy.levels[1].parents = s.hierarchy.levels[0].parents.clone();
+        }),
+    ];
+    for (list, change) in changes {
+        let mut surface = cached.surface.clone();
+        change(&mut surface);
+        let wanted = cached.wanted();
+        assert!(write(&cached.file(), &wanted, &surface).is_err(), "{list}");
+        write_unchecked(&cached.file(), &wanted, &surface).unwrap();
+        let error = read(&cached.file(), &wanted).unwrap_err().to_string();
+        assert!(error.contains(list), "{list}: {error}");
+        cached.assert_made_again(list);
+    }
+    let mut nowhere = cached.surface.clone();
+    nowhere.parent_points[0][0] = SurfacePoint::NOWHERE;
+    write(&cached.file(), &cached.wanted(), &nowhere).unwrap();
+}
+
+#[test]
+fn a_surface_of_another_mesh_is_not_taken_under_this_ones_name() {
+    let (one, mut other) = (Cached::new(), Cached::new());
+    other.user.mesh.positions[0].x += 0.01;
+    std::fs::copy(one.file(), other.file()).unwrap();
+    let error = read(&other.file(), &other.wanted())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("texel") || error.contains("seal"), "{error}");
+}
+
+#[test]
+fn a_cache_that_cannot_be_written_is_a_note() {
+    let cached = Cached::new();
+    let file = cached.file();
+    std::fs::remove_file(&file).unwrap();
+    std::fs::create_dir(&file).unwrap();
+    std::fs::write(file.join("x"), "x").unwrap();
+    let notes = cached.notes();
+    assert!(
+        notes.len() == 2 && notes[1].contains("not cached"),
+        "{notes:?}"
+    );
+    let nowhere = cached.folder.path().join("plain");
+    std::fs::write(&nowhere, "no folder").unwrap();
+    let below = nowhere.join("below");
+    let surface = prepare(
+        &cached.user,
+        &cached.options,
+        Some(&below),
+        Progress::silent(),
+    );
+    assert!(surface.unwrap() == cached.surface);
+}

@@ -1,0 +1,471 @@
+//! The whole preparation of a surface: pyramid, orientation field, frames, patches, stencils.
+//!
+//! In: a user's mesh. Out: everything synthesis needs of it, per level; level 0 is the user's own
+//! vertices. Cached beside the mesh by the hash of all that went in.
+
+use std::path::Path;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+pub use crate::sites::vertices::prepared_surface::Surface;
+
+use crate::error::Result;
+use crate::mesh::connection::Connection;
+use crate::mesh::field::Field;
+use crate::mesh::field::guides::{Canvas, guided_field};
+use crate::mesh::reading::UserMesh;
+use crate::mesh::retile::Retiler;
+use crate::mesh::retile::relax::Target;
+use crate::mesh::rings::Rings;
+use crate::mesh::surface_tree::{SurfacePoint, SurfaceTree};
+use crate::mesh::topology::Topology;
+use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::neighborhood::Template;
+use crate::progress::Progress;
+use crate::sites::level::SiteHierarchy;
+use crate::sites::vertices::VertexSites;
+use crate::sites::vertices::cache;
+use crate::sites::vertices::parents;
+use crate::sites::vertices::patches::Patches;
+use crate::sites::vertices::surface_options::{SurfaceOptions, warn_of_texel};
+
+/// One level while it is being prepared.
+struct Level {
+    mesh: TriangleMesh,
+    rings: Rings,
+    connection: Connection,
+    texels: Vec<f32>,
+}
+
+/// Prepares a surface, or takes it from the folder `cache`, where it is then kept.
+///
+/// A cache that cannot be read or written, or that does not hold what it should, costs a warning, no more.
+pub fn prepare(
+    user: &UserMesh,
+    options: &SurfaceOptions,
+    cache: Option<&Path>,
+    progress: Progress<'_>,
+) -> Result<Surface> {
+    options.validate()?;
+    let Some(folder) = cache else {
+        return prepare_afresh(user, options, progress);
+    };
+    let wanted = cache::Wanted::new(user, options)?;
+    let file = wanted.file(folder);
+    if file.exists() {
+        match cache::read(&file, &wanted) {
+            Ok(surface) => return Ok(surface),
+            Err(error) => progress.warn(format!("{error}; the cached surface is made again")),
+        }
+    }
+    let surface = prepare_afresh(user, options, progress)?;
+    if let Err(error) = cache::write(&file, &wanted, &surface) {
+        progress.warn(format!("the surface is not cached: {error}"));
+    }
+    Ok(surface)
+}
+
+fn prepare_afresh(
+    user: &UserMesh,
+    options: &SurfaceOptions,
+    progress: Progress<'_>,
+) -> Result<Surface> {
+    let texel = options.texel_on(&user.mesh)?;
+    warn_of_texel(&user.mesh, texel, progress);
+    progress.check()?;
+    let target = Target::new(&user.mesh, options.crease.to_radians());
+    progress.check()?;
+    let meshes = pyramid(user, &target, options, progress)?;
+    progress.begin("orientation field", 1);
+    let levels = oriented_levels(user, options, meshes, (&target.tree, texel), progress)?;
+    progress.advance(1)?;
+    progress.end();
+    assemble(levels, options, texel, progress)
+}
+
+/// No level is asked to have fewer vertices.
+const FEWEST_VERTICES: usize = 4;
+
+/// Level 0 and its retiled quarters.
+fn pyramid(
+    user: &UserMesh,
+    target: &Target,
+    options: &SurfaceOptions,
+    progress: Progress<'_>,
+) -> Result<Vec<TriangleMesh>> {
+    let mut meshes = vec![user.mesh.clone()];
+    let mut retiler = Retiler::new(&user.mesh, target);
+    for level in 1..options.levels {
+        let wanted = user.mesh.referenced_count() >> (2 * level);
+        meshes.push(retiler.to(wanted.max(FEWEST_VERTICES), progress)?);
+    }
+    Ok(meshes)
+}
+
+fn oriented_levels(
+    user: &UserMesh,
+    options: &SurfaceOptions,
+    meshes: Vec<TriangleMesh>,
+    (tree, texel): (&SurfaceTree, f64),
+    progress: Progress<'_>,
+) -> Result<Vec<Level>> {
+    let mut levels: Vec<Level> = Vec::with_capacity(meshes.len());
+    for (number, mesh) in meshes.into_iter().enumerate() {
+        progress.check()?;
+        let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
+        progress.check()?;
+        let (angles, scales) = match levels.first() {
+            None => {
+                let canvas = Canvas {
+                    user,
+                    rings: &rings,
+                    tree,
+                    texel,
+                };
+                let field = guided_field(canvas, &options.guides(), options.seed, progress)?;
+                (turned_angles(user, &field), user.scale.clone())
+            }
+            Some(first) => carried_down(&mesh, &rings, first, user.scale.as_deref(), tree),
+        };
+        let level_texel = (texel * f64::from(1u32 << number)) as f32;
+        let texels = match scales {
+            Some(scales) => scales.iter().map(|scale| scale * level_texel).collect(),
+            None => vec![level_texel; mesh.positions.len()],
+        };
+        levels.push(Level {
+            connection: Connection::new(&rings, &angles),
+            rings,
+            mesh,
+            texels,
+        });
+    }
+    Ok(levels)
+}
+
+/// The angles of the finest frames: the field, turned by the user's rotation.
+fn turned_angles(user: &UserMesh, field: &Field) -> Vec<f64> {
+    let mut angles = field.angles();
+    for (angle, degrees) in angles.iter_mut().zip(user.rotation.iter().flatten()) {
+        *angle += f64::from(*degrees).to_radians();
+    }
+    angles
+}
+
+/// Directions and scales of a coarser level, read off the finest at the nearest point.
+fn carried_down(
+    mesh: &TriangleMesh,
+    rings: &Rings,
+    finest: &Level,
+    scales: Option<&[f32]>,
+    tree: &SurfaceTree,
+) -> (Vec<f64>, Option<Vec<f32>>) {
+    let points: Vec<Option<SurfacePoint>> = (0..mesh.positions.len())
+        .into_par_iter()
+        .map(|vertex| {
+            let normal = rings.normals[vertex];
+            let facing = |corners: &[Vec3; 3]| {
+                (corners[1] - corners[0])
+                    .cross(corners[2] - corners[0])
+                    .dot(normal)
+                    > 0.0
+            };
+            let position = mesh.positions[vertex];
+            tree.nearest_accepted(position, f32::INFINITY, facing)
+                .or_else(|| tree.nearest(position))
+        })
+        .collect();
+    let corners = |point: &SurfacePoint| finest.mesh.triangles[point.triangle as usize];
+    let angle = |(vertex, point): (usize, &Option<SurfacePoint>)| {
+        let point = point.as_ref()?;
+        let carried: Vec3 = corners(point)
+            .iter()
+            .zip(point.weights)
+            .map(|(&corner, weight)| finest.connection.frames[corner as usize].s * weight)
+            .sum();
+        rings.angle_of(vertex, carried)
+    };
+    let angles = points
+        .iter()
+        .enumerate()
+        .map(|at| angle(at).unwrap_or(0.0))
+        .collect();
+    let scale = |point: &Option<SurfacePoint>, scales: &[f32]| {
+        point.as_ref().map_or(1.0, |point| {
+            let terms = corners(point).into_iter().zip(point.weights);
+            terms
+                .map(|(corner, weight)| scales[corner as usize] * weight)
+                .sum()
+        })
+    };
+    let scales = scales.map(|scales| points.iter().map(|point| scale(point, scales)).collect());
+    (angles, scales)
+}
+
+fn assemble(
+    levels: Vec<Level>,
+    options: &SurfaceOptions,
+    texel: f64,
+    progress: Progress<'_>,
+) -> Result<Surface> {
+    progress.begin("patches", levels.len() as u64);
+    let fine_template = Template::square(options.neighborhood);
+    let coarse_template = Template::square(options.coarse_neighborhood);
+    let mut hierarchy = SiteHierarchy { levels: Vec::new() };
+    let (mut samples, mut parent_points) = (Vec::new(), Vec::new());
+    for (number, level) in levels.iter().enumerate() {
+        let patches = level.patches();
+        let half_window = options.neighborhood as f32 / 2.0;
+        let own = patches.round_vertices(&fine_template, half_window, progress)?;
+        let mut points = Vec::new();
+        let above = levels.get(number + 1).map(|coarser| {
+            progress.check()?;
+            let coarse_texels: Vec<f32> = level.texels.iter().map(|texel| 2.0 * texel).collect();
+            let coarse_texel = (texel * f64::from(2u32 << number)) as f32;
+            let tree = SurfaceTree::new(&coarser.mesh);
+            points = parents::parent_points(&level.mesh, &level.rings.normals, &tree, coarse_texel);
+            coarser.patches().round_points(
+                &coarse_template,
+                &points,
+                &level.connection,
+                &coarse_texels,
+                progress,
+            )
+        });
+        let (coarse, parents) = above.transpose()?.unzip();
+        samples.push(own.counts);
+        parent_points.push(points);
+        hierarchy.levels.push(VertexSites {
+            fine: own.stencils,
+            coarse,
+            neighbors: own.neighbors,
+            parents: parents.unwrap_or_default(),
+            areas: level.mesh.vertex_areas(),
+        });
+        progress.advance(1)?;
+    }
+    progress.end();
+    let mut surface = Surface {
+        meshes: Vec::new(),
+        normals: Vec::new(),
+        frames: Vec::new(),
+        hierarchy,
+        parent_points,
+        texel,
+        samples,
+    };
+    for level in levels {
+        surface.meshes.push(level.mesh);
+        surface.normals.push(level.rings.normals);
+        surface.frames.push(level.connection.frames);
+    }
+    Ok(surface)
+}
+
+impl Level {
+    fn patches(&self) -> Patches<'_> {
+        Patches {
+            mesh: &self.mesh,
+            connection: &self.connection,
+            texels: &self.texels,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::sites::level::{SampleLocation, Sites};
+    use glam::Vec2;
+
+    fn user(mesh: TriangleMesh) -> UserMesh {
+        UserMesh {
+            from_file: (0..mesh.positions.len() as u32).collect(),
+            mesh,
+            ..UserMesh::default()
+        }
+    }
+
+    fn prepared(user: &UserMesh, levels: u32) -> Surface {
+        let options = SurfaceOptions {
+            levels,
+            ..SurfaceOptions::default()
+        };
+        prepare(user, &options, None, Progress::silent()).unwrap()
+    }
+
+    /// A flat grid guided along x, one texel a step.
+    fn flat(side: u32, levels: u32) -> (TriangleMesh, Surface) {
+        let mesh = shapes::grid(side, side, 0.5);
+        let mut user = user(mesh.clone());
+        user.orientation = Some(vec![Vec3::X; mesh.positions.len()]);
+        let options = SurfaceOptions {
+            levels,
+            texel: Some(0.5),
+            ..SurfaceOptions::default()
+        };
+        (
+            mesh,
+            prepare(&user, &options, None, Progress::silent()).unwrap(),
+        )
+    }
+
+    fn position(sample: SampleLocation<3>, mesh: &TriangleMesh) -> Vec3 {
+        let (sites, weights) = match sample {
+            SampleLocation::Outside => panic!("outside"),
+            SampleLocation::AtSite(site) => ([site; 3], [1.0, 0.0, 0.0]),
+            SampleLocation::Between(sites, weights) => (sites, weights),
+        };
+        let corners = sites.map(|site| mesh.positions[site as usize]);
+        (0..3).map(|k| corners[k] * weights[k]).sum()
+    }
+
+    #[test]
+    fn the_stencil_of_a_flat_grid_is_the_grid() {
+        let (mesh, surface) = flat(12, 1);
+        let template = Template::square(7);
+        let level = &surface.hierarchy.levels[0];
+        let centre = 6 * 13 + 6;
+        for (sample, offset) in level.fine.of_site(centre).zip(&template.positions) {
+            let at = position(sample, &mesh);
+            let expected = mesh.positions[centre] + offset.extend(0.0) * 0.5;
+            assert!((at - expected).length() < 1e-3, "{at} {expected}");
+        }
+        assert_eq!(level.neighbors(centre).count(), 48);
+        assert_eq!(level.neighbors(0).count(), 15);
+        let nearest = level.neighbors(centre).next().unwrap();
+        assert_eq!(nearest.site as usize, centre - 13);
+        assert!((Vec2::new(nearest.x, nearest.y) - Vec2::new(0.0, -1.0)).length() < 1e-4);
+        let corner = level.fine.of_site(0);
+        let valued = corner.filter(|s| *s != SampleLocation::Outside);
+        assert_eq!(valued.count(), 16);
+    }
+
+    #[test]
+    fn coarse_stencils_and_parents_lie_where_they_should() {
+        let (mesh, surface) = flat(24, 2);
+        let template = Template::square(3);
+        let level = &surface.hierarchy.levels[0];
+        let coarse = level.coarse.as_ref().unwrap();
+        let above = &surface.meshes[1];
+        let centre = 12 * 25 + 12;
+        for (sample, offset) in coarse.of_site(centre).zip(&template.positions) {
+            let at = position(sample, above);
+            let expected = mesh.positions[centre] + offset.extend(0.0);
+            assert!((at - expected).length() < 2e-3, "{at} {expected}");
+        }
+        for (vertex, parent) in level.parents.iter().enumerate() {
+            let at = above.positions[parent.site as usize] - mesh.positions[vertex];
+            let expected = Vec2::new(parent.x, parent.y);
+            assert!(
+                (at.truncate() - expected).length() < 2e-3,
+                "{vertex}: {at} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn stray_vertices_have_no_neighbours_and_default_frames() {
+        let mut mesh = shapes::icosphere(3);
+        mesh.positions.insert(0, Vec3::splat(7.0));
+        mesh.triangles.iter_mut().flatten().for_each(|v| *v += 1);
+        let surface = prepared(&user(mesh), 2);
+        let level = &surface.hierarchy.levels[0];
+        assert_eq!(level.neighbors(0).count(), 0);
+        for stencils in [&level.fine, level.coarse.as_ref().unwrap()] {
+            assert!(stencils.of_site(0).all(|s| s == SampleLocation::Outside));
+        }
+        assert_eq!(level.areas[0], 0.0);
+        assert_eq!(
+            (surface.normals[0][0], surface.frames[0][0].s),
+            (Vec3::Z, Vec3::X)
+        );
+    }
+
+    #[test]
+    fn a_cached_surface_is_the_same_and_a_damaged_one_is_made_again() {
+        let user = user(shapes::torus(30, 16, 1.0, 0.4));
+        let folder = tempfile::tempdir().unwrap();
+        let options = SurfaceOptions {
+            levels: 2,
+            ..SurfaceOptions::default()
+        };
+        let run = || prepare(&user, &options, Some(folder.path()), Progress::silent()).unwrap();
+        let first = run();
+        assert_eq!(run(), first);
+        let files: Vec<_> = std::fs::read_dir(folder.path())
+            .unwrap()
+            .flatten()
+            .collect();
+        assert_eq!(files.len(), 1);
+        let path = files[0].path();
+        let wanted = cache::Wanted::new(&user, &options).unwrap();
+        assert!(cache::read(&path, &wanted).is_ok());
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        assert_eq!(run(), first);
+        assert!(cache::read(&path, &wanted).is_ok());
+        let other = SurfaceOptions {
+            texel: Some(0.1),
+            ..options.clone()
+        };
+        assert_ne!(
+            wanted.file(folder.path()),
+            cache::Wanted::new(&user, &other)
+                .unwrap()
+                .file(folder.path())
+        );
+    }
+
+    #[test]
+    fn scale_and_rotation_of_a_vertex_act_on_its_own_patch() {
+        let mesh = shapes::grid(16, 16, 0.5);
+        let mut user = user(mesh.clone());
+        let count = mesh.positions.len();
+        user.orientation = Some(vec![Vec3::X; count]);
+        let centre = 8 * 17 + 8;
+        let mut scale = vec![1.0; count];
+        scale[centre] = 2.0;
+        let mut rotation = vec![0.0; count];
+        rotation[centre] = 90.0;
+        (user.scale, user.rotation) = (Some(scale), Some(rotation));
+        let options = SurfaceOptions {
+            levels: 1,
+            texel: Some(0.5),
+            neighborhood: 3,
+            ..SurfaceOptions::default()
+        };
+        let surface = prepare(&user, &options, None, Progress::silent()).unwrap();
+        assert!((surface.frames[0][centre].s - Vec3::Y).length() < 1e-5);
+        let fine = &surface.hierarchy.levels[0].fine;
+        // One texel along s: up the mesh, and a whole unit at scale 2.
+        let at = position(fine.of_site(centre).nth(5).unwrap(), &mesh);
+        assert!(
+            (at - mesh.positions[centre] - Vec3::Y).length() < 1e-3,
+            "{at}"
+        );
+    }
+
+    #[test]
+    fn bad_options_are_refused_by_name() {
+        let mesh = user(shapes::grid(2, 2, 1.0));
+        let refused = |options: SurfaceOptions| {
+            let error = prepare(&mesh, &options, None, Progress::silent()).unwrap_err();
+            error.to_string()
+        };
+        let base = SurfaceOptions::default;
+        for texel in [0.0, -1.0, f64::NAN] {
+            let text = refused(SurfaceOptions {
+                texel: Some(texel),
+                ..base()
+            });
+            assert!(text.contains("--texel"), "{text}");
+        }
+        let text = refused(SurfaceOptions {
+            neighborhood: 6,
+            ..base()
+        });
+        assert!(text.contains("--neighborhood"), "{text}");
+    }
+}

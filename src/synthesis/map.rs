@@ -1,0 +1,95 @@
+//! The door of the engine: from a space, a neighbour table and a target to a surface texton map.
+
+use crate::error::Result;
+use crate::exemplar::neighbor_table::NeighborTable;
+use crate::exemplar::space::{Features, Space};
+use crate::grid::TexCoord;
+use crate::index::TextonLabel;
+use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::progress::Progress;
+use crate::sites::level::{SiteHierarchy, Sites};
+use crate::sites::target::{Target, WithSites};
+use crate::synthesis::inputs::{Inputs, LevelMap};
+use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::recipes::synthesize;
+
+/// Synthesizes a map on a target. Errors: inputs and options that do not fit, and
+/// [`Error::Interrupted`](crate::error::Error::Interrupted).
+pub fn synthesize_map(
+    space: &Space,
+    table: &NeighborTable,
+    target: &Target,
+    options: &SynthesisOptions,
+    progress: Progress<'_>,
+) -> Result<SurfaceTextonMap> {
+    let work = AllLevels {
+        space,
+        table,
+        options,
+        progress,
+    };
+    let finest = target.with_sites(work)?;
+    Ok(surface_map(space, target, finest.coords, options))
+}
+
+struct AllLevels<'a> {
+    space: &'a Space,
+    table: &'a NeighborTable,
+    options: &'a SynthesisOptions,
+    progress: Progress<'a>,
+}
+
+impl WithSites for AllLevels<'_> {
+    type Found = Result<LevelMap>;
+
+    fn run<const N: usize, S: Sites<N>>(self, sites: &SiteHierarchy<S>) -> Result<LevelMap> {
+        let inputs = Inputs {
+            space: self.space,
+            table: self.table,
+            sites,
+        };
+        synthesize(inputs, self.options, None, &mut |_| Ok(()), self.progress)
+    }
+}
+
+/// The map of finished coordinates on the target's surface; vertices in no face hold nothing.
+pub fn surface_map(
+    space: &Space,
+    target: &Target,
+    coords: Vec<TexCoord>,
+    options: &SynthesisOptions,
+) -> SurfaceTextonMap {
+    let grid = space.levels[0].grid;
+    let mut map = SurfaceTextonMap {
+        mesh: target.mesh().clone(),
+        normals: target.normals(),
+        orientations: target.orientations(),
+        scale: target.scale().map(<[f32]>::to_vec),
+        textons: textons(space, &coords),
+        coords,
+        exemplar: [grid.width, grid.height],
+        texel: target.texel(),
+        origin: target.origin(),
+        seed: options.seed,
+        sample: space.sample.clone(),
+        space: space.id.clone(),
+    };
+    let in_face = map.mesh.referenced();
+    for vertex in (0..in_face.len()).filter(|&vertex| !in_face[vertex]) {
+        map.coords[vertex] = TexCoord { s: 0.5, t: 0.5 };
+        map.textons[vertex] = TextonLabel::NONE;
+    }
+    map
+}
+
+/// The texton of every coordinate of level 0; [`TextonLabel::NONE`] for plain images.
+pub fn textons(space: &Space, coords: &[TexCoord]) -> Vec<TextonLabel> {
+    let level = &space.levels[0];
+    let label = |&at: &TexCoord| match &level.features {
+        Features::Textons { labels, .. } => {
+            TextonLabel(labels[level.grid.texel_nearest(at).index()])
+        }
+        Features::Vectors(_) => TextonLabel::NONE,
+    };
+    coords.iter().map(label).collect()
+}

@@ -1,0 +1,71 @@
+//! The distance of two neighbourhoods, a site's and a texel's: Σ wₚ ‖s(p) − t(p)‖² over the samples
+//! of both windows that count (Tong 2002 §5.1), not divided by their number.
+
+pub mod embedded;
+pub mod features;
+pub mod gram;
+pub mod lower_bounds;
+pub mod of_level;
+pub mod site_values;
+
+use crate::sites::level::Sites;
+use crate::synthesis::candidates::forward::Candidate;
+use crate::synthesis::keep::{Pick, Preference, smallest};
+use crate::synthesis::metric::site_values::SiteNeighborhood;
+
+/// A way to compare neighbourhoods on one level.
+pub trait Metric: Sync {
+    /// What a site's neighbourhood holds, in the metric's own terms; reused from site to site.
+    type Pattern: Default + Send;
+
+    /// Reads what a site's neighbourhood holds.
+    fn read<const N: usize, S: Sites<N>>(
+        &self,
+        site: &SiteNeighborhood<'_, S>,
+        pattern: &mut Self::Pattern,
+    );
+
+    /// The distance to a texel's neighbourhood, or infinity once it is known to exceed `limit`.
+    fn distance(&self, pattern: &Self::Pattern, texel: u32, limit: f64) -> f64;
+
+    /// The best of `first` and some candidates, with `floor` added to all distances.
+    fn best(
+        &self,
+        pattern: &Self::Pattern,
+        candidates: &[Candidate],
+        first: Option<Pick>,
+        floor: f64,
+    ) -> Option<Pick> {
+        smallest(candidates, first, floor, |texel, limit| {
+            self.distance(pattern, texel, limit)
+        })
+    }
+
+    /// The best of all whole texels; `coherent` are those that are preferred.
+    fn best_of_all(
+        &self,
+        pattern: &mut Self::Pattern,
+        coherent: &[Candidate],
+        preference: Preference,
+    ) -> Option<Pick>;
+}
+
+/// The better of `first` and every texel of a list, none of them preferred.
+#[inline(always)]
+pub fn best_of_whole(
+    texels: &[u32],
+    first: Option<Pick>,
+    preference: Preference,
+    mut distance: impl FnMut(u32, f64) -> f64,
+) -> Option<Pick> {
+    let Preference { coherence, floor } = preference;
+    let mut best = first;
+    for &texel in texels {
+        let limit = Pick::limit(best, coherence, floor);
+        let pick = Pick::new(texel, distance(texel, limit), coherence, floor);
+        if best.is_none_or(|best| pick.beats(&best)) {
+            best = Some(pick);
+        }
+    }
+    best
+}

@@ -1,0 +1,34 @@
+//! Papers, a file each, and the parts that they share.
+//!
+//! | recipe | method |
+//! | --- | --- |
+//! | [`tong`] | k-coherence: Tong 2002 §5 |
+//!
+//! Parts: the [`k_coherence`] rule, [`distance_floor`], [`reuse_penalty`], [`seam_repair`].
+
+pub mod distance_floor;
+pub mod k_coherence;
+pub mod reuse_penalty;
+pub mod seam_repair;
+pub mod tong;
+
+use crate::error::Result;
+use crate::progress::Progress;
+use crate::sites::level::Sites;
+use crate::synthesis::inputs::{Inputs, LevelMap};
+use crate::synthesis::options::SynthesisOptions;
+
+/// Synthesizes all levels and returns the finest.
+///
+/// `finished` is handed every level when it is done; `begun` is one that an earlier run of the same
+/// inputs and options finished. Errors: inputs and options that do not fit
+/// ([`check`](super::check)), and [`Error::Interrupted`](crate::error::Error::Interrupted).
+pub fn synthesize<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
+    options: &SynthesisOptions,
+    begun: Option<LevelMap>,
+    finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
+    progress: Progress<'_>,
+) -> Result<LevelMap> {
+    tong::tong(inputs, options, begun, finished, progress)
+}
