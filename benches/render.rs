@@ -102,6 +102,7 @@ fn torus(sample: &Sample) -> SurfaceTextonMap {
     }
     SurfaceTextonMap {
         origin: glam::DVec3::ZERO,
+        scale: None,
         textons: vec![TextonLabel(1); mesh.positions.len()],
         mesh,
         normals,

@@ -147,6 +147,16 @@ fn numbers_of_a_table_are_checked_before_they_are_used() {
     refused("levels[0]: coarse_offsets[0]", |table| {
         table.levels[0].neighborhood.coarse_offsets[0] = [0, 128];
     });
+    refused("levels[0]: offsets[1]: [-2, -2]; expected [", |table| {
+        table.levels[0].neighborhood.offsets[1] = [-2, -2];
+    });
+    refused("levels[0]: coarse_offsets[0]", |table| {
+        table.levels[0].neighborhood.coarse_offsets.swap(0, 1);
+    });
+    refused("levels[0]: offsets: ", |table| {
+        table.levels[0].neighborhood.offsets.pop();
+        table.levels[0].neighborhood.weights.pop();
+    });
     refused("weight 1 of offsets", |table| {
         table.levels[1].neighborhood.weights[1] = -1.0;
     });

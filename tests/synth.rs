@@ -145,6 +145,56 @@ fn a_mesh_takes_the_picture_too() {
 }
 
 #[test]
+fn the_scale_of_a_mesh_stays_in_its_map() {
+    let folder = prepared();
+    let mesh = |name: &str, scale: [f32; 2]| {
+        let mut text = String::from("ply\nformat ascii 1.0\nelement vertex 400\n");
+        for property in ["x", "y", "z", "scale"] {
+            text += &format!("property float {property}\n");
+        }
+        text += "element face 722\nproperty list uchar int vertex_indices\nend_header\n";
+        for vertex in 0..400 {
+            let scale = scale[usize::from(vertex % 20 >= 10)];
+            text += &format!("{} {} 0 {scale}\n", vertex % 20, vertex / 20);
+        }
+        for cell in (0..380).filter(|cell| cell % 20 != 19) {
+            text += &format!("3 {cell} {} {}\n", cell + 1, cell + 21);
+            text += &format!("3 {cell} {} {}\n", cell + 21, cell + 20);
+        }
+        fs::write(folder.path().join(name), text).unwrap();
+    };
+    let map_of = |name: &str| {
+        let synth = format!("synth a.space.npz a.knn.npz {name} -o m.map.ply --texel 1");
+        succeeds(folder.path(), &synth);
+        SurfaceTextonMap::read(&folder.path().join("m.map.ply")).unwrap()
+    };
+    mesh("m.ply", [1.0, 1.5]);
+    let map = map_of("m.ply");
+    let expected: Vec<f32> = (0..400)
+        .map(|vertex| if vertex % 20 < 10 { 1.0 } else { 1.5 })
+        .collect();
+    assert_eq!(map.scale, Some(expected));
+    let said = succeeds(folder.path(), "info m.map.ply");
+    assert!(said.contains("scale from 1 to 1.5"), "{said}");
+    mesh("one.ply", [1.0, 1.0]);
+    assert_eq!(map_of("one.ply").scale, None);
+    let said = succeeds(folder.path(), "info m.map.ply");
+    assert!(!said.contains("scale from"), "{said}");
+    mesh("tiny.ply", [1.0, 1e-20]);
+    let synth = "synth a.space.npz a.knn.npz tiny.ply -o m.map.ply --texel 1";
+    let (code, message) = fails(folder.path(), synth);
+    assert_eq!(code, 1);
+    let named = [
+        "tiny.ply",
+        "vertex 10, property scale: 0.00000000000000000001",
+    ];
+    assert!(
+        named.iter().all(|words| message.contains(words)),
+        "{message}"
+    );
+}
+
+#[test]
 fn what_does_not_fit_is_refused_with_a_reason() {
     let folder = prepared();
     let refused = |more: &str, code: i32, words: &[&str]| {

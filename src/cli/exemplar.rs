@@ -1,23 +1,22 @@
 //! `mesotex exemplar`: plain images in; a sample of one view and one light, a space of features, and
 //! a neighbour table out, so that `synth` and `render` decorate meshes with ordinary textures.
 
+mod arguments;
 mod channels;
 mod controls;
 mod describe;
+mod option_values;
 mod reading;
 mod weights;
 
 use std::f32::consts::PI;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
 use glam::DVec3;
 use serde_json::json;
 
-pub use crate::cli::exemplar::channels::{ImageEncoding, KindOption};
+pub use crate::cli::exemplar::arguments::Arguments;
 pub use crate::cli::exemplar::describe::describe_channels;
-pub use crate::cli::exemplar::reading::AlphaOption;
-pub use crate::cli::exemplar::weights::Weight;
 
 use crate::btf::direction::Direction;
 use crate::btf::sample::{DType, Description, Layout};
@@ -25,80 +24,13 @@ use crate::btf::writer::SampleWriter;
 use crate::cli::exemplar::reading::ImageReader;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
-use crate::cli::session::{Common, Session};
+use crate::cli::session::Session;
 use crate::error::{Error, Result};
-use crate::exemplar::knn_options::KnnOptions;
 use crate::exemplar::neighbor_table;
 use crate::exemplar::plain_images::space_of_images;
 use crate::format::id::ContentId;
-use crate::format::image::{FloatImage, Orientation};
+use crate::format::image::FloatImage;
 use crate::format::ours::Format;
-
-/// Make an exemplar of plain images.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  mesotex exemplar bricks.png -o bricks --tile
-  mesotex exemplar color.png height.png --weights 1,0.5 -o stone --levels 3
-  mesotex exemplar color.exr bumps.exr n.exr --kinds color,height,normal -o wood
-  mesotex exemplar leaf.png --alpha keep --weights alpha=4 -o leaf
-  mesotex exemplar hide.png --mask parts.png --transition age.png -o hide
-Then:
-  mesotex synth bricks.space.npz bricks.knn.npz bunny.ply -o bricks.map.ply
-  mesotex render bricks.sample bricks.map.ply -o frames")]
-pub struct Arguments {
-    /// Aligned images: the first is the colour that is rendered, all guide synthesis
-    #[arg(required = true)]
-    pub images: Vec<PathBuf>,
-    /// NAME: writes NAME.sample, NAME.space.npz and NAME.knn.npz
-    #[arg(long, short, value_name = "NAME")]
-    pub output: PathBuf,
-    /// Opposite borders of the images continue each other
-    #[arg(long)]
-    pub tile: bool,
-    /// Levels of the pyramid, the finest included
-    #[arg(long, default_value_t = 4)]
-    pub levels: u32,
-    /// What each image is, in order [default: auto for each]
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "K,K…")]
-    pub kinds: Vec<KindOption>,
-    /// What each image weighs in the squared distance, or channels by name as height=0.5; 0 leaves a
-    /// channel out [default: 1 each]
-    #[arg(long, value_delimiter = ',', value_name = "W,W…")]
-    pub weights: Vec<Weight>,
-    /// How each image's numbers stand for light; one for all colours, or one for each image
-    #[arg(
-        long,
-        value_enum,
-        value_delimiter = ',',
-        default_value = "auto",
-        value_name = "E,E…"
-    )]
-    pub encoding: Vec<ImageEncoding>,
-    /// Grey image of the labels 0 to 3 of each texel: as they stand, or as grey 0, 85, 170, 255
-    #[arg(long, value_name = "FILE")]
-    pub mask: Option<PathBuf>,
-    /// Grey image of each texel's place in a transition, 0 to 1
-    #[arg(long, value_name = "FILE")]
-    pub transition: Option<PathBuf>,
-    /// Image of the pattern's direction at each texel: red is s (right), green is t (up); integers 0 to
-    /// their greatest stand for −1 to 1, floats as they stand
-    #[arg(long, value_name = "FILE")]
-    pub orientation_map: Option<PathBuf>,
-    /// Which way up the images are read
-    #[arg(long, value_enum, default_value = "upright")]
-    pub orientation: Orientation,
-    /// What becomes of texels that are not opaque
-    #[arg(long, value_enum, default_value = "refuse")]
-    pub alpha: AlphaOption,
-    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
-    #[arg(long, value_name = "NAME")]
-    pub layer: Option<String>,
-    #[command(flatten)]
-    pub knn: KnnOptions,
-    #[command(flatten)]
-    pub common: Common,
-}
 
 impl Arguments {
     /// What the command reads and writes.

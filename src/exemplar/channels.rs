@@ -4,22 +4,20 @@
 //! In: the `channels` of a space's `meta.json`, or those that [`plain_images`](super::plain_images)
 //! makes. Out: checked [`Channels`], which weigh the levels of a space and keep the numbers as stored.
 //! A file holds the numbers unweighted. A space in memory holds in
-//! [`Features::Vectors`](super::space::Features) what distances compare: each number times the root of
+//! [`Features::Vectors`](super::space_level::Features) what distances compare: each number times the root of
 //! its channel's weight. Weights of 1 leave every bit as it is.
 
-mod parsing;
+pub(super) mod parsing;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
 
 use clap::ValueEnum;
-use ndarray::{Array3, ArrayView3, s};
+use ndarray::{Array3, s};
 use serde::Serialize;
 
-pub(super) use crate::exemplar::channels::parsing::parse;
-
 use crate::error::{Error, Result};
-use crate::exemplar::space::{Features, Space, SpaceLevel, is_sound};
+use crate::exemplar::space_level::{Features, SpaceLevel, is_sound};
 
 /// The largest weight.
 pub const MOST_WEIGHT: f64 = 1e12;
@@ -337,45 +335,6 @@ fn error_at(place: &str, error: Error) -> Error {
             Error::Data(fault)
         }
         other => other,
-    }
-}
-
-impl Space {
-    /// The first channel of a kind.
-    pub fn channel(&self, kind: ChannelKind) -> Option<&Channel> {
-        self.channels
-            .list
-            .iter()
-            .find(|channel| channel.kind == kind)
-    }
-
-    /// The first channel of a kind, without which `method` cannot work.
-    pub fn required_channel(&self, kind: ChannelKind, method: &str) -> Result<&Channel> {
-        self.channel(kind).ok_or_else(|| {
-            let list = self.channels.list.iter();
-            let names: Vec<String> = list.map(|channel| channel.name.clone()).collect();
-            let found = match names.is_empty() {
-                true => "none are stated".into(),
-                false => names.join(", "),
-            };
-            Error::data("channels", found)
-                .expected(format!("one of kind {}, which {method} needs", kind.name()))
-                .advice(format!(
-                    "make the space with `mesotex exemplar IMAGE… --kinds …,{}`",
-                    kind.name()
-                ))
-        })
-    }
-
-    /// The numbers of a channel at a level as the file stores them, unweighted, [H, W, count]; nothing in
-    /// a space of textons.
-    pub fn channel_numbers(&self, level: usize, channel: &Channel) -> Option<ArrayView3<'_, f32>> {
-        let Features::Vectors(features) = &self.levels.get(level)?.features else {
-            return None;
-        };
-        let stored = self.channels.stored(level, features);
-        let numbers = channel.numbers();
-        (numbers.end <= stored.dim().2).then(|| stored.slice(s![.., .., numbers]))
     }
 }
 

@@ -12,7 +12,6 @@ use std::io;
 use ndarray::{Array, Array2, Array3, Dimension, Ix2, Ix3};
 
 use crate::error::{Error, Result};
-use crate::exemplar::space::Space;
 use crate::format::npz;
 use crate::grid::TexelGrid;
 
@@ -259,38 +258,6 @@ fn mean_direction(vectors: &[[f32; 2]]) -> [f32; 2] {
         return vectors[0];
     }
     [sum(0) / length, sum(1) / length]
-}
-
-impl Space {
-    /// The controls of a level, among which is `kind`; without it `method` cannot work.
-    pub fn required_control(
-        &self,
-        level: usize,
-        kind: ControlKind,
-        method: &str,
-    ) -> Result<&Controls> {
-        let controls = self
-            .controls
-            .get(level)
-            .filter(|controls| controls.has(kind));
-        controls.ok_or_else(|| {
-            let finest = self.controls.first().into_iter();
-            let names: Vec<&str> = finest
-                .flat_map(Controls::kinds)
-                .map(ControlKind::name)
-                .collect();
-            let found = match names.is_empty() {
-                true => "none".into(),
-                false => names.join(", "),
-            };
-            Error::data("controls", found)
-                .expected(format!("{}, which {method} needs", kind.name()))
-                .advice(format!(
-                    "make the space with `mesotex exemplar … --{} FILE`",
-                    kind.option()
-                ))
-        })
-    }
 }
 
 #[cfg(test)]

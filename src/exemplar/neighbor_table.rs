@@ -18,6 +18,7 @@ use crate::exemplar::greedy_choice::Choice;
 use crate::exemplar::knn_options::{KnnOptions, Search, WIDEST};
 use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
 use crate::exemplar::space::Space;
+use crate::exemplar::square_window::check_square;
 use crate::exemplar::table_rows::{Rows, assemble};
 use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::two_level::TwoLevelSearch;
@@ -401,7 +402,7 @@ fn check_neighborhood(meta: &LevelMeta, is_coarsest: bool) -> Result<()> {
     Ok(())
 }
 
-/// Checks a window's offsets and weights; `field` names the offsets.
+/// Checks a window's offsets and weights: none, or a square; `field` names the offsets.
 fn check_window(field: &str, offsets: &[[i32; 2]], weights: &[f32]) -> Result<()> {
     if offsets.len() != weights.len() {
         let found = format!("{} offsets, {} weights", offsets.len(), weights.len());
@@ -425,7 +426,10 @@ fn check_window(field: &str, offsets: &[[i32; 2]], weights: &[f32]) -> Result<()
         return Err(Error::data(format!("weight {at} of {field}"), found)
             .expected(format!("above 0, at most {LARGEST_WEIGHT:e}")));
     }
-    Ok(())
+    match offsets.is_empty() {
+        true => Ok(()),
+        false => check_square(field, offsets),
+    }
 }
 
 fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> Result<TableLevel> {

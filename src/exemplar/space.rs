@@ -6,13 +6,16 @@
 
 use std::path::Path;
 
-use ndarray::{Array2, Array3, ArrayView2, Ix2, Ix3, s};
+use ndarray::{Array2, ArrayView2, Ix2, Ix3, s};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+
+pub use crate::exemplar::space_level::{Features, SpaceLevel};
 
 use crate::error::{Error, Result};
 use crate::exemplar::channels::{self, Channel, Channels};
 use crate::exemplar::controls::Controls;
+use crate::exemplar::space_level::{LARGEST, is_sound};
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;
@@ -23,30 +26,6 @@ use crate::texton::vocabulary::{Vocabulary, VocabularyLevel, as_map, label_image
 pub const FORMAT: &str = "mesotex-space";
 /// The version written, and the only one read.
 pub const VERSION: u32 = 1;
-
-/// What the texels of one level carry.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Features {
-    /// Texton labels and the dot products of all texton pairs.
-    Textons {
-        /// Label of each texel, flat index row · width + column.
-        labels: Vec<u16>,
-        /// Φ, (nt + 1)², not centred; the last row and column are the default texton.
-        gram: Array2<f32>,
-    },
-    /// One feature vector per texel (plain images), [H, W, d], as distances compare them: each number
-    /// times the root of its channel's weight. The default is their mean.
-    Vectors(Array3<f32>),
-}
-
-/// One level of the exemplar.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpaceLevel {
-    /// The texel grid of the level.
-    pub grid: TexelGrid,
-    /// What its texels carry.
-    pub features: Features,
-}
 
 /// All levels of an exemplar, finest first, and where it comes from.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,14 +98,6 @@ fn space_level<C: RowVectors>((at, level): (usize, &VocabularyLevel<C>)) -> Resu
         )
         .expected(format!("at most {LARGEST:e}"))),
     }
-}
-
-/// The largest dot product or squared feature: distances of the widest neighbourhoods stay below the
-/// largest `f32`.
-const LARGEST: f32 = 1e30;
-
-pub(super) fn is_sound(product: f32) -> bool {
-    product.abs() <= LARGEST
 }
 
 /// Φ with one more row and column: the default texton, the plain mean of the textons.
@@ -369,7 +340,7 @@ fn read_channels(
         }
         (Kind::Features, Some(stated)) => {
             let depth = channels::depth_of(levels).map_err(in_meta)?;
-            channels::parse(stated, depth).map_err(in_meta)?
+            channels::parsing::parse(stated, depth).map_err(in_meta)?
         }
         (Kind::Features, None) => channels::implied(levels),
     };

@@ -12,6 +12,7 @@
 mod color;
 mod decoded;
 mod facts;
+mod float_image;
 mod icc;
 mod jpeg_header;
 mod notes;
@@ -24,6 +25,7 @@ mod portable;
 mod primaries;
 mod radiance;
 mod raster;
+mod srgb;
 mod tagged;
 mod tagged_directory;
 mod tagged_samples;
@@ -35,10 +37,12 @@ use std::path::Path;
 use png::{ColorType, Compression, Encoder, Filter};
 
 pub use crate::format::image::facts::{Channel, Facts, Part, Transparency};
+pub use crate::format::image::float_image::{Encoding, FloatImage, Precision, ReadImage};
 pub use crate::format::image::notes::{Note, Notes};
 pub use crate::format::image::options::{
     Alpha, Flags, Gamut, Missing, Orientation, Purpose, ReadOptions, SourceEncoding,
 };
+pub use crate::format::image::srgb::{decode_srgb, encode_srgb8};
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
@@ -52,119 +56,6 @@ const MOST_TEXELS: u64 = 1 << 28;
 const HARMLESS: u64 = 16 << 20;
 /// Memory that a decoder may use beside the image, in bytes.
 const WORKING: u64 = 64 << 20;
-
-/// How an image's numbers stand for light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
-    /// By the sRGB curve: what integer formats hold unless one knows better.
-    Srgb,
-    /// In proportion: float formats, and whatever was decoded.
-    Linear,
-    /// Not at all: heights, roughness, normals.
-    Data,
-}
-
-/// What an image file stored for each number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precision {
-    /// 8-bit integers.
-    Bits8,
-    /// 16-bit integers.
-    Bits16,
-    /// Floats.
-    Float,
-}
-
-/// An image in memory: row 0 at the top, channels interleaved.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FloatImage {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// 1 (grey) or 3 (red, green, blue).
-    pub channels: u32,
-    /// height × width × channels numbers; integers of the file scaled to [0, 1].
-    pub data: Vec<f32>,
-    /// How the numbers stand for light.
-    pub encoding: Encoding,
-    /// What the file stored.
-    pub precision: Precision,
-}
-
-impl FloatImage {
-    /// One number.
-    pub fn get(&self, row: u32, col: u32, channel: u32) -> f32 {
-        let texel = row as usize * self.width as usize + col as usize;
-        self.data[texel * self.channels as usize + channel as usize]
-    }
-
-    /// The same image with linear numbers: sRGB is decoded by its exact curve.
-    #[must_use]
-    pub fn into_linear(mut self) -> Self {
-        if self.encoding == Encoding::Srgb {
-            for value in &mut self.data {
-                *value = decode_srgb(*value);
-            }
-            self.encoding = Encoding::Linear;
-        }
-        self
-    }
-
-    /// The same image with 1 channel: the mean of the channels (for maps that hold no colour).
-    #[must_use]
-    pub fn into_gray(mut self) -> Self {
-        if self.channels != 1 {
-            let channels = self.channels as usize;
-            let mean = |texel: &[f32]| texel.iter().sum::<f32>() / channels as f32;
-            self.data = self.data.chunks_exact(channels).map(mean).collect();
-            self.channels = 1;
-        }
-        self
-    }
-
-    /// The same image with 3 channels: grey is repeated.
-    #[must_use]
-    pub fn into_rgb(mut self) -> Self {
-        if self.channels == 1 {
-            self.data = self.data.iter().flat_map(|&v| [v, v, v]).collect();
-            self.channels = 3;
-        }
-        self
-    }
-
-    /// Refuses infinities and NaN, saying where the first one is.
-    pub fn check_finite(&self) -> Result<()> {
-        let Some(at) = self.data.iter().position(|value| !value.is_finite()) else {
-            return Ok(());
-        };
-        let channels = self.channels as usize;
-        let (texel, width) = (at / channels, self.width as usize);
-        Err(Error::data(
-            format!(
-                "row {}, column {}, channel {}",
-                texel / width,
-                texel % width,
-                at % channels
-            ),
-            self.data[at].to_string(),
-        )
-        .expected("a finite number"))
-    }
-}
-
-/// An image with what its reader had to say.
-#[derive(Clone, Debug)]
-pub struct ReadImage {
-    /// The image.
-    pub image: FloatImage,
-    /// Alpha per texel, where the options keep it and any texel is not opaque.
-    pub alpha: Option<Vec<f32>>,
-    /// What the user should know.
-    pub notes: Vec<Note>,
-    /// Whether the layer of the options was there to be chosen.
-    pub layer_taken: bool,
-}
 
 /// What a file says, and what reading it comes to.
 #[derive(Debug)]
@@ -282,26 +173,6 @@ impl Claim {
 fn undecodable(error: impl std::fmt::Display) -> Error {
     Error::data("image", error.to_string())
         .expected("PNG, JPEG, TIFF, GIF, BMP, Radiance HDR or OpenEXR")
-}
-
-/// The sRGB curve, from what is stored in [0, 1] to linear light (IEC 61966-2-1).
-pub fn decode_srgb(stored: f32) -> f32 {
-    if stored <= 0.04045 {
-        stored / 12.92
-    } else {
-        ((stored + 0.055) / 1.055).powf(2.4)
-    }
-}
-
-/// Linear light as an 8-bit sRGB number, clamped to [0, 1].
-pub fn encode_srgb8(linear: f32) -> u8 {
-    let linear = linear.clamp(0.0, 1.0);
-    let stored = if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    };
-    (stored * 255.0 + 0.5) as u8
 }
 
 /// Writes an 8-bit PNG: `pixels` is row-major (height, width, channels), channels 1 or 3.

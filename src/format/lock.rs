@@ -8,7 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::format::atomic::{hidden_name, parent};
+use crate::format::atomic::names::{hidden_name, parent};
 
 /// The right to write one target; given back when dropped or when the process dies.
 #[derive(Debug)]

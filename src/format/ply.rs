@@ -20,7 +20,7 @@ pub use crate::format::ply::writing::{Column, write, write_textured};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
 use crate::format::ply::preamble::Preamble;
-use crate::format::ply::rows::{Record, Rows};
+use crate::format::ply::rows::{Record, Rows, fault};
 
 /// Polygons of any number of corners, in one flat list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -139,10 +139,6 @@ fn check_properties(element: &ElementDef) -> Result<()> {
         format!("{} rows without properties", element.count),
     )
     .expected("a property, or no rows"))
-}
-
-fn fault(place: impl Into<String>, error: &dyn std::fmt::Display) -> Error {
-    Error::data(place, error.to_string()).advice("the file is cut off or is no sound PLY")
 }
 
 fn read_vertices(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile) -> Result<()> {

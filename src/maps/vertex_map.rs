@@ -26,13 +26,15 @@ pub struct SurfaceTextonMap {
     pub normals: Vec<Vec3>,
     /// The orientation field: unit tangents s; (1, 0, 0) for a vertex in no face.
     pub orientations: Vec<Vec3>,
+    /// Factor on the texel at each vertex, above 0; `None` for 1 everywhere.
+    pub scale: Option<Vec<f32>>,
     /// Texture coordinates, in texels of the sample; (½, ½) for a vertex in no face.
     pub coords: Vec<TexCoord>,
     /// Texton labels; [`TextonLabel::NONE`] for a vertex in no face, and for plain images.
     pub textons: Vec<TextonLabel>,
     /// Columns and rows of the sample.
     pub exemplar: [u32; 2],
-    /// Mesh units a texel of the finest level covers.
+    /// Mesh units a texel of the finest level covers where the scale is 1.
     pub texel: f64,
     /// What the positions count from, in the coordinates of the mesh's file; zero for a mesh near zero.
     pub origin: DVec3,
@@ -52,6 +54,15 @@ impl SurfaceTextonMap {
             s,
             t: n.cross(s),
             n,
+        }
+    }
+
+    /// Mesh units a texel of the finest level covers at a vertex, its scale included.
+    #[inline]
+    pub fn texel_at(&self, vertex: usize) -> f64 {
+        match &self.scale {
+            Some(scale) => self.texel * f64::from(scale[vertex]),
+            None => self.texel,
         }
     }
 
@@ -87,6 +98,9 @@ impl SurfaceTextonMap {
             .flat_map(|(names, axes)| names.iter().zip(axes.iter()))
             .map(|(name, axis)| (*name, Column::Float(axis)))
             .collect();
+        if let Some(scale) = varying(self.scale.as_deref()) {
+            columns.push(("scale", Column::Float(scale)));
+        }
         columns.push(("s", Column::Float(&s)));
         columns.push(("t", Column::Float(&t)));
         columns.push(("texton", Column::UShort(&textons)));
@@ -130,6 +144,7 @@ impl SurfaceTextonMap {
             },
             normals: unit_vectors(file, ["nx", "ny", "nz"])?,
             orientations: unit_vectors(file, ["sx", "sy", "sz"])?,
+            scale: scale(file, header.texel)?,
             coords: s
                 .iter()
                 .zip(t)
@@ -266,6 +281,35 @@ fn unit_vectors(file: &PlyFile, names: [&str; 3]) -> Result<Vec<Vec3>> {
     .expected("a unit vector"))
 }
 
+/// The column `scale`, where there is one that is not 1 everywhere. A texel times its scale has the
+/// range of a texel.
+fn scale(file: &PlyFile, texel: f64) -> Result<Option<Vec<f32>>> {
+    let Some(column) = file.column("scale") else {
+        return Ok(None);
+    };
+    let scale: Vec<f32> = column.iter().map(|&value| value as f32).collect();
+    check_scale(&scale, texel)?;
+    Ok(varying(Some(&scale)).map(<[f32]>::to_vec))
+}
+
+/// Refuses a scale that is no number above 0, or that makes a texel too small or large to measure with.
+pub fn check_scale(scale: &[f32], texel: f64) -> Result<()> {
+    let sound = |scale: &f32| {
+        *scale > 0.0 && (1.0 / FARTHEST..=FARTHEST).contains(&(texel * f64::from(*scale)))
+    };
+    let Some(vertex) = scale.iter().position(|scale| !sound(scale)) else {
+        return Ok(());
+    };
+    let place = format!("vertex {vertex}, property scale");
+    let expected = format!("above 0, and from 1e-15 to 1e15 times the texel of {texel:e}");
+    Err(Error::data(place, scale[vertex].to_string()).expected(expected))
+}
+
+/// A scale that is not 1 everywhere.
+pub fn varying(scale: Option<&[f32]>) -> Option<&[f32]> {
+    scale.filter(|scale| scale.iter().any(|&scale| scale != 1.0))
+}
+
 fn triangles(file: &PlyFile) -> Result<Vec<[u32; 3]>> {
     let triangle = |(face, polygon): (usize, &[u32])| {
         <[u32; 3]>::try_from(polygon).map_err(|_| {
@@ -288,6 +332,7 @@ mod tests {
             },
             normals: vec![Vec3::Z; 3],
             orientations: vec![Vec3::X; 3],
+            scale: Some(vec![1.0, 0.5, 2.0]),
             coords: vec![TexCoord { s: 0.5, t: 0.5 }; 3],
             textons: vec![TextonLabel(1), TextonLabel(2), TextonLabel::NONE],
             exemplar: [8, 4],
@@ -320,6 +365,30 @@ mod tests {
     }
 
     #[test]
+    fn a_scale_of_one_is_no_column() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.map.ply");
+        let read = |scale| {
+            let map = SurfaceTextonMap {
+                scale,
+                ..small_map()
+            };
+            map.write(&path).unwrap();
+            let columns = ply::read(&path).unwrap();
+            let has_column = columns.column("scale").is_some();
+            (SurfaceTextonMap::read(&path).unwrap(), has_column)
+        };
+        let (map, has_column) = read(Some(vec![1.0, 0.5, 2.0]));
+        assert_eq!([0, 1, 2].map(|v| map.texel_at(v)), [0.25, 0.125, 0.5]);
+        assert!(has_column);
+        for scale in [Some(vec![1.0; 3]), None] {
+            let (map, has_column) = read(scale);
+            assert_eq!((&map.scale, has_column), (&None, false));
+            assert_eq!([0, 1, 2].map(|v| map.texel_at(v)), [0.25; 3]);
+        }
+    }
+
+    #[test]
     fn impossible_maps_are_refused_by_place() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.map.ply");
@@ -335,6 +404,13 @@ mod tests {
         assert!(refused(&|m| m.normals[0] = Vec3::ZERO).contains("unit vector"));
         assert!(refused(&|m| m.exemplar = [0, 4]).contains("comment exemplar"));
         assert!(refused(&|m| m.texel = -1.0).contains("comment texel"));
+        for scale in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-16, 1e17] {
+            let text = refused(&|m| m.scale = Some(vec![1.0, scale, 1.0]));
+            assert!(
+                text.contains(&format!("vertex 1, property scale: {scale}")),
+                "{text}"
+            );
+        }
         assert!(refused(&|m| m.origin.y = f64::NAN).contains("comment origin"));
     }
 }

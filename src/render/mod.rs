@@ -14,6 +14,7 @@ pub mod environment;
 pub mod fragment;
 pub mod frame;
 pub mod frame_range;
+pub mod known_weights;
 pub mod light;
 pub mod memory;
 pub mod nearest;

@@ -1,9 +1,9 @@
 //! Shading at the rate of pixels: a coarse mesh still shows the sample at full resolution.
 //!
 //! At a point p of a triangle each of its three vertices is evaluated at its own texture
-//! coordinate continued to p, (s + (p − x)·s⃗/texel, t + (p − x)·t⃗/texel), with view and light taken
-//! at p in its own frame; the three are blended by p's barycentric weights, so that vertices that
-//! come from different patches of the sample meet without a seam.
+//! coordinate continued to p, (s + (p − x)·s⃗/texel, t + (p − x)·t⃗/texel), with the texel of its own
+//! scale, and view and light taken at p in its own frame; the three are blended by p's barycentric
+//! weights, so that vertices that come from different patches of the sample meet without a seam.
 
 use glam::{DVec3, Vec3, Vec4};
 use multiversion::multiversion;

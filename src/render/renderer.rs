@@ -18,13 +18,14 @@ use crate::render::bounds::Bounds;
 use crate::render::camera::View;
 use crate::render::fragment::{Pieces, point};
 use crate::render::frame::{Frame, GeometryLayers};
+use crate::render::known_weights::KnownWeights;
 use crate::render::light::Light;
 use crate::render::occlusion::Occluders;
 use crate::render::pixel_shading::{self, Visibility, Workspace, ray_visibility};
 use crate::render::radiance::Radiance;
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 use crate::render::seen_points::KeptPoints;
-use crate::render::vertex_lights::{KnownWeights, VertexLights};
+use crate::render::vertex_lights::VertexLights;
 use crate::render::vertex_shading::{self, Scene, Site};
 use crate::render::vertex_shadows::{ShadowCaster, VertexShadows};
 

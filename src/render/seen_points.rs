@@ -134,15 +134,16 @@ fn see(known: &mut SeenPoints, scene: &Scene, hit: &Hit) -> SeenPoint {
         scene.radiance.view_weights(above, scratch, found);
         let start = known.weights.len() as u32;
         known.weights.extend_from_slice(found);
+        let texel = map.texel_at(vertex);
         let (along_s, along_t) = axes.offset(place - map.mesh.positions[vertex]);
         *corner = SeenCorner {
             view: above.as_vec3(),
             weights: [start, known.weights.len() as u32],
             coord: TexCoord {
-                s: map.coords[vertex].s + (along_s / map.texel) as f32,
-                t: map.coords[vertex].t + (along_t / map.texel) as f32,
+                s: map.coords[vertex].s + (along_s / texel) as f32,
+                t: map.coords[vertex].t + (along_t / texel) as f32,
             },
-            detail: scene.detail(place, view.z),
+            detail: scene.detail(place, view.z, texel),
         };
     }
     SeenPoint {

@@ -7,14 +7,13 @@
 
 use rayon::prelude::*;
 
+use crate::render::known_weights::{KnownWeights, Lists, UNKNOWN};
 use crate::render::light::{Light, Origin};
 use crate::render::nearest::{Scratch, Weight};
 use crate::render::vertex_shading::{Axes, Scene, Site};
 
 /// Vertices of one task.
 const CHUNK: usize = 1 << 12;
-/// No list.
-const UNKNOWN: [u32; 2] = [u32::MAX; 2];
 /// Lights that have lists, at most: it bounds the memory.
 const LISTED: usize = 8;
 
@@ -25,18 +24,6 @@ pub struct VertexLights {
     of_lights: Vec<Option<Lists>>,
     /// Whether all vertices have lists, not only those that a view saw.
     is_whole: bool,
-}
-
-/// What is known of a scene's lights, in their order.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct KnownWeights<'a>(&'a [Option<Lists>]);
-
-/// The lists of one light.
-#[derive(Debug)]
-struct Lists {
-    /// Where each vertex's list begins and ends, or [`UNKNOWN`].
-    of_vertex: Vec<[u32; 2]>,
-    weights: Vec<Weight>,
 }
 
 impl VertexLights {
@@ -62,56 +49,38 @@ impl VertexLights {
     }
 }
 
-impl<'a> KnownWeights<'a> {
-    /// What is known of the lights from a number on.
-    pub fn from(self, first: usize) -> Self {
-        Self(self.0.get(first..).unwrap_or_default())
-    }
-
-    /// The weights of a light at a vertex whose horizon it is above.
-    #[inline(always)]
-    pub fn of(self, light: usize, vertex: usize) -> Option<&'a [Weight]> {
-        let lists = self.0.get(light)?.as_ref()?;
-        match lists.of_vertex[vertex] {
-            UNKNOWN => None,
-            [start, end] => Some(&lists.weights[start as usize..end as usize]),
-        }
-    }
-}
-
 fn lists_of(scene: &Scene, sites: &[Site]) -> Vec<Option<Lists>> {
     if scene.radiance.is_scattered() || sites.is_empty() {
         return Vec::new();
     }
     let listed = scene.lights.iter().take(LISTED);
     let lists = listed.map(|light| match light.origin {
-        Origin::Directional { .. } => Some(Lists::find(scene, light, sites)),
+        Origin::Directional { .. } => Some(find(scene, light, sites)),
         Origin::Point { .. } => None,
     });
     lists.collect()
 }
 
-impl Lists {
-    fn find(scene: &Scene, light: &Light, sites: &[Site]) -> Self {
-        let chunks: Vec<(Vec<u32>, Vec<Weight>)> = sites
-            .par_chunks(CHUNK)
-            .map(|sites| weights_of(scene, light, sites))
-            .collect();
-        let mut lists = Self {
-            of_vertex: vec![UNKNOWN; scene.map.mesh.positions.len()],
-            weights: Vec::with_capacity(chunks.iter().map(|(_, weights)| weights.len()).sum()),
-        };
-        for (sites, (ends, weights)) in sites.chunks(CHUNK).zip(chunks) {
-            let first = lists.weights.len() as u32;
-            let mut start = first;
-            for (site, end) in sites.iter().zip(ends) {
-                lists.of_vertex[site.vertex as usize] = [start, first + end];
-                start = first + end;
-            }
-            lists.weights.extend(weights);
+/// The lists of a light at some vertices.
+fn find(scene: &Scene, light: &Light, sites: &[Site]) -> Lists {
+    let chunks: Vec<(Vec<u32>, Vec<Weight>)> = sites
+        .par_chunks(CHUNK)
+        .map(|sites| weights_of(scene, light, sites))
+        .collect();
+    let mut lists = Lists {
+        of_vertex: vec![UNKNOWN; scene.map.mesh.positions.len()],
+        weights: Vec::with_capacity(chunks.iter().map(|(_, weights)| weights.len()).sum()),
+    };
+    for (sites, (ends, weights)) in sites.chunks(CHUNK).zip(chunks) {
+        let first = lists.weights.len() as u32;
+        let mut start = first;
+        for (site, end) in sites.iter().zip(ends) {
+            lists.of_vertex[site.vertex as usize] = [start, first + end];
+            start = first + end;
         }
-        lists
+        lists.weights.extend(weights);
     }
+    lists
 }
 
 /// The lists of some vertices, one after another, and where each ends.

@@ -13,11 +13,11 @@ use crate::index::TexelIndex;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::render::camera::View;
+use crate::render::known_weights::KnownWeights;
 use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
 use crate::render::radiance::{Blend, Radiance};
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
-use crate::render::vertex_lights::KnownWeights;
 
 /// A vertex to shade, with all that shading reads of the map.
 #[derive(Clone, Copy, Debug)]
@@ -149,7 +149,8 @@ fn shade_chunk<T: Stored>(
             } else if one_texel {
                 radiance.blend_texel(numbers, blend)
             } else {
-                let detail = scene.detail(site.point, view_cosine);
+                let texel = scene.map.texel_at(site.vertex as usize);
+                let detail = scene.detail(site.point, view_cosine, texel);
                 let coord = scene.map.coords[site.vertex as usize];
                 radiance.at(table, coord, detail, blend)
             };
@@ -186,12 +187,12 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
 }
 
 impl Scene<'_> {
-    /// How many pyramid levels up a pixel's footprint at a point is as large as a texel: log₂ of
-    /// the longer side of the footprint, in texels. The foreshortening counts up to eightfold.
+    /// How many pyramid levels up a pixel's footprint at a point is as large as a texel of `texel`
+    /// mesh units: log₂ of the longer side of the footprint, in texels. The foreshortening counts up to eightfold.
     #[inline]
-    pub fn detail(&self, point: Vec3, view_cosine: f64) -> f32 {
+    pub fn detail(&self, point: Vec3, view_cosine: f64, texel: f64) -> f32 {
         let depth = self.view.camera_from_world(point.as_dvec3()).z.max(1e-12);
-        let pixels = self.view.pixels_per_unit_at(depth) * self.map.texel;
+        let pixels = self.view.pixels_per_unit_at(depth) * texel;
         let footprint = 1.0 / (pixels * view_cosine.abs().max(0.125));
         footprint.log2().max(0.0) as f32
     }

@@ -4,6 +4,7 @@
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
+use crate::exemplar::square_window::check_square;
 use crate::format::id;
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::level::Sites;
@@ -114,21 +115,27 @@ fn neighborhood_width(table: &NeighborTable, options: &SynthesisOptions) -> Resu
 }
 
 fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize) -> Result<()> {
-    let coarsest = levels - 1;
-    let grid = space.levels[coarsest].grid;
-    let width = window_width(&table.levels[coarsest].neighborhood.offsets);
-    if width <= grid.width.min(grid.height) {
-        return Ok(());
-    }
-    let fitting = (0..levels).take_while(|&level| {
+    let side = |level: usize| {
         let grid = space.levels[level].grid;
-        width <= grid.width.min(grid.height)
-    });
+        grid.width.min(grid.height)
+    };
+    let width = |level: usize| window_width(&table.levels[level].neighborhood.offsets);
+    let fitting = (0..levels).take_while(|&level| width(level) <= side(level));
+    let fitting = fitting.count();
+    if fitting == levels {
+        return (1..levels).try_for_each(|level| {
+            let offsets = &table.levels[level - 1].neighborhood.coarse_offsets;
+            coarse_window_fits(offsets, level, side(level))
+        });
+    }
+    let grid = space.levels[fitting].grid;
     let found = format!(
-        "a neighbourhood {width} texels wide on the sample's coarsest level of {}×{}",
-        grid.width, grid.height
+        "a neighbourhood {} texels wide on the sample's level {fitting} of {}×{}",
+        width(fitting),
+        grid.width,
+        grid.height
     );
-    Err(match fitting.count() {
+    Err(match fitting {
         0 => Error::data("neighbour table", found)
             .advice("make it with a smaller knn --neighborhood"),
         count => Error::option(
@@ -137,6 +144,19 @@ fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize)
             format!("at most {count}, or a smaller knn --neighborhood"),
         ),
     })
+}
+
+/// Refuses a window on the parent level `level` that reaches beyond the level's shorter side: every sample
+/// would lie off the grid, or be one that the window holds already.
+fn coarse_window_fits(offsets: &[[i32; 2]], level: usize, side: u32) -> Result<()> {
+    let reach = window_width(offsets) / 2;
+    if reach < side {
+        return Ok(());
+    }
+    let place = format!("neighbour table, L{}: coarse_offsets", level - 1);
+    Err(Error::data(place, format!("steps of {reach} texels"))
+        .expected(format!("below {side}, the shorter side of level {level}"))
+        .advice("make it with a smaller knn --coarse-neighborhood"))
 }
 
 /// Checks that a space and a table are sound and describe the same texels; ids are for
@@ -231,7 +251,12 @@ fn neighborhood(neighborhood: &Neighborhood, index: usize) -> Result<()> {
     let sound = |weight: &f32| *weight > 0.0 && weight.is_finite();
     let matched = offsets.len() == weights.len() && coarse_offsets.len() == coarse_weights.len();
     if !offsets.is_empty() && matched && weights.iter().chain(coarse_weights).all(sound) {
-        return Ok(());
+        let named = |field: &str| format!("neighbour table, L{index}: {field}");
+        check_square(&named("offsets"), offsets)?;
+        return match coarse_offsets.is_empty() {
+            true => Ok(()),
+            false => check_square(&named("coarse_offsets"), coarse_offsets),
+        };
     }
     Err(Error::data(
         format!("neighbour table, L{index}: offsets and weights"),
@@ -317,4 +342,89 @@ fn site_level<const N: usize, S: Sites<N>>(
         .expected(format!("{wanted} coarse samples and a parent per site")));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::neighborhood::square_window;
+    use crate::synthesis::tests::fixtures;
+
+    /// What becomes of a table of 2 levels, 16×16 and 8×8, windows 5 and 3, with something altered.
+    fn refused(change: impl FnOnce(&mut NeighborTable)) -> String {
+        let (space, mut table) = fixtures::random_exemplar(1, 16, 2, true);
+        change(&mut table);
+        let checked = exemplar(&space, &table).and_then(|()| {
+            let options = SynthesisOptions::default();
+            complete(&space, &table, &options).map(drop)
+        });
+        checked.unwrap_err().to_string()
+    }
+
+    #[test]
+    fn windows_that_are_no_squares_are_refused_by_name() {
+        let text = refused(|table| table.levels[1].neighborhood.offsets.swap(3, 4));
+        let expected = "L1: offsets[3]: [-2, 2]; expected [-2, 1]: the square of width 5";
+        assert!(text.contains(expected), "{text}");
+        let text = refused(|table| table.levels[0].neighborhood.coarse_offsets.swap(0, 8));
+        assert!(
+            text.contains("L0: coarse_offsets[0]: [1, 1]; expected [-1, -1]"),
+            "{text}"
+        );
+        let text = refused(|table| {
+            let neighborhood = &mut table.levels[0].neighborhood;
+            neighborhood.offsets.truncate(24);
+            neighborhood.weights.truncate(24);
+        });
+        assert!(
+            text.contains("L0: offsets: 24 offsets; expected a square"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn steps_without_bounds_are_refused_before_they_are_added_up() {
+        for step in [i32::MIN, i32::MIN + 1, i32::MAX] {
+            let text = refused(|table| table.levels[0].neighborhood.offsets[7] = [step, 0]);
+            assert!(text.contains("L0: offsets[7]"), "{text}");
+            let text = refused(|table| table.levels[0].neighborhood.coarse_offsets[7] = [0, step]);
+            assert!(text.contains("L0: coarse_offsets[7]"), "{text}");
+            assert_eq!(window_width(&[[step, 0]]), u32::MAX);
+        }
+        assert_eq!(window_width(&square_window(7)), 7);
+    }
+
+    #[test]
+    fn windows_beyond_the_sample_are_refused() {
+        let wide = |table: &mut NeighborTable, level: usize, width: u32| {
+            let neighborhood = &mut table.levels[level].neighborhood;
+            neighborhood.offsets = square_window(width);
+            neighborhood.weights = vec![1.0; neighborhood.offsets.len()];
+        };
+        let text = refused(|table| wide(table, 1, 9));
+        assert!(
+            text.contains("9 texels wide on the sample's level 1 of 8×8"),
+            "{text}"
+        );
+        let text = refused(|table| wide(table, 0, 17));
+        assert!(
+            text.contains("17 texels wide on the sample's level 0 of 16×16"),
+            "{text}"
+        );
+        let coarse = |width: u32| {
+            move |table: &mut NeighborTable| {
+                let neighborhood = &mut table.levels[0].neighborhood;
+                neighborhood.coarse_offsets = square_window(width);
+                neighborhood.coarse_weights = vec![1.0; neighborhood.coarse_offsets.len()];
+            }
+        };
+        let text = refused(coarse(17));
+        assert!(
+            text.contains("L0: coarse_offsets: steps of 8 texels; expected below 8"),
+            "{text}"
+        );
+        let (space, mut table) = fixtures::random_exemplar(1, 16, 2, true);
+        coarse(15)(&mut table);
+        complete(&space, &table, &SynthesisOptions::default()).unwrap();
+    }
 }

@@ -112,7 +112,10 @@ impl Checkpoint {
         }
         let coords: Array2<f32> = reader.array("coords")?;
         if coords.ncols() != 2 {
-            return Err(reader.fault("coords", format!("shape {:?}", coords.dim())));
+            let place = format!("level {}, coords", meta.level);
+            return Err(reader
+                .fault(&place, format!("shape {:?}", coords.dim()))
+                .expected("[sites, 2]"));
         }
         let coord = |row: ndarray::ArrayView1<'_, f32>| TexCoord {
             s: row[0],
@@ -132,27 +135,26 @@ impl Checkpoint {
         Ok((meta.run, map))
     }
 
-    /// Whether a level can be one of this run's.
+    /// Whether a level can be one of this run's: as many coordinates as sites, each on the level's grid. On
+    /// coarser levels they are no texel centres.
     fn check(&self, map: &LevelMap) -> Result<()> {
         let Some(size) = self.levels.get(map.level.index()) else {
             return Err(Error::data("level", map.level.0.to_string())
                 .expected(format!("a level below {}", self.levels.len())));
         };
+        let place = format!("level {}, coords", map.level.0);
         if map.coords.len() != size.sites {
-            return Err(Error::data("coords", format!("{} sites", map.coords.len()))
+            return Err(Error::data(place, format!("{} sites", map.coords.len()))
                 .expected(size.sites.to_string()));
         }
         let (width, height) = (size.grid.width as f32, size.grid.height as f32);
-        let inside =
-            |at: &TexCoord| (0.0..=width).contains(&at.s) && (0.0..=height).contains(&at.t);
+        let inside = |at: &TexCoord| (0.0..width).contains(&at.s) && at.t > 0.0 && at.t <= height;
         match map.coords.iter().position(|at| !inside(at)) {
             None => Ok(()),
             Some(site) => {
                 let TexCoord { s, t } = map.coords[site];
-                Err(
-                    Error::data(format!("coords, site {site}"), format!("({s}, {t})"))
-                        .expected(format!("a place on {width} × {height} texels")),
-                )
+                let fault = Error::data(format!("{place}, site {site}"), format!("({s}, {t})"));
+                Err(fault.expected(format!("0 ≤ s < {width}, 0 < t ≤ {height}")))
             }
         }
     }
@@ -246,7 +248,7 @@ mod tests {
         let mut stream = crate::random::stream(7, "coords", number, 0);
         let coord = |_| TexCoord {
             s: stream.gen_range(0.0..4.0),
-            t: stream.gen_range(0.0..3.0),
+            t: 3.0 - stream.gen_range(0.0_f32..3.0),
         };
         LevelMap {
             level: Level(number),
@@ -352,20 +354,82 @@ mod tests {
     fn sealed_levels_that_cannot_be_the_runs_are_told_and_not_used() {
         let folder = tempfile::tempdir().unwrap();
         let checkpoint = checkpoint(folder.path());
-        type Change = (&'static str, fn(&mut LevelMap));
-        let changes: [Change; 6] = [
-            ("level", |map| map.level = Level(2)),
-            ("another level", |map| map.level = Level(0)),
-            ("NaN", |map| map.coords[3].s = f32::NAN),
-            ("left of the grid", |map| map.coords[3].s = -0.5),
-            ("above the grid", |map| map.coords[5].t = 3.5),
-            ("count", |map| map.coords.truncate(9)),
+        type Change = (fn(&mut LevelMap), &'static str);
+        let changes: [Change; 10] = [
+            (
+                |map| map.level = Level(2),
+                "level: 2; expected a level below 2",
+            ),
+            (
+                |map| map.level = Level(0),
+                "level 0, coords: 12 sites; expected 40",
+            ),
+            (
+                |map| map.coords.truncate(9),
+                "level 1, coords: 9 sites; expected 12",
+            ),
+            (
+                |map| map.coords.clear(),
+                "level 1, coords: 0 sites; expected 12",
+            ),
+            (
+                |map| map.coords[3].s = f32::NAN,
+                "level 1, coords, site 3: (NaN, ",
+            ),
+            (
+                |map| map.coords[3].t = f32::NEG_INFINITY,
+                "level 1, coords, site 3: (",
+            ),
+            (|map| map.coords[3].s = -0.5, "site 3: (-0.5, "),
+            (
+                |map| map.coords[3].s = 4.0,
+                "; expected 0 ≤ s < 4, 0 < t ≤ 3",
+            ),
+            (
+                |map| map.coords[5].t = 0.0,
+                ", 0); expected 0 ≤ s < 4, 0 < t ≤ 3",
+            ),
+            (
+                |map| map.coords[5].t = 3.5,
+                ", 3.5); expected 0 ≤ s < 4, 0 < t ≤ 3",
+            ),
         ];
-        for (what, change) in changes {
+        for (change, words) in changes {
             let mut map = level(1);
             change(&mut map);
             checkpoint.save(&map).unwrap();
-            assert_not_used(&checkpoint, what);
+            let error = checkpoint.read().unwrap_err().to_string();
+            let named = error.contains(".out.resume") && error.contains(words);
+            assert!(named, "{words}: {error}");
+            assert_not_used(&checkpoint, words);
+        }
+    }
+
+    #[test]
+    fn coordinates_on_the_inner_borders_are_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = checkpoint(folder.path());
+        let mut map = level(1);
+        map.coords[0] = TexCoord { s: 0.0, t: 3.0 };
+        let (s, t) = (4.0_f32.next_down(), f32::MIN_POSITIVE);
+        map.coords[1] = TexCoord { s, t };
+        checkpoint.save(&map).unwrap();
+        assert_eq!(load(&checkpoint).0.unwrap(), Some(map));
+    }
+
+    #[test]
+    fn coords_of_another_shape_are_told_and_not_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = checkpoint(folder.path());
+        checkpoint.save(&level(1)).unwrap();
+        let (meta, _) = parts(&checkpoint);
+        for columns in [0, 1, 3] {
+            let shape = (SITES[1], columns);
+            write(&checkpoint, meta.clone(), &Array2::from_elem(shape, 0.5));
+            let error = checkpoint.read().unwrap_err().to_string();
+            let words = format!("level 1, coords: shape {shape:?}; expected [sites, 2]");
+            assert!(error.contains(&words), "{error}");
+            assert_not_used(&checkpoint, &words);
         }
     }
 

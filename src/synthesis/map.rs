@@ -64,6 +64,7 @@ pub fn surface_map(
         mesh: target.mesh().clone(),
         normals: target.normals(),
         orientations: target.orientations(),
+        scale: target.scale().map(<[f32]>::to_vec),
         textons: textons(space, &coords),
         coords,
         exemplar: [grid.width, grid.height],

@@ -340,6 +340,7 @@ pub fn map() -> Vec<u8> {
         },
         normals: vec![Vec3::Z; 4],
         orientations: vec![Vec3::X; 4],
+        scale: Some(vec![1.0, 0.5, 2.0, 1.0]),
         coords: vec![TexCoord { s: 0.5, t: 0.5 }; 4],
         textons: vec![
             TextonLabel(1),

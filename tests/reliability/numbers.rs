@@ -136,6 +136,7 @@ fn map_headers_give_the_texel_back() {
         },
         normals: vec![Vec3::Z; 3],
         orientations: vec![Vec3::X; 3],
+        scale: None,
         coords: vec![TexCoord { s: 0.5, t: 0.5 }; 3],
         textons: vec![TextonLabel(1); 3],
         exemplar: [8, 4],

@@ -202,6 +202,7 @@ fn map_over(
     let count = normals.len();
     SurfaceTextonMap {
         origin: glam::DVec3::ZERO,
+        scale: None,
         orientations: normals.iter().map(orientation).collect(),
         coords: (0..count).map(coord).collect(),
         textons: (0..count).map(|v| TextonLabel((v % 7) as u16)).collect(),
@@ -800,6 +801,39 @@ fn pixel_shading_shows_the_sample_between_vertices() {
     let (pixel, vertex) = (psnr("pixel"), psnr("vertex"));
     assert!(pixel >= 40.0, "{pixel}");
     assert!(vertex <= pixel - 10.0, "{vertex} {pixel}");
+}
+
+#[test]
+fn pixel_shading_of_a_scaled_plane_is_that_of_a_larger_texel() {
+    let spec = SampleSpec {
+        size: [32, 32],
+        views: vec![Direction::from_angles(0.0, 0.0)],
+        lights: vec![Direction::from_angles(0.0, 0.0)],
+        dtype: DType::F2,
+    };
+    let words = "--size 16x16 --projection orthographic --up z --camera-position 0,0,5 \
+                 --camera-target 0,0,0 --view-height 1 --light sun:0,90 --mip on";
+    let frame = |texel: f64, scale: Option<f32>, shading: &str| {
+        let map = |id| {
+            let map = square(4, [32, 32], 1.0 / 32.0, id);
+            let scale = scale.map(|scale| vec![scale; map.mesh.positions.len()]);
+            SurfaceTextonMap {
+                texel,
+                scale,
+                ..map
+            }
+        };
+        let bench = Bench::new(|path| spec.write(path, hashed), map);
+        let mut words: Vec<&str> = words.split_whitespace().collect();
+        words.extend(["--shading", shading]);
+        let frame = read_frame(&bench.render("frames", &words).join("frame.0001.exr"));
+        ["R", "G", "B"].map(|name| frame.channels[name].clone())
+    };
+    for shading in ["pixel", "vertex"] {
+        let scaled = frame(1.0 / 32.0, Some(2.0), shading);
+        assert_eq!(scaled, frame(1.0 / 16.0, None, shading));
+        assert_ne!(scaled, frame(1.0 / 32.0, None, shading));
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@
 //! may be parted by commas, semicolons or tabs; where no comma parts them, decimals may have one.
 
 use crate::btf::direction::Direction;
-use crate::btf::import::Listed;
+use crate::btf::import::listed::Listed;
 use crate::btf::table::{Row, Table};
 use crate::error::{Error, Result};
 

@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use crate::btf::direction::Direction;
-use crate::btf::import::Listed;
+use crate::btf::import::listed::Listed;
 use crate::btf::table::number_with_comma;
 use crate::error::{Error, Result};
 

@@ -10,6 +10,7 @@ mod find_images;
 mod image_table;
 mod light_positions;
 mod list_options;
+mod listed;
 
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,7 @@ pub use crate::btf::import::list_options::{Handedness, ListOptions};
 
 use crate::btf::direction::Direction;
 use crate::btf::import::find_images::Found;
+use crate::btf::import::listed::Listed;
 use crate::btf::sample::DType;
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
@@ -119,17 +121,6 @@ pub struct MeasuredImage {
     pub view: Direction,
     /// Where the light stood.
     pub light: Direction,
-}
-
-/// An image as a list names it.
-#[derive(Clone, Debug, PartialEq)]
-pub(in crate::btf) struct Listed {
-    /// The line of the list, counted from 1.
-    line: u64,
-    /// The file, as the list names it; empty where it does not.
-    file: String,
-    view: Direction,
-    light: Direction,
 }
 
 /// Everything a source says of its images.

@@ -6,74 +6,18 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
-
 use crate::btf::bake::maps::{Shown, shown_by_names};
+use crate::cli::exemplar::arguments::Arguments;
+use crate::cli::exemplar::option_values::ImageEncoding;
 use crate::cli::exemplar::reading::{ImageReader, check_size};
-use crate::cli::exemplar::{Arguments, weights};
+use crate::cli::exemplar::weights;
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::exemplar::plain_images::ChannelImage;
-use crate::format::image::{Encoding, FloatImage, ReadImage, SourceEncoding};
+use crate::format::image::{Encoding, FloatImage, ReadImage};
 
 /// Red, green and blue nearer to each other than this are grey: two steps of 8 bits.
 const GREY: f32 = 2.5 / 255.0;
-
-/// What an image is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum KindOption {
-    /// The first image is colour; of others the words of file names decide, then grey ones are heights
-    Auto,
-    /// Colour
-    Color,
-    /// Heights, in any unit
-    Height,
-    /// Any other number from 0 to 1: roughness, metal, parts of a pattern
-    Mask,
-    /// How opaque each texel is
-    Alpha,
-    /// Normals: red, green and blue are x, y and z
-    Normal,
-}
-
-impl KindOption {
-    fn stated(self) -> Option<ChannelKind> {
-        match self {
-            Self::Auto => None,
-            Self::Color => Some(ChannelKind::Color),
-            Self::Height => Some(ChannelKind::Height),
-            Self::Mask => Some(ChannelKind::Mask),
-            Self::Alpha => Some(ChannelKind::Alpha),
-            Self::Normal => Some(ChannelKind::Normal),
-        }
-    }
-}
-
-/// How an image's numbers stand for light, if they do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ImageEncoding {
-    /// Colours as their files say (where they say nothing: integers by the sRGB curve, floats in
-    /// proportion); all else as it stands
-    Auto,
-    /// By the sRGB curve, whatever the file says
-    Srgb,
-    /// In proportion, whatever the file says
-    Linear,
-    /// Not at all: the numbers are used as they stand
-    Data,
-}
-
-impl ImageEncoding {
-    /// The encoding of light it stands for; for `data` none.
-    fn of_light(self) -> Option<SourceEncoding> {
-        match self {
-            Self::Auto => Some(SourceEncoding::Auto),
-            Self::Srgb => Some(SourceEncoding::Srgb),
-            Self::Linear => Some(SourceEncoding::Linear),
-            Self::Data => None,
-        }
-    }
-}
 
 impl Arguments {
     /// Refuses kinds and encodings that do not fit the images or each other.

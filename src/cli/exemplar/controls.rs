@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ndarray::{Array2, Array3};
 
-use crate::cli::exemplar::Arguments;
+use crate::cli::exemplar::arguments::Arguments;
 use crate::cli::exemplar::channels::grey;
 use crate::cli::exemplar::reading::{ImageReader, check_size};
 use crate::error::{Error, Result};

@@ -2,25 +2,13 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
-
-use crate::cli::exemplar::Arguments;
+use crate::cli::exemplar::arguments::Arguments;
+use crate::cli::exemplar::option_values::AlphaOption;
 use crate::error::{Error, Result};
 use crate::format::image::{
     self, Alpha, Flags, FloatImage, Notes, Purpose, ReadImage, ReadOptions, SourceEncoding,
 };
 use crate::progress::Progress;
-
-/// What becomes of texels that are not opaque.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum AlphaOption {
-    /// In colours they are an error, in other images alpha is not used
-    Refuse,
-    /// Their numbers are taken as the file stores them
-    Ignore,
-    /// So, and alpha becomes a channel of its own after its image's
-    Keep,
-}
 
 /// Reads images as the command's options say.
 pub(super) struct ImageReader {

@@ -41,6 +41,13 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .figure("seed", map.seed)
         .figure("sample", map.sample.to_string())
         .figure("space", map.space.to_string());
+    if let Some([least, most]) = range(map.scale.as_deref()) {
+        outcome = outcome
+            .line(format!(
+                "scale from {least} to {most}: a texel covers that many times as much"
+            ))
+            .figure("scale", vec![least, most]);
+    }
     if let Some(origin) = origin_text(map.origin) {
         outcome = outcome.line(format!("positions count from the origin {origin}"));
     }
@@ -49,6 +56,12 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         outcome = outcome.line(format!("it belongs to {}", other.display()));
     }
     Ok(outcome)
+}
+
+/// The least and the largest scale of a map that has any.
+fn range(scale: Option<&[f32]>) -> Option<[f32; 2]> {
+    let around = |[least, most]: [f32; 2], scale: &f32| [least.min(*scale), most.max(*scale)];
+    scale.map(|scale| scale.iter().fold([f32::INFINITY, 0.0], around))
 }
 
 /// Refuses a map that was not made from `other`, a space or a sample.

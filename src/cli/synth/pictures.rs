@@ -171,7 +171,7 @@ impl Plane {
     pub fn of(target: &Target) -> Self {
         match target {
             Target::Grid { grid, .. } => Self::Grid(grid.width, grid.height),
-            Target::Vertices(..) => Self::Surface,
+            Target::Vertices(_) => Self::Surface,
         }
     }
 

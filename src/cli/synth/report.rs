@@ -99,7 +99,7 @@ impl Report {
         }
         if let Some(found) = self.metric_agreement {
             outcome = outcome.line(format!(
-                "metric: picks what Φ does at {:.3} of sites, for {:.4} of its distance; whole spectrum {:.4}",
+                "metric: picks what Φ does at {:.3} of sites, for {:.4} of its score; whole spectrum {:.4}",
                 found.embedded, found.embedded_cost, found.whole_spectrum
             ));
         }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::machine::Need;
@@ -11,10 +10,11 @@ use crate::cli::session::Session;
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
+use crate::maps::vertex_map::{check_scale, varying};
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::grid::target::GridTarget;
 use crate::sites::level::Sites;
-use crate::sites::target::Target;
+use crate::sites::target::{MeshTarget, Target};
 use crate::sites::vertices::cache;
 use crate::sites::vertices::memory::bytes_to_prepare;
 use crate::sites::vertices::surface::{self, Surface};
@@ -93,10 +93,9 @@ impl TargetArguments {
                 })
             }
             (Some(path), None) => {
-                let (surface, origin) =
-                    prepare_mesh(path, self, (table, exemplar), levels, session)?;
-                check_density(&surface, self.surface.texel)?;
-                Ok(Target::Vertices(Box::new(surface), origin))
+                let target = prepare_mesh(path, self, (table, exemplar), levels, session)?;
+                check_density(&target.surface, self.surface.texel)?;
+                Ok(Target::Vertices(target))
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
         }
@@ -110,7 +109,7 @@ fn prepare_mesh(
     (table, exemplar): (&NeighborTable, u64),
     levels: usize,
     session: &Session,
-) -> Result<(Surface, DVec3)> {
+) -> Result<MeshTarget> {
     let user = crate::mesh::reading::read(path, session.progress())?;
     let options = SurfaceOptions {
         levels: levels as u32,
@@ -121,6 +120,10 @@ fn prepare_mesh(
     };
     options.validate()?;
     let texel = options.texel_on(&user.mesh)?;
+    let scale = varying(user.scale.as_deref());
+    if let Some(scale) = scale {
+        check_scale(scale, texel).map_err(|error| error.in_file(path))?;
+    }
     check_memory(
         "texel",
         format!(
@@ -134,7 +137,11 @@ fn prepare_mesh(
     let cache = cache::folder_of(path);
     let surface = surface::prepare(&user, &options, Some(&cache), session.progress())
         .map_err(|error| error.in_file(path))?;
-    Ok((surface, user.origin))
+    Ok(MeshTarget {
+        surface: Box::new(surface),
+        origin: user.origin,
+        scale: scale.map(<[f32]>::to_vec),
+    })
 }
 
 /// Refuses a target that this machine has too little memory for.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::*;
+use crate::exemplar::space::Space;
 use crate::format::id::ContentId;
 use crate::format::npz;
 use crate::grid::TexelGrid;

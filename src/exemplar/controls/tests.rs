@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::exemplar::channels::Channels;
+use crate::exemplar::space::Space;
 use crate::exemplar::space::{Features, SpaceLevel};
 use crate::format::id::ContentId;
 use ndarray::array;

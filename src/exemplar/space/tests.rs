@@ -1,5 +1,7 @@
 //! Tests of spaces: the default texton, files, parts that do not belong together.
 
+use ndarray::Array3;
+
 use super::*;
 
 fn space() -> Space {

@@ -10,6 +10,7 @@
 
 pub mod folder;
 pub mod leftovers;
+pub mod names;
 pub mod standing;
 
 use std::fs;
@@ -17,6 +18,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
+
+pub use crate::format::atomic::names::{hidden_name, parent};
 
 use crate::error::{Error, Result};
 use crate::format::atomic::standing::Standing;
@@ -72,20 +75,6 @@ fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
             return Ok(file);
         }
     }
-}
-
-/// The folder a path lies in, `.` for a bare name.
-pub fn parent(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
-}
-
-/// `.NAME` + suffix: the hidden companion of a path's last part.
-pub fn hidden_name(path: &Path, suffix: &str) -> String {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    format!(".{name}{suffix}")
 }
 
 #[cfg(test)]

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use moxcms::ToneCurveEvaluator;
 
+use crate::format::image::float_image::Precision;
 use crate::format::image::options::Gamut;
 use crate::format::image::primaries::{Chromaticities, xyz_to_rec709};
-use crate::format::image::{Precision, decode_srgb};
+use crate::format::image::srgb::decode_srgb;
 
 /// A curve from stored numbers to light.
 #[derive(Clone)]

@@ -5,11 +5,12 @@
 use crate::error::{Error, Result};
 use crate::format::image::color::{Curve, Statement, decode};
 use crate::format::image::facts::{Channel, Facts, Part, Transparency};
+use crate::format::image::float_image::{Encoding, FloatImage, Precision, ReadImage};
+use crate::format::image::notes::Note;
 use crate::format::image::options::{
     Alpha, Flags, Gamut, Orientation, Purpose, ReadOptions, SourceEncoding,
 };
 use crate::format::image::orientation::turned;
-use crate::format::image::{Encoding, FloatImage, Note, Precision, ReadImage};
 
 /// Floats this near to 1 are opaque; integers must be at their greatest.
 const OPAQUE_FLOAT: f32 = 0.999;

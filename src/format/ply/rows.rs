@@ -5,9 +5,13 @@ use std::io::{self, BufRead};
 use ply_rs_bw::parser::{ParseError, Parser};
 use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult};
 
-use crate::error::Result;
-use crate::format::ply::fault;
+use crate::error::{Error, Result};
 use crate::format::ply::preamble::LineEnd;
+
+/// A fault in the parser's own words.
+pub(super) fn fault(place: impl Into<String>, error: &dyn std::fmt::Display) -> Error {
+    Error::data(place, error.to_string()).advice("the file is cut off or is no sound PLY")
+}
 
 /// Reads the rows of one element, in either encoding.
 pub(super) struct Rows<'a> {

@@ -1,8 +1,8 @@
 //! Edges and vertices where more than one sheet of the surface meets, split so that each sheet has
 //! its own (Guéziec 2001, "cutting and stitching").
 
-use crate::mesh::cleaning::RepairReport;
 use crate::mesh::cleaning::orientation::{Pairing, orient};
+use crate::mesh::cleaning::report::RepairReport;
 use crate::mesh::topology::{NONE, Topology, ends, find, join, next};
 use crate::mesh::triangle_mesh::TriangleMesh;
 

@@ -6,134 +6,15 @@
 
 mod manifold;
 mod orientation;
+mod report;
 mod welding;
-
-use serde::{Deserialize, Serialize};
 
 use crate::mesh::topology::{component_diagonals, components};
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 pub use manifold::{Split, split_non_manifold};
+pub use report::{RepairReport, TurnedComponent};
 pub use welding::weld;
-
-/// What cleaning changed, in numbers.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
-pub struct RepairReport {
-    /// Vertices at the place of an earlier one, made one with it.
-    pub welded_vertices: usize,
-    /// Polygons of four and more corners cut into triangles (no repair: the surface is the same).
-    pub cut_polygons: usize,
-    /// Triangles without area, dropped.
-    pub empty_triangles: usize,
-    /// Triangles with the same corners as an earlier one, dropped.
-    pub repeated_triangles: usize,
-    /// Components smaller than asked, dropped.
-    pub specks: usize,
-    /// Triangles turned over to face as their neighbours do.
-    pub turned_triangles: usize,
-    /// Edges cut because three and more triangles met there.
-    pub cut_edges: usize,
-    /// Edges cut because the surface has but one side (a Möbius strip).
-    pub one_sided_edges: usize,
-    /// Vertices added where surfaces met in a point or cut edge.
-    pub split_vertices: usize,
-    /// Vertices in no triangle, kept in their place.
-    pub unused_vertices: usize,
-    /// The first thing that was wrong, by its place in the file.
-    pub first: Option<String>,
-    /// The components that were turned, whole or in part.
-    pub turned_components: Vec<TurnedComponent>,
-    /// Faces that the reader left out.
-    pub notes: Vec<String>,
-    /// What the file holds beside the surface and could not be used: no repair.
-    pub unused: Vec<String>,
-}
-
-/// A component of which triangles were turned to face one way.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
-pub struct TurnedComponent {
-    /// Its triangles.
-    pub triangles: usize,
-    /// Those that were turned.
-    pub turned: usize,
-    /// The middle of its box, in the file's coordinates.
-    pub centre: [f64; 3],
-}
-
-impl TurnedComponent {
-    fn line(&self) -> String {
-        let [x, y, z] = self.centre;
-        format!(
-            "component round ({x:.6}, {y:.6}, {z:.6}): {} of {} triangles turned",
-            self.turned, self.triangles
-        )
-    }
-}
-
-/// Turned components that are named one by one.
-const NAMED: usize = 8;
-
-impl RepairReport {
-    /// Whether the file was sound as it was: nothing left out, cut, turned or split. Vertices a
-    /// format must repeat, polygons and unused vertices are no fault.
-    pub fn is_sound(&self) -> bool {
-        self.empty_triangles == 0
-            && self.repeated_triangles == 0
-            && self.specks == 0
-            && self.turned_triangles == 0
-            && self.cut_edges == 0
-            && self.one_sided_edges == 0
-            && self.split_vertices == 0
-            && self.notes.is_empty()
-    }
-
-    /// One line for every kind of change.
-    pub fn lines(&self) -> Vec<String> {
-        let counts = [
-            (
-                self.welded_vertices,
-                "vertices made one with another at the same place",
-            ),
-            (self.cut_polygons, "polygons cut into triangles"),
-            (self.empty_triangles, "triangles without area dropped"),
-            (self.repeated_triangles, "repeated triangles dropped"),
-            (self.specks, "specks dropped"),
-            (
-                self.turned_triangles,
-                "triangles turned to face as their neighbours",
-            ),
-            (self.cut_edges, "edges of three and more triangles cut"),
-            (
-                self.one_sided_edges,
-                "edges cut to give the surface two sides",
-            ),
-            (
-                self.split_vertices,
-                "vertices added where surfaces met in a point or cut edge",
-            ),
-            (self.unused_vertices, "vertices in no triangle kept"),
-        ];
-        let told = counts.iter().filter(|(count, _)| *count > 0);
-        let mut lines: Vec<String> = told
-            .map(|(count, what)| format!("{count} {what}"))
-            .collect();
-        let named = self.turned_components.iter().take(NAMED);
-        lines.extend(named.map(TurnedComponent::line));
-        if let Some(more @ 1..) = self.turned_components.len().checked_sub(NAMED) {
-            lines.push(format!("{more} more components turned"));
-        }
-        lines.extend(self.notes.iter().cloned());
-        lines
-    }
-
-    fn say_first(&mut self, what: impl FnOnce() -> String) {
-        if self.first.is_none() {
-            self.first = Some(what());
-        }
-    }
-}
 
 /// Keeps the triangles of a list that say so, and what belongs to them.
 pub(crate) fn retain_triangles<T>(

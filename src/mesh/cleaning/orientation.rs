@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::mesh::cleaning::{RepairReport, TurnedComponent};
+use crate::mesh::cleaning::report::{RepairReport, TurnedComponent};
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
 

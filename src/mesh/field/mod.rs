@@ -332,6 +332,34 @@ mod tests {
     }
 
     #[test]
+    fn thousands_of_scattered_vertices_follow_the_directions_round_them() {
+        let side = 283;
+        let mesh = shapes::grid(side - 1, side - 1, 0.1);
+        let rings = rings(&mesh);
+        let wanted = Vec3::new(0.6, 0.8, 0.0);
+        let is_free = |v: u32| (v % side).is_multiple_of(2) && (v / side).is_multiple_of(2);
+        let count = side * side;
+        let constraint = |vertex: u32| Constraint {
+            vertex,
+            angle: rings.angle_of(vertex as usize, wanted).unwrap(),
+        };
+        let wishes = Wishes {
+            constraints: (0..count)
+                .filter(|v| !is_free(*v))
+                .map(constraint)
+                .collect(),
+            ..Wishes::default()
+        };
+        assert!(count as usize - wishes.constraints.len() > 20_000);
+        let field = orientation_field(&mesh, &rings, &wishes, 0, Progress::silent()).unwrap();
+        for vertex in (0..count).filter(|v| is_free(*v)) {
+            let angle = field.vectors[vertex as usize].to_angle();
+            let s = rings.direction(vertex as usize, angle);
+            assert!((s - wanted).length() < 1e-5, "{vertex}: {s}");
+        }
+    }
+
+    #[test]
     fn one_direction_makes_a_cylinders_field_parallel() {
         let mesh = shapes::cylinder(40, 30, 1.0, 0.15);
         for s in guided(&mesh, 600, Vec3::Z) {

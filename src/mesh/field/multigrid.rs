@@ -3,6 +3,11 @@
 //! to each of them by the connection's own rotation; coarse matrices are the Galerkin products.
 //!
 //! Plain aggregates correct too little; a W-cycle makes up for it.
+//!
+//! An unknown with neighbours always ends in an aggregate of two or more. Only unknowns without any
+//! keep a level from shrinking: they are divided by the diagonal and leave the hierarchy. So what is
+//! left to factor is never larger than [`SMALLEST`], and all levels together have at most ten times the
+//! unknowns of the first.
 
 use glam::DVec2;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -22,6 +27,10 @@ struct Aggregates {
     parent: Vec<u32>,
     /// What it is times that: a rotation.
     factor: Vec<DVec2>,
+    /// Coarse unknowns.
+    count: usize,
+    /// The unknowns that left the hierarchy, whose parent is [`NONE`].
+    untied: Vec<u32>,
 }
 
 /// One level of the hierarchy.
@@ -42,16 +51,15 @@ impl Multigrid {
         let mut levels = Vec::new();
         let mut matrix = matrix;
         while matrix.len() > SMALLEST {
-            let aggregates = aggregate(&matrix);
-            let count = aggregates
-                .parent
-                .iter()
-                .max()
-                .map_or(0, |&most| most as usize + 1);
-            if count * 10 > matrix.len() * 9 {
-                break;
+            let mut aggregates = aggregate(&matrix);
+            if aggregates.count * 10 > matrix.len() * 9 {
+                aggregates.drop_untied(&matrix);
             }
-            let coarse = galerkin(&matrix, &aggregates, count);
+            let definite = |&unknown: &u32| matrix.diagonal[unknown as usize] > 0.0;
+            if !aggregates.untied.iter().all(definite) {
+                return None;
+            }
+            let coarse = galerkin(&matrix, &aggregates);
             levels.push(Level {
                 matrix,
                 aggregates: Some(aggregates),
@@ -85,12 +93,15 @@ impl Multigrid {
         let mut spare = vec![DVec2::ZERO; b.len()];
         let mut x = vec![DVec2::ZERO; b.len()];
         matrix.smooth(&mut x, b, SMOOTHING, &mut spare);
+        for &unknown in &aggregates.untied {
+            let unknown = unknown as usize;
+            x[unknown] = b[unknown] / matrix.diagonal[unknown];
+        }
         // The finest levels are dear: they are passed once, the coarse ones twice (a W-cycle).
         for _ in 0..if number == 0 { 1 } else { 2 } {
             matrix.apply(&x, &mut spare);
             spare.iter_mut().zip(b).for_each(|(ax, b)| *ax = *b - *ax);
-            let coarse = self.levels[number + 1].matrix.len();
-            let correction = self.cycle(number + 1, &restrict(aggregates, &spare, coarse));
+            let correction = self.cycle(number + 1, &restrict(aggregates, &spare));
             prolong_onto(aggregates, &correction, &mut x);
         }
         matrix.smooth(&mut x, b, SMOOTHING, &mut spare);
@@ -167,7 +178,39 @@ fn aggregate(matrix: &Hermitian) -> Aggregates {
             }
         }
     }
-    Aggregates { parent, factor }
+    Aggregates {
+        parent,
+        factor,
+        count: count as usize,
+        untied: Vec::new(),
+    }
+}
+
+impl Aggregates {
+    /// The unknowns that stay in the hierarchy, each with its coarse one.
+    fn tied(&self) -> impl Iterator<Item = (usize, u32)> {
+        let parents = self.parent.iter().copied().enumerate();
+        parents.filter(|&(_, parent)| parent != NONE)
+    }
+
+    /// Takes unknowns without neighbours out of the hierarchy, and numbers the rest anew.
+    fn drop_untied(&mut self, matrix: &Hermitian) {
+        let is_untied = |unknown: &u32| matrix.rows.row(*unknown as usize).is_empty();
+        self.untied = (0..matrix.len() as u32).filter(is_untied).collect();
+        let mut numbers = vec![0; self.count];
+        for &unknown in &self.untied {
+            numbers[self.parent[unknown as usize] as usize] = NONE;
+        }
+        let mut count = 0;
+        for number in numbers.iter_mut().filter(|number| **number != NONE) {
+            *number = count;
+            count += 1;
+        }
+        for parent in &mut self.parent {
+            *parent = numbers[*parent as usize];
+        }
+        self.count = count as usize;
+    }
 }
 
 /// The rotation from a row's unknown to an entry's column that costs least: −conj(value), unit.
@@ -175,8 +218,9 @@ fn towards(value: DVec2) -> DVec2 {
     DVec2::new(-value.x, value.y).normalize_or(DVec2::X)
 }
 
-fn galerkin(matrix: &Hermitian, aggregates: &Aggregates, count: usize) -> Hermitian {
-    let members = members(aggregates, count);
+fn galerkin(matrix: &Hermitian, aggregates: &Aggregates) -> Hermitian {
+    let count = aggregates.count;
+    let members = members(aggregates);
     let mut diagonal = vec![0.0; count];
     let rows = Rows::collect(
         count,
@@ -201,7 +245,7 @@ fn galerkin(matrix: &Hermitian, aggregates: &Aggregates, count: usize) -> Hermit
             }
         },
     );
-    for (fine, &parent) in aggregates.parent.iter().enumerate() {
+    for (fine, parent) in aggregates.tied() {
         diagonal[parent as usize] += matrix.diagonal[fine];
     }
     without_diagonal(diagonal, &rows)
@@ -230,38 +274,148 @@ fn without_diagonal(mut diagonal: Vec<f64>, rows: &Rows<Entry>) -> Hermitian {
     Hermitian::new(diagonal, beside)
 }
 
-fn members(aggregates: &Aggregates, count: usize) -> Rows<u32> {
+fn members(aggregates: &Aggregates) -> Rows<u32> {
+    let count = aggregates.count;
     let mut starts = vec![0u32; count + 1];
-    for &parent in &aggregates.parent {
+    for (_, parent) in aggregates.tied() {
         starts[parent as usize + 1] += 1;
     }
     for k in 0..count {
         starts[k + 1] += starts[k];
     }
     let mut next = starts.clone();
-    let mut entries = vec![0; aggregates.parent.len()];
-    for (fine, &parent) in aggregates.parent.iter().enumerate() {
+    let mut entries = vec![0; aggregates.parent.len() - aggregates.untied.len()];
+    for (fine, parent) in aggregates.tied() {
         entries[next[parent as usize] as usize] = fine as u32;
         next[parent as usize] += 1;
     }
     Rows { starts, entries }
 }
 
-fn restrict(aggregates: &Aggregates, fine: &[DVec2], count: usize) -> Vec<DVec2> {
-    let mut coarse = vec![DVec2::ZERO; count];
-    for ((&value, &parent), &factor) in fine.iter().zip(&aggregates.parent).zip(&aggregates.factor)
-    {
-        coarse[parent as usize] += times_conjugate(value, factor);
+fn restrict(aggregates: &Aggregates, fine: &[DVec2]) -> Vec<DVec2> {
+    let mut coarse = vec![DVec2::ZERO; aggregates.count];
+    for (unknown, parent) in aggregates.tied() {
+        coarse[parent as usize] += times_conjugate(fine[unknown], aggregates.factor[unknown]);
     }
     coarse
 }
 
 fn prolong_onto(aggregates: &Aggregates, coarse: &[DVec2], fine: &mut [DVec2]) {
-    for ((value, &parent), &factor) in fine
-        .iter_mut()
-        .zip(&aggregates.parent)
-        .zip(&aggregates.factor)
-    {
-        *value += factor.rotate(coarse[parent as usize]);
+    for (unknown, parent) in aggregates.tied() {
+        fine[unknown] += aggregates.factor[unknown].rotate(coarse[parent as usize]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::field::solvers::solve;
+    use crate::progress::Progress;
+    use crate::random;
+    use rand::Rng;
+
+    /// A matrix of its diagonal and the entries (row, column, value) above it.
+    fn hermitian(diagonal: Vec<f64>, above: &[(u32, u32, DVec2)]) -> Hermitian {
+        let mut entries: Vec<(u32, Entry)> = Vec::new();
+        for &(row, column, value) in above {
+            let mirrored = DVec2::new(value.x, -value.y);
+            entries.push((row, Entry { column, value }));
+            entries.push((
+                column,
+                Entry {
+                    column: row,
+                    value: mirrored,
+                },
+            ));
+        }
+        entries.sort_by_key(|(row, entry)| (*row, entry.column));
+        let mut starts = vec![0; diagonal.len() + 1];
+        for (row, _) in &entries {
+            starts[*row as usize + 1] += 1;
+        }
+        for row in 0..diagonal.len() {
+            starts[row + 1] += starts[row];
+        }
+        let entries = entries.into_iter().map(|(_, entry)| entry).collect();
+        Hermitian::new(diagonal, Rows { starts, entries })
+    }
+
+    fn right_hand_side(count: usize) -> Vec<DVec2> {
+        let mut stream = random::stream(1, "right-hand side", 0, 0);
+        let mut number = || stream.gen_range(-1.0..1.0);
+        (0..count).map(|_| DVec2::new(number(), number())).collect()
+    }
+
+    /// What the hierarchy keeps: a small matrix to factor, and few unknowns in all.
+    fn assert_bounded(multigrid: &Multigrid) {
+        assert!(multigrid.coarsest.l_dirty().nrows() <= SMALLEST);
+        let all: usize = multigrid
+            .levels
+            .iter()
+            .map(|level| level.matrix.len())
+            .sum();
+        assert!(all <= 10 * multigrid.matrix().len(), "{all}");
+    }
+
+    #[test]
+    fn scattered_unknowns_are_divided_by_the_diagonal() {
+        let diagonal: Vec<f64> = (0..20_000).map(|k| 0.5 + f64::from(k % 17)).collect();
+        let multigrid = Multigrid::new(hermitian(diagonal.clone(), &[])).unwrap();
+        assert_bounded(&multigrid);
+        let b = right_hand_side(diagonal.len());
+        for ((x, b), diagonal) in multigrid.precondition(&b).iter().zip(&b).zip(diagonal) {
+            assert!((*x - *b / diagonal).length() < 1e-12);
+        }
+    }
+
+    /// Pairs [[2, v], [v̄, 3]] with |v| = 1 have the inverse [[3, −v], [−v̄, 2]] / 5.
+    #[test]
+    fn tiny_components_are_solved_apart() {
+        let pairs = 10_000u32;
+        let tie = |pair: u32| DVec2::from_angle(f64::from(pair));
+        let above: Vec<_> = (0..pairs).map(|p| (p, pairs + p, tie(p))).collect();
+        let diagonal = [vec![2.0; pairs as usize], vec![3.0; pairs as usize]].concat();
+        let multigrid = Multigrid::new(hermitian(diagonal, &above)).unwrap();
+        assert_bounded(&multigrid);
+        let b = right_hand_side(2 * pairs as usize);
+        let mut x = multigrid.precondition(&b);
+        solve(&multigrid, &b, &mut x, 1e-12, Progress::silent()).unwrap();
+        for pair in 0..pairs as usize {
+            let (v, other) = (tie(pair as u32), pairs as usize + pair);
+            let first = (3.0 * b[pair] - v.rotate(b[other])) / 5.0;
+            let second = (2.0 * b[other] - times_conjugate(b[pair], v)) / 5.0;
+            assert!((x[pair] - first).length() < 1e-10);
+            assert!((x[other] - second).length() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn a_long_chain_among_scattered_unknowns_is_still_coarsened() {
+        let (chain, alone) = (3_000u32, 40_000);
+        let tie = |k: u32| -DVec2::from_angle(0.1 * f64::from(k));
+        let above: Vec<_> = (1..chain).map(|k| (k - 1, k, tie(k))).collect();
+        let matrix = hermitian(vec![2.001; chain as usize + alone], &above);
+        let wanted = right_hand_side(matrix.len());
+        let mut b = wanted.clone();
+        matrix.apply(&wanted, &mut b);
+        let multigrid = Multigrid::new(matrix).unwrap();
+        assert_bounded(&multigrid);
+        assert!(multigrid.levels.len() > 4);
+        let mut x = multigrid.precondition(&b);
+        solve(&multigrid, &b, &mut x, 1e-12, Progress::silent()).unwrap();
+        let off = x
+            .iter()
+            .zip(&wanted)
+            .map(|(x, wanted)| (*x - *wanted).length());
+        assert!(off.fold(0.0, f64::max) < 1e-7);
+    }
+
+    #[test]
+    fn a_scattered_unknown_of_no_or_negative_weight_is_not_definite() {
+        for wrong in [0.0, -1.0, f64::NAN] {
+            let mut diagonal = vec![1.0; 1_000];
+            diagonal[700] = wrong;
+            assert!(Multigrid::new(hermitian(diagonal, &[])).is_none());
+        }
     }
 }

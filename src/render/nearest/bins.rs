@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use super::{LARGEST_RATIO, REACH};
+use super::weights::{LARGEST_RATIO, REACH};
 
 /// Directions handled together.
 pub(super) const LANES: usize = 8;

@@ -1,7 +1,7 @@
 //! Nearest images (Tong 2002 §6): which of the sample's directions stand for a wanted one, and
 //! with which weights.
 //!
-//! Directions within [`SAME_DIRECTION`] of each other count as one, the first; a wanted direction
+//! Directions within [`SAME_DIRECTION`](crate::btf::direction::SAME_DIRECTION) of each other count as one, the first; a wanted direction
 //! that close to a sampled one gives it all the weight. Two weightings:
 //!
 //! - `inverse-angle`, the paper's: the 4 nearest by angle d, w = 1/d. A change of the nearest four
@@ -16,14 +16,14 @@ mod angle;
 mod bins;
 mod pairs;
 mod product;
+mod weights;
 
 pub use pairs::PairSet;
 pub use product::{DirectionSet, Scratch};
+pub use weights::Weight;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-
-use crate::btf::direction::{Direction, SAME_DIRECTION};
 
 /// How the nearest images are weighted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -37,24 +37,8 @@ pub enum Weighting {
     InverseAngle,
 }
 
-/// A sampled direction (or pair) and its share.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Weight {
-    /// Index among the kept directions, or pairs.
-    pub index: u32,
-    /// Its share of the blend; for lights, times what its values are scaled by.
-    pub weight: f32,
-}
-
-/// R is this many times the angle to the first direction that is left out.
-pub(super) const REACH: f64 = 1.05;
-/// The most by which `continuous` scales a value to another light's cosine.
-pub(super) const LARGEST_RATIO: f64 = 2.0;
 /// A view below the horizon is lifted to this angle above it, in radians.
 pub const LIFT: f64 = 1e-3;
-/// Angles that differ by less are ties, which go to the smaller index.
-const TIE: f64 = 1e-9;
-
 /// A view direction in a vertex's frame, lifted above the horizon where it lies below it.
 #[inline]
 pub fn lifted(view: DVec3) -> DVec3 {
@@ -65,76 +49,6 @@ pub fn lifted(view: DVec3) -> DVec3 {
         .try_normalize()
         .unwrap_or(glam::DVec2::X);
     (level * LIFT.cos()).extend(LIFT.sin())
-}
-
-/// The first of each cluster of directions that are the same, as indices.
-fn distinct(directions: &[Direction]) -> Vec<u32> {
-    let mut kept: Vec<u32> = Vec::new();
-    for (index, direction) in directions.iter().enumerate() {
-        let known = |&other: &u32| directions[other as usize].angle_to(*direction) < SAME_DIRECTION;
-        if !kept.iter().any(known) {
-            kept.push(index as u32);
-        }
-    }
-    kept
-}
-
-/// The kept direction that each direction stands under, as indices into the kept ones.
-fn representative(directions: &[Direction], kept: &[u32]) -> Vec<u32> {
-    let of = |direction: &Direction| {
-        let same = |&index: &u32| directions[index as usize].angle_to(*direction) < SAME_DIRECTION;
-        kept.iter().position(same).unwrap_or(0) as u32
-    };
-    directions.iter().map(of).collect()
-}
-
-/// Puts the `count` smallest distances first, equal ones by index, and cuts the list to them.
-fn keep_nearest(distances: &mut Vec<(f64, u32)>, count: usize) {
-    distances.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    if distances.len() <= count {
-        return;
-    }
-    // Those tied with the last one that fits compete by index.
-    let last = distances[count - 1].0;
-    let first_tied = distances.partition_point(|&(d, _)| d < last - TIE);
-    let end_tied = distances.partition_point(|&(d, _)| d <= last + TIE);
-    distances[first_tied..end_tied].sort_unstable_by_key(|&(_, index)| index);
-    distances.truncate(count);
-}
-
-/// Inverse-distance weights that sum to 1; a distance below [`SAME_DIRECTION`] takes all.
-fn inverse_weights(distances: &[(f64, u32)], out: &mut Vec<Weight>) {
-    out.clear();
-    if let Some(index) = same_direction(distances) {
-        out.push(Weight { index, weight: 1.0 });
-        return;
-    }
-    let sum: f64 = distances.iter().map(|(d, _)| 1.0 / d).sum();
-    out.extend(distances.iter().map(|&(d, index)| Weight {
-        index,
-        weight: (1.0 / d / sum) as f32,
-    }));
-}
-
-/// The nearest direction when it is the wanted one.
-fn same_direction(distances: &[(f64, u32)]) -> Option<u32> {
-    let nearest = distances
-        .iter()
-        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    nearest
-        .filter(|(d, _)| *d < SAME_DIRECTION)
-        .map(|&(_, index)| index)
-}
-
-/// By how much `inverse-angle` scales values for a light at `cosine`, given that of the lowest
-/// sampled light.
-#[inline]
-fn below_lowest(cosine: f64, lowest: f64) -> f32 {
-    if cosine < lowest {
-        (cosine / lowest) as f32
-    } else {
-        1.0
-    }
 }
 
 #[cfg(test)]

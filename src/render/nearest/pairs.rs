@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{
+use super::weights::{
     LARGEST_RATIO, REACH, Weight, below_lowest, distinct, inverse_weights, keep_nearest,
     representative, same_direction,
 };

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use super::angle;
 use super::bins::{Bins, LANES};
-use super::{REACH, Weight, angle, below_lowest, distinct, inverse_weights, keep_nearest};
+use super::weights::{REACH, Weight, below_lowest, distinct, inverse_weights, keep_nearest};
 use crate::btf::direction::{Direction, SAME_DIRECTION};
 
 /// The directions that `inverse-angle` takes.

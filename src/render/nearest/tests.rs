@@ -7,6 +7,7 @@ use rand::Rng;
 
 use super::product::Scratch;
 use super::*;
+use crate::btf::direction::Direction;
 use crate::random;
 
 /// Rings like Tong's 12×5.

@@ -10,6 +10,7 @@ pub mod distortion;
 pub mod memory;
 pub mod parents;
 pub mod patches;
+pub mod prepared_surface;
 pub mod sampling;
 pub mod stencil;
 pub mod stretch;

@@ -8,11 +8,12 @@ use std::path::Path;
 use glam::Vec3;
 use rayon::prelude::*;
 
+pub use crate::sites::vertices::prepared_surface::Surface;
+
 use crate::error::Result;
 use crate::mesh::connection::Connection;
 use crate::mesh::field::Field;
 use crate::mesh::field::guides::{Canvas, guided_field};
-use crate::mesh::frame::Frame;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::Retiler;
 use crate::mesh::retile::relax::Target;
@@ -27,29 +28,7 @@ use crate::sites::vertices::VertexSites;
 use crate::sites::vertices::cache;
 use crate::sites::vertices::parents;
 use crate::sites::vertices::patches::Patches;
-use crate::sites::vertices::sampling::SampleCounts;
 use crate::sites::vertices::surface_options::{SurfaceOptions, warn_of_texel};
-
-/// A surface ready for synthesis.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Surface {
-    /// Level 0 is the user's own vertices; each next level has about a quarter.
-    pub meshes: Vec<TriangleMesh>,
-    /// Per level the unit normals; (0, 0, 1) for a vertex in no triangle.
-    pub normals: Vec<Vec<Vec3>>,
-    /// Per level the texture frames, per-vertex rotation included; s is (1, 0, 0) for a vertex in
-    /// no triangle.
-    pub frames: Vec<Vec<Frame>>,
-    /// Stencils, neighbours and parents of all levels.
-    pub hierarchy: SiteHierarchy<VertexSites>,
-    /// Mesh units a texel of the finest level covers.
-    pub texel: f64,
-    /// Per level the parent point of each vertex on the next coarser level (nowhere for a vertex in
-    /// no triangle); empty at the coarsest.
-    pub parent_points: Vec<Vec<SurfacePoint>>,
-    /// What became of the samples of the fine stencils, per level.
-    pub samples: Vec<SampleCounts>,
-}
 
 /// One level while it is being prepared.
 struct Level {

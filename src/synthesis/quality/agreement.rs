@@ -1,8 +1,9 @@
 //! Whether the embedded metric picks what Φ picks: at seeded sites of a finished map, among the
 //! candidates that k-coherence would try there, with the level-0 fine window.
 //!
-//! A pick agrees when its distance through Φ, times its factor, is Φ's smallest, or above it by no
-//! more than the rounding of single precision.
+//! Every metric picks as synthesis does: the smallest score, factor · (distance + floor), the floor that
+//! metric's own share `--distance-floor` of its distance by chance. A pick agrees when its score through Φ is Φ's
+//! smallest, or above it by no more than the rounding of single precision.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -16,6 +17,7 @@ use crate::progress::Progress;
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::{Candidate, CandidateList};
 use crate::synthesis::inputs::Inputs;
+use crate::synthesis::keep::{Pick, Preference};
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::embedded::{EmbeddedMetric, EmbeddedPattern};
 use crate::synthesis::metric::gram::{GramMetric, GramPattern};
@@ -23,6 +25,8 @@ use crate::synthesis::metric::of_level::gram;
 use crate::synthesis::metric::site_values::SiteNeighborhood;
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::energy::measured_sites;
+use crate::synthesis::recipes::distance_floor::distance_floor;
+use crate::synthesis::recipes::k_coherence::KCoherence;
 
 /// Distances that differ by less, as a share, are equal: the rounding of single precision.
 const ROUNDING: f64 = 1e-6;
@@ -34,11 +38,11 @@ pub struct Agreement {
     pub whole_spectrum: f64,
     /// The same of the embedding that synthesis uses.
     pub embedded: f64,
-    /// Mean distance through Φ of the picks of the embedding that synthesis uses, over that of Φ's.
+    /// Mean score through Φ of the picks of the embedding that synthesis uses, over that of Φ's.
     pub embedded_cost: f64,
 }
 
-/// What a metric's pick costs through Φ: Φ's own pick, the whole embedding's, the used one's.
+/// The score through Φ of a metric's pick: Φ's own pick, the whole embedding's, the used one's.
 type Costs = [f64; 3];
 
 /// Compares the metrics on a finished map of level 0; `None` for plain images, which have no Φ.
@@ -58,13 +62,20 @@ pub fn measure<const N: usize, S: Sites<N>>(
     progress.check()?;
     let used = Embedding::new(level, options.spectrum);
     let state = coords.iter().map(|&at| exemplar.grid.texel_nearest(at));
+    let phi = GramMetric::new(&exemplar, gram(level)?, None);
+    let embedded = [&whole, &used].map(|embedding| EmbeddedMetric::new(&exemplar, embedding, None));
+    let [whole_floor, used_floor] = embedded
+        .each_ref()
+        .map(|metric| floor(inputs, &exemplar, metric, options));
     let comparison = Comparison::<N, S> {
         inputs,
         coords,
         rows: state.map(|texel| exemplar.rows[texel.index()]).collect(),
         coherence: options.k_coherence.coherence,
-        phi: GramMetric::new(&exemplar, gram(level)?, None),
-        embedded: [&whole, &used].map(|embedding| EmbeddedMetric::new(&exemplar, embedding, None)),
+        phi_floor: floor(inputs, &exemplar, &phi, options),
+        phi,
+        embedded,
+        embedded_floor: [whole_floor, used_floor],
         exemplar: &exemplar,
     };
     let sites = measured_sites(inputs.sites.levels[0].areas(), options.seed);
@@ -75,6 +86,24 @@ pub fn measure<const N: usize, S: Sites<N>>(
             Ok(comparison.at_site(site as usize, scratch))
         });
     Ok(Some(Agreement::of(&costs.collect::<Result<Vec<_>>>()?)))
+}
+
+/// The distance floor of synthesis on level 0, here of the fine window alone.
+fn floor<const N: usize, S: Sites<N>, M: Metric>(
+    inputs: Inputs<'_, S>,
+    exemplar: &ExemplarLevel<'_>,
+    metric: &M,
+    options: &SynthesisOptions,
+) -> f64 {
+    let rule = KCoherence::<N, S, M> {
+        exemplar,
+        sites: &inputs.sites.levels[0],
+        coarser: None,
+        metric,
+        search: options.k_coherence.search,
+        preference: Preference::NONE,
+    };
+    distance_floor(&rule, options.k_coherence.distance_floor, (options.seed, 0))
 }
 
 impl Agreement {
@@ -100,7 +129,10 @@ struct Comparison<'a, const N: usize, S> {
     coherence: f64,
     exemplar: &'a ExemplarLevel<'a>,
     phi: GramMetric<'a>,
+    phi_floor: f64,
+    /// Of the whole spectrum, and the one that synthesis uses.
     embedded: [EmbeddedMetric<'a>; 2],
+    embedded_floor: [f64; 2],
 }
 
 #[derive(Default)]
@@ -125,28 +157,29 @@ impl<const N: usize, S: Sites<N>> Comparison<'_, N, S> {
         list.collect_coherent(self.exemplar, Some(own), near, self.coords, |_| true);
         list.add_nearest(self.exemplar, self.coherence);
         let candidates = list.candidates();
-        self.phi.read(&neighborhood, &mut scratch.in_phi);
-        let first = self.cost(&self.phi, &scratch.in_phi, candidates, &scratch.in_phi);
-        let [whole, used] = self.embedded.each_ref().map(|metric| {
+        let in_phi = &mut scratch.in_phi;
+        self.phi.read(&neighborhood, in_phi);
+        let first = self.phi.best(in_phi, candidates, None, self.phi_floor);
+        let [whole, used] = [0, 1].map(|number| {
+            let metric = &self.embedded[number];
             metric.read(&neighborhood, &mut scratch.in_rd);
-            self.cost(metric, &scratch.in_rd, candidates, &scratch.in_phi)
+            metric.best(
+                &scratch.in_rd,
+                candidates,
+                None,
+                self.embedded_floor[number],
+            )
         });
-        [first, whole, used]
+        [first, whole, used].map(|pick| self.score(pick, candidates, in_phi))
     }
 
-    /// The distance through Φ, times its factor, of what a metric picks; 0 where nothing may be picked.
-    fn cost<M: Metric>(
-        &self,
-        metric: &M,
-        pattern: &M::Pattern,
-        candidates: &[Candidate],
-        in_phi: &GramPattern,
-    ) -> f64 {
-        let pick = metric.best(pattern, candidates, None, 0.0);
+    /// The score of a pick through Φ; 0 where nothing may be picked.
+    fn score(&self, pick: Option<Pick>, candidates: &[Candidate], in_phi: &GramPattern) -> f64 {
         let listed = |texel: u32| candidates.iter().find(|listed| listed.texel == texel);
         pick.and_then(|pick| listed(pick.texel))
             .map_or(0.0, |listed| {
-                listed.factor * self.phi.distance(in_phi, listed.texel, f64::INFINITY)
+                let distance = self.phi.distance(in_phi, listed.texel, f64::INFINITY);
+                listed.factor * (distance + self.phi_floor)
             })
     }
 }
@@ -154,7 +187,9 @@ impl<const N: usize, S: Sites<N>> Comparison<'_, N, S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sites::grid::GridSites;
     use crate::sites::grid::target::GridTarget;
+    use crate::synthesis::options::KCoherenceOptions;
     use crate::synthesis::recipes::synthesize;
     use crate::synthesis::tests::fixtures;
 
@@ -165,8 +200,8 @@ mod tests {
         assert!((found.embedded_cost - 4.1 / 4.0).abs() < 1e-12);
     }
 
-    #[test]
-    fn the_whole_embedding_picks_what_phi_picks() {
+    /// A random exemplar of 2 levels and a grid of 40×40 sites, handed to `check`.
+    fn with_inputs(check: impl FnOnce(Inputs<'_, GridSites>)) {
         let (space, table) = fixtures::random_exemplar(8, 16, 2, true);
         let neighborhoods: Vec<_> = table
             .levels
@@ -179,25 +214,67 @@ mod tests {
             toroidal: true,
         };
         let sites = target.hierarchy(&neighborhoods).unwrap();
-        let inputs = Inputs {
+        check(Inputs {
             space: &space,
             table: &table,
             sites: &sites,
-        };
+        });
+    }
+
+    fn measured(
+        inputs: Inputs<'_, GridSites>,
+        coords: &[TexCoord],
+        options: &SynthesisOptions,
+    ) -> Agreement {
+        let found = measure(inputs, coords, options, Progress::silent());
+        found.unwrap().unwrap()
+    }
+
+    fn synthesized(inputs: Inputs<'_, GridSites>, options: &SynthesisOptions) -> Vec<TexCoord> {
+        let map = synthesize(inputs, options, None, &mut |_| Ok(()), Progress::silent());
+        map.unwrap().coords
+    }
+
+    #[test]
+    fn the_whole_embedding_picks_what_phi_picks() {
+        with_inputs(the_whole_embedding_agrees);
+    }
+
+    fn the_whole_embedding_agrees(inputs: Inputs<'_, GridSites>) {
         let options = SynthesisOptions::default();
-        let map = synthesize(inputs, &options, None, &mut |_| Ok(()), Progress::silent()).unwrap();
-        let found = measure(inputs, &map.coords, &options, Progress::silent())
-            .unwrap()
-            .unwrap();
+        let coords = synthesized(inputs, &options);
+        let found = measured(inputs, &coords, &options);
         assert!(found.whole_spectrum >= 0.999, "{found:?}");
         assert!((1.0..=1.01).contains(&found.embedded_cost), "{found:?}");
         let rough = SynthesisOptions {
             spectrum: 0.2,
             ..options
         };
-        let rough = measure(inputs, &map.coords, &rough, Progress::silent())
-            .unwrap()
-            .unwrap();
+        let rough = measured(inputs, &coords, &rough);
         assert!(rough.embedded < found.embedded && rough.embedded_cost > found.embedded_cost);
+    }
+
+    /// A floor far above every distance leaves the factor to decide: all metrics pick a coherent texel, and
+    /// every score is the floor itself, whatever the spectrum.
+    #[test]
+    fn picks_heed_the_floor_as_synthesis_does() {
+        with_inputs(|inputs| {
+            let coords = synthesized(inputs, &SynthesisOptions::default());
+            let with_floor = |distance_floor: f64| {
+                let options = SynthesisOptions {
+                    spectrum: 0.2,
+                    k_coherence: KCoherenceOptions {
+                        distance_floor,
+                        ..KCoherenceOptions::default()
+                    },
+                    ..SynthesisOptions::default()
+                };
+                measured(inputs, &coords, &options)
+            };
+            let (none, much) = (with_floor(0.0), with_floor(1e9));
+            assert!(none.embedded < 1.0 && none.embedded_cost > 1.0, "{none:?}");
+            assert_eq!((much.embedded, much.whole_spectrum), (1.0, 1.0));
+            assert!((much.embedded_cost - 1.0).abs() < 1e-6, "{much:?}");
+        });
     }
 }

@@ -90,6 +90,13 @@ impl Sums {
 mod tests {
     use super::*;
     use crate::index::TexelIndex;
+    use crate::mesh::reading::UserMesh;
+    use crate::mesh::shapes;
+    use crate::progress::Progress;
+    use crate::sites::target::MeshTarget;
+    use crate::sites::vertices::surface;
+    use crate::sites::vertices::surface_options::SurfaceOptions;
+    use glam::{DVec3, Vec3};
 
     const GRID: TexelGrid = TexelGrid {
         width: 16,
@@ -169,5 +176,76 @@ mod tests {
         let found = Coherence::measure(GRID, &[at; 36], &edges);
         assert_eq!(found.drift, [[0.0; 2]; 2]);
         assert_eq!((found.half, found.one), (0.0, 1.0));
+    }
+
+    const TEXEL: f64 = 0.5;
+    const TILE: TexelGrid = TexelGrid {
+        width: 8,
+        height: 8,
+        tileable: true,
+    };
+
+    /// A plane cut down its middle, of scale 1 left and 2 right of the cut.
+    fn plane_of_two_scales() -> MeshTarget {
+        let (mut mesh, mut right) = (shapes::grid(6, 6, 0.5), shapes::grid(6, 6, 0.5));
+        let half = mesh.positions.len();
+        mesh.positions
+            .extend(right.positions.iter().map(|p| *p + 3.0 * Vec3::X));
+        right
+            .triangles
+            .iter_mut()
+            .flatten()
+            .for_each(|v| *v += half as u32);
+        mesh.triangles.extend(right.triangles);
+        let scale: Vec<f32> = (0..2 * half)
+            .map(|v| if v < half { 1.0 } else { 2.0 })
+            .collect();
+        let user = UserMesh {
+            from_file: (0..2 * half as u32).collect(),
+            orientation: Some(vec![Vec3::X; 2 * half]),
+            scale: Some(scale.clone()),
+            mesh,
+            ..UserMesh::default()
+        };
+        let options = SurfaceOptions {
+            levels: 1,
+            texel: Some(TEXEL),
+            neighborhood: 3,
+            ..SurfaceOptions::default()
+        };
+        MeshTarget {
+            surface: Box::new(surface::prepare(&user, &options, None, Progress::silent()).unwrap()),
+            origin: DVec3::ZERO,
+            scale: Some(scale),
+        }
+    }
+
+    /// Coordinates that run over the surface at one texel a `TEXEL` times the scale.
+    fn copied(target: &MeshTarget) -> Vec<TexCoord> {
+        let positions = target.surface.meshes[0].positions.iter();
+        let scale = target.scale.as_ref().unwrap();
+        let coord = |(at, scale): (&Vec3, &f32)| TexCoord {
+            s: (at.x / (TEXEL as f32 * scale)).rem_euclid(8.0),
+            t: (at.y / (TEXEL as f32 * scale)).rem_euclid(8.0),
+        };
+        positions.zip(scale).map(coord).collect()
+    }
+
+    #[test]
+    fn a_copy_at_the_pace_of_each_half_does_not_drift() {
+        let mut target = plane_of_two_scales();
+        let coords = copied(&target);
+        let found = Coherence::measure(TILE, &coords, &target.edges());
+        assert_eq!((found.half, found.one), (1.0, 1.0));
+        for (row, expected) in found.drift.iter().zip([[1.0, 0.0], [0.0, 1.0]]) {
+            for (found, expected) in row.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-5, "{row:?}");
+            }
+        }
+        // At one pace everywhere, the right half runs at half of it: 0.75 over the edges of both.
+        target.scale = None;
+        let found = Coherence::measure(TILE, &coords, &target.edges());
+        assert!((found.drift[0][0] - 0.75).abs() < 1e-5, "{found:?}");
+        assert!((found.drift[1][1] - 0.75).abs() < 1e-5, "{found:?}");
     }
 }

@@ -428,7 +428,7 @@ fn inputs_that_do_not_fit_are_named() {
     let (small, of_small) = fixtures::random_exemplar(8, 8, 2, true);
     let found = message(&small, &of_small, &sites, &|_| ());
     assert!(
-        found.contains("coarsest level of 4×4") && found.contains("at most 1"),
+        found.contains("level 1 of 4×4") && found.contains("at most 1"),
         "{found}"
     );
     let found = message(&space, &of_small, &sites, &|_| ());

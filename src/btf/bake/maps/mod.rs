@@ -34,7 +34,7 @@ use crate::btf::bake::maps::resample::resampled;
 use crate::btf::bake::material::Material;
 use crate::btf::bake::steepness::Steepness;
 use crate::error::{Error, Result};
-use crate::format::image::{Alpha, FloatImage, SourceEncoding};
+use crate::format::image::{Alpha, Flags, FloatImage, ReadOptions, SourceEncoding};
 use crate::grid::TexelGrid;
 use crate::progress::Progress;
 
@@ -123,6 +123,21 @@ impl MapOptions {
         Ok(())
     }
 
+    /// How each map is read.
+    fn reading(&self) -> ReadOptions {
+        ReadOptions {
+            alpha: self.alpha,
+            layer: self.layer.clone(),
+            flags: Flags {
+                layer: "--layer",
+                encoding: "--albedo-encoding",
+                alpha: "--alpha",
+                orientation: "",
+            },
+            ..ReadOptions::default()
+        }
+    }
+
     /// Refuses a depth that the material's maps, or their unknown size, leave no room for.
     fn fit(&self, recipe: &Recipe) -> Result<()> {
         let deep = [("depth", self.depth), ("height-mm", self.height_mm)];
@@ -202,7 +217,7 @@ pub fn material(
     }
     let recipe = options.over(recipe);
     options.fit(&recipe)?;
-    let reader = MapReader::new(options, progress);
+    let reader = MapReader::new(options.reading(), options.albedo_encoding, progress);
     let relief = relief::read(&recipe, options.terraces, size, &reader)?;
     let (width, height) = resample::fitted(relief.width, relief.height, size);
     let loader = Loader {

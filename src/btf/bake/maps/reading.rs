@@ -3,11 +3,10 @@
 use std::cell::Cell;
 use std::path::Path;
 
-use crate::btf::bake::maps::MapOptions;
 use crate::btf::bake::maps::recipe::ColorEncoding;
 use crate::error::Result;
 use crate::format::image::{
-    self, Alpha, Flags, FloatImage, Notes, Purpose, ReadImage, ReadOptions, SourceEncoding,
+    self, Alpha, FloatImage, Notes, Purpose, ReadImage, ReadOptions, SourceEncoding,
 };
 use crate::progress::Progress;
 
@@ -20,20 +19,14 @@ pub(super) struct MapReader<'a> {
 }
 
 impl<'a> MapReader<'a> {
-    pub(super) fn new(options: &MapOptions, progress: &'a Progress<'a>) -> Self {
+    pub(super) fn new(
+        options: ReadOptions,
+        albedo_encoding: Option<SourceEncoding>,
+        progress: &'a Progress<'a>,
+    ) -> Self {
         Self {
-            options: ReadOptions {
-                alpha: options.alpha,
-                layer: options.layer.clone(),
-                flags: Flags {
-                    layer: "--layer",
-                    encoding: "--albedo-encoding",
-                    alpha: "--alpha",
-                    orientation: "",
-                },
-                ..ReadOptions::default()
-            },
-            albedo_encoding: options.albedo_encoding,
+            options,
+            albedo_encoding,
             progress,
             layer_taken: Cell::new(false),
         }

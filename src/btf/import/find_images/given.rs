@@ -3,9 +3,9 @@
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
-use crate::btf::import::Listed;
-use crate::btf::import::find_images::Found;
+use crate::btf::import::find_images::found::Found;
 use crate::btf::import::find_images::names::{MOST, Names, by_name, entries};
+use crate::btf::import::listed::Listed;
 use crate::error::{Error, Result};
 
 /// Images of these endings are taken from a folder.

@@ -1,6 +1,7 @@
 //! Where the images of a list are: captures are moved, their lists keep old folders, and the list of a
 //! calibrated dome names other images altogether.
 
+mod found;
 mod given;
 mod names;
 
@@ -8,10 +9,11 @@ use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+pub(super) use crate::btf::import::find_images::found::Found;
 pub(super) use crate::btf::import::find_images::given::from;
 
-use crate::btf::import::Listed;
 use crate::btf::import::find_images::names::{Names, base_name, by_name, entries};
+use crate::btf::import::listed::Listed;
 use crate::error::{Error, Result};
 
 /// Names of folders that hold the images of a capture beside its lists, in lower case.
@@ -32,14 +34,6 @@ const IMAGE_FOLDERS: [&str; 13] = [
 ];
 /// Where more folders than this lie beside each other, none of them is looked into.
 const MOST_FOLDERS: usize = 200;
-
-/// The files of a list's images, in its order.
-#[derive(Debug)]
-pub(super) struct Found {
-    pub(super) paths: Vec<PathBuf>,
-    /// What the user should know of how they were found.
-    pub(super) note: Option<String>,
-}
 
 /// Finds the images of the list that lies in `folder`, where the user said nothing.
 ///

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::btf::import::Listed;
+use crate::btf::import::listed::Listed;
 use crate::error::{Error, Result};
 
 /// The most files looked at in one folder.

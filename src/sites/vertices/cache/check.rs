@@ -13,9 +13,9 @@ use crate::mesh::rows::Rows;
 use crate::mesh::surface_tree::SurfacePoint;
 use crate::sites::level::{Neighbor, Parent};
 use crate::sites::vertices::VertexSites;
+use crate::sites::vertices::prepared_surface::Surface;
 use crate::sites::vertices::sampling::SampleCounts;
 use crate::sites::vertices::stencil::{PackedSample, PatchStencils};
-use crate::sites::vertices::surface::Surface;
 
 /// How far lengths, right angles and sums of weights may be off: rounding alone is a hundredth of it.
 const TOLERANCE: f32 = 1e-3;

@@ -25,9 +25,9 @@ use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::sites::level::{Neighbor, Parent, SiteHierarchy};
 use crate::sites::vertices::VertexSites;
 use crate::sites::vertices::cache::lists::Lists;
+use crate::sites::vertices::prepared_surface::Surface;
 use crate::sites::vertices::sampling::SampleCounts;
 use crate::sites::vertices::stencil::{PackedSample, PatchStencils};
-use crate::sites::vertices::surface::Surface;
 use crate::sites::vertices::surface_options::SurfaceOptions;
 
 /// `format` in the file's `meta.json`.

@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::btf::bake::maps::folder::unused;
 use crate::btf::bake::maps::set::FileUse;
 use crate::error::{Error, Result};
 
@@ -106,5 +105,15 @@ impl Found {
             }
         }
         Ok(())
+    }
+}
+
+/// Uses of files that are no candidates, with the reason.
+fn unused(file: PathBuf, role: &str, why: impl Into<String>) -> FileUse {
+    FileUse {
+        file,
+        role: role.to_owned(),
+        used: false,
+        why: why.into(),
     }
 }

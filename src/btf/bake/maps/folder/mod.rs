@@ -20,7 +20,7 @@ use crate::btf::bake::maps::folder::roles::{BUMP, OPACITY, PREVIEW, Role, Told, 
 use crate::btf::bake::maps::normals::NormalY;
 use crate::btf::bake::maps::packed::PackedChannel;
 use crate::btf::bake::maps::recipe::{Color, PackedMap, Recipe, Scalar};
-use crate::btf::bake::maps::set::{FileUse, MaterialSet};
+use crate::btf::bake::maps::set::MaterialSet;
 use crate::error::{Error, Result};
 
 /// Looks through a folder of maps. What keeps them from being a material is in the set's `recipe`.
@@ -248,16 +248,6 @@ fn packed(ranking: &mut Ranking, has_rough: bool, has_metal: bool) -> Result<Opt
     );
     ranking.describe(&file, what);
     Ok(Some(PackedMap { file, order }))
-}
-
-/// Uses of files that are no candidates, for the listing.
-fn unused(file: PathBuf, role: &str, why: impl Into<String>) -> FileUse {
-    FileUse {
-        file,
-        role: role.to_owned(),
-        used: false,
-        why: why.into(),
-    }
 }
 
 #[cfg(test)]

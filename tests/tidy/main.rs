@@ -1,0 +1,128 @@
+//! The conventions of docs/architecture.md that a machine can check: imports follow the rooms, no files
+//! use each other in a circle, every file says what it is, none grows crowded.
+
+mod circles;
+mod paths;
+mod source;
+
+use source::Source;
+
+/// What every room may use.
+const GROUND: [&str; 7] = [
+    "error",
+    "format",
+    "grid",
+    "index",
+    "neighborhood",
+    "progress",
+    "random",
+];
+
+/// Each room and what it may import beside itself and the ground (docs/architecture.md).
+const ROOMS: [(&str, &[&str]); 10] = [
+    ("btf", &[]),
+    ("texton", &["btf"]),
+    ("exemplar", &["btf", "texton"]),
+    ("mesh", &[]),
+    ("sites", &["mesh"]),
+    ("maps", &["mesh"]),
+    ("synthesis", &["exemplar", "mesh", "sites", "maps"]),
+    ("render", &["btf", "mesh", "maps"]),
+    ("report", &[]),
+    (
+        "cli",
+        &[
+            "btf",
+            "texton",
+            "exemplar",
+            "mesh",
+            "sites",
+            "maps",
+            "synthesis",
+            "render",
+            "report",
+        ],
+    ),
+];
+
+const MOST_LINES: usize = 600;
+
+#[test]
+fn imports_follow_the_rooms() {
+    let source = Source::of_this_crate();
+    let mut faults = Vec::new();
+    for file in &source.files {
+        let room = Source::room_of(file);
+        let allowed: Vec<&str> = match ROOMS.iter().find(|(name, _)| *name == room) {
+            Some((_, others)) => GROUND.iter().chain(*others).copied().collect(),
+            None => GROUND.to_vec(),
+        };
+        for named in source.rooms_named_by(file) {
+            if named != room
+                && !allowed.contains(&named.as_str())
+                && !["lib", "main"].contains(&room)
+            {
+                faults.push(format!("{} imports {named}", file.name));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// No circle of `use` between files; `mod` declarations do not count.
+#[test]
+fn no_files_use_each_other_in_a_circle() {
+    let source = Source::of_this_crate();
+    let circle = circles::find(&source.uses()).map(|circle| circle.join("\n  uses "));
+    assert_eq!(circle, None);
+}
+
+/// The circle among files of these names and texts.
+fn circle_of(texts: &[(&str, &str)]) -> Option<String> {
+    let owned = |&(name, text): &(&str, &str)| (name.to_owned(), text.to_owned());
+    let source = Source::of_texts(texts.iter().map(owned));
+    circles::find(&source.uses()).map(|circle| circle.join(" "))
+}
+
+#[test]
+fn circles_are_found_however_they_are_written() {
+    let with_last = |last: &str| {
+        circle_of(&[
+            ("lib.rs", "mod a; mod b;"),
+            ("a/mod.rs", "mod one; mod two; pub use one::One;"),
+            ("a/one.rs", "use crate::{b::B};"),
+            ("a/two.rs", "use super::one;"),
+            ("b.rs", last),
+        ])
+    };
+    assert_eq!(with_last("use std::fs; mod c { use super::d; }"), None);
+    assert_eq!(
+        with_last("#[cfg(test)] mod tests { use crate::a::two::Two; }"),
+        None
+    );
+    let through_two = with_last("use crate::{a::{two::Two}, error};");
+    assert_eq!(through_two.unwrap(), "a/one.rs b.rs a/two.rs a/one.rs");
+    let through_parent = with_last("use super::a::{self};");
+    assert_eq!(through_parent.unwrap(), "a/mod.rs a/one.rs b.rs a/mod.rs");
+    let twins = [("x.rs", "mod y; use y::Y;"), ("x/y.rs", "use super::{X};")];
+    assert_eq!(circle_of(&twins).unwrap(), "x.rs x/y.rs x.rs");
+}
+
+#[test]
+fn every_file_says_what_it_is() {
+    let source = Source::of_this_crate();
+    let mute = source
+        .files
+        .iter()
+        .filter(|file| !file.text.starts_with("//! "));
+    let mute: Vec<&str> = mute.map(|file| file.name.as_str()).collect();
+    assert!(mute.is_empty(), "no //! at the top of {mute:?}");
+}
+
+#[test]
+fn no_file_grows_crowded() {
+    for file in Source::of_this_crate().files {
+        let lines = file.text.lines().count();
+        assert!(lines <= MOST_LINES, "{} has {lines} lines", file.name);
+    }
+}
