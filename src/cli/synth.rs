@@ -25,12 +25,13 @@ use crate::format::json;
 use crate::format::ours::Format;
 use crate::grid::TexCoord;
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::sites::level::{SiteHierarchy, Sites};
+use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
+use crate::sites::vertices::circles::CircleSource;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::map::surface_map;
-use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::options::{Method, SynthesisOptions};
 use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::{self, Agreement};
 use crate::synthesis::recipes::synthesize;
@@ -47,7 +48,8 @@ Examples:
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply --levels 3 --texel 0.01
   mesotex synth bark.space.npz bark.knn.npz --grid 256x256 -o flat.map.ply --pictures flat
-  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o full.map.ply --search full --report full.json")]
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o full.map.ply --search full --report full.json
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive")]
 pub struct Arguments {
     /// The surface texton space, NAME.space.npz
     pub space: PathBuf,
@@ -85,8 +87,12 @@ impl Arguments {
         };
         let (space, table) = self.read_exemplar(&options)?;
         let started = Instant::now();
-        let target = self.target.prepare((&space, &table), &options, session)?;
-        let done = target.with_sites(Job {
+        let is_measured = self.report.is_some() || self.pictures.pictures.is_some();
+        let prepared = self
+            .target
+            .prepare((&space, &table), &options, is_measured, session)?;
+        let target = prepared.target;
+        let done = target.sites.with(Job {
             arguments: self,
             space: &space,
             table: &table,
@@ -95,12 +101,20 @@ impl Arguments {
             started,
             session,
         })?;
-        let plan = check::complete(&space, &table, &options)?;
-        let report = Report::new(&done.map, &options, &plan, done.quality, done.agreement);
+        let plan = check::complete_for(&space, &table, &options)?;
+        let circles = prepared.circles.map(CircleSource::name);
+        let report = Report::new(
+            &done.map,
+            &options,
+            &plan,
+            circles,
+            done.measured.quality,
+            done.measured.agreement,
+        );
         let plane = Plane::of(&target);
         // The target is big and not needed any more: it is given back meanwhile.
         rayon::spawn(move || drop(target));
-        let drawn = self.write(&done.map, &report, &plane, &done.energies)?;
+        let drawn = self.write(&done.map, &report, &plane, &done.measured.energies)?;
         // Until here an interrupted or failed run is continued with --resume.
         if let Err(error) = done.checkpoint.remove() {
             session.progress().warn(error.to_string());
@@ -130,6 +144,7 @@ impl Arguments {
     /// Refuses options that no input could satisfy.
     pub fn check(&self) -> Result<()> {
         self.options.validate()?;
+        self.target.check()?;
         self.target.surface.validate()
     }
 
@@ -151,7 +166,9 @@ impl Arguments {
         let table = NeighborTable::read(&self.table)?;
         let belongs = table.check_belongs_to(&space, self.force);
         belongs.map_err(|error| error.in_file(&self.table))?;
-        check::complete(&space, &table, options)?;
+        if options.method != Method::Adaptive {
+            check::complete(&space, &table, options)?;
+        }
         self.pictures.check(&space)?;
         Ok((space, table))
     }
@@ -182,9 +199,7 @@ struct Job<'a> {
 /// What comes of it.
 struct Done {
     map: SurfaceTextonMap,
-    quality: Quality,
-    agreement: Option<Agreement>,
-    energies: Vec<f64>,
+    measured: Measured,
     checkpoint: Checkpoint,
     seconds: Seconds,
 }
@@ -198,29 +213,82 @@ impl WithSites for Job<'_> {
             table: self.table,
             sites,
         };
-        let (options, progress) = (self.options, self.session.progress());
+        let options = self.options;
         let prepared = self.started.elapsed();
         let checkpoint = Checkpoint::new(&self.arguments.output, inputs, options)?;
         let coords = self.synthesize(inputs, &checkpoint)?;
         let seconds = Seconds::new(prepared, self.started.elapsed());
         let (map, edges) = rayon::join(
-            || surface_map(self.space, self.target, coords, options),
-            || self.target.edges(),
+            || surface_map(self.space, &self.target.surface, coords, options),
+            || self.target.surface.edges(),
         );
-        let (quality, energies) = rayon::join(
-            || quality::measure(inputs, &map.coords, &edges, options.seed, progress),
-            || {
-                let pictures = &self.arguments.pictures;
-                pictures.energies(inputs, &map.coords, progress)
+        let measured = self.target.with_measured(Measure {
+            job: &self,
+            map: &map,
+            edges: &edges,
+        });
+        let areas = sites.levels[0].areas();
+        let measured = match measured {
+            Some(measured) => measured?,
+            None => Measured {
+                quality: quality::measure_edges(self.space, &map.coords, &edges, areas),
+                energies: Vec::new(),
+                agreement: None,
             },
-        );
+        };
         Ok(Done {
-            quality: quality?,
-            energies: energies?,
-            agreement: agreement::measure(inputs, &map.coords, options, progress)?,
             map,
+            measured,
             checkpoint,
             seconds,
+        })
+    }
+}
+
+/// What is measured of a finished map.
+struct Measured {
+    quality: Quality,
+    agreement: Option<Agreement>,
+    energies: Vec<f64>,
+}
+
+/// The measuring of a finished map, in the table's square windows.
+struct Measure<'a> {
+    job: &'a Job<'a>,
+    map: &'a SurfaceTextonMap,
+    edges: &'a [SiteEdge],
+}
+
+impl WithSites for Measure<'_> {
+    type Found = Result<Measured>;
+
+    fn run<const N: usize, S: Sites<N>>(self, sites: &SiteHierarchy<S>) -> Result<Measured> {
+        let Job {
+            space,
+            table,
+            options,
+            session,
+            arguments,
+            ..
+        } = self.job;
+        let inputs = Inputs {
+            space,
+            table,
+            sites,
+        };
+        let (coords, progress) = (&self.map.coords, session.progress());
+        let (quality, energies) = rayon::join(
+            || quality::measure(inputs, coords, self.edges, options.seed, progress),
+            || arguments.pictures.energies(inputs, coords, progress),
+        );
+        let agreement = match options.method {
+            Method::KCoherence => agreement::measure(inputs, coords, options, progress)?,
+            Method::WeiLevoy | Method::Adaptive => None,
+        };
+        Ok(Measured {
+            quality: quality?,
+            energies: energies?,
+            agreement,
         })
     }
 }

@@ -10,7 +10,7 @@ use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::level::Sites;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::metric::of_level::gram;
-use crate::synthesis::options::{MetricKind, SynthesisOptions};
+use crate::synthesis::options::{Method, MetricKind, SynthesisOptions};
 
 /// Options as the inputs complete them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,6 +40,21 @@ pub fn plan<const N: usize, S: Sites<N>>(
     Ok(plan)
 }
 
+/// Completes the options of any method.
+pub fn complete_for(
+    space: &Space,
+    table: &NeighborTable,
+    options: &SynthesisOptions,
+) -> Result<Plan> {
+    match options.method {
+        Method::Adaptive => Ok(Plan {
+            levels: options.adaptive_levels(space.levels.len()),
+            k: 1,
+        }),
+        Method::KCoherence | Method::WeiLevoy => complete(space, table, options),
+    }
+}
+
 /// Checks inputs of a method with round neighbourhoods of its own, and says how many levels it has.
 pub fn round<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
@@ -47,7 +62,7 @@ pub fn round<const N: usize, S: Sites<N>>(
 ) -> Result<usize> {
     options.validate()?;
     let most = inputs.space.levels.len().min(inputs.sites.levels.len());
-    let levels = options.levels.map_or(most, |levels| levels as usize);
+    let levels = options.adaptive_levels(most);
     for (index, level) in inputs.space.levels.iter().enumerate() {
         space_level(level, index)?;
     }

@@ -8,7 +8,7 @@ use crate::index::TextonLabel;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::sites::level::{SiteHierarchy, Sites};
-use crate::sites::target::{Target, WithSites};
+use crate::sites::target::{Target, TargetSurface, WithSites};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::synthesize;
@@ -28,8 +28,8 @@ pub fn synthesize_map(
         options,
         progress,
     };
-    let finest = target.with_sites(work)?;
-    Ok(surface_map(space, target, finest.coords, options))
+    let finest = target.sites.with(work)?;
+    Ok(surface_map(space, &target.surface, finest.coords, options))
 }
 
 struct AllLevels<'a> {
@@ -55,21 +55,21 @@ impl WithSites for AllLevels<'_> {
 /// The map of finished coordinates on the target's surface; vertices in no face hold nothing.
 pub fn surface_map(
     space: &Space,
-    target: &Target,
+    surface: &TargetSurface,
     coords: Vec<TexCoord>,
     options: &SynthesisOptions,
 ) -> SurfaceTextonMap {
     let grid = space.levels[0].grid;
     let mut map = SurfaceTextonMap {
-        mesh: target.mesh().clone(),
-        normals: target.normals(),
-        orientations: target.orientations(),
-        scale: target.scale().map(<[f32]>::to_vec),
+        mesh: surface.mesh.clone(),
+        normals: surface.normals.clone(),
+        orientations: surface.orientations.clone(),
+        scale: surface.scale.clone(),
         textons: textons(space, &coords),
         coords,
         exemplar: [grid.width, grid.height],
-        texel: target.texel(),
-        origin: target.origin(),
+        texel: surface.texel,
+        origin: surface.origin,
         seed: options.seed,
         sample: space.sample.clone(),
         space: space.id.clone(),

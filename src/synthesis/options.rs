@@ -50,7 +50,7 @@ pub struct SynthesisOptions {
     #[arg(long, value_enum, default_value_t = Self::default().method)]
     pub method: Method,
     /// Levels of the pyramid, the finest included; 1 grows the finest level from one random
-    /// site [default: the table's]
+    /// site [default: the table's; 2 with --method adaptive]
     #[arg(long)]
     pub levels: Option<u32>,
     /// Width of the neighbourhood; it is the table's, and stating another is an error
@@ -112,6 +112,12 @@ impl SynthesisOptions {
         self.k_coherence.validate()?;
         self.adaptive.validate()?;
         self.check_method()
+    }
+
+    /// Levels of the adaptive method, of at most `most`: two unless more are asked for, as the circles of
+    /// coarser levels are wide.
+    pub fn adaptive_levels(&self, most: usize) -> usize {
+        self.levels.map_or(most.min(2), |levels| levels as usize)
     }
 
     /// Refuses options that the method does not use.

@@ -169,9 +169,9 @@ pub enum Plane {
 impl Plane {
     /// What pictures of a target show.
     pub fn of(target: &Target) -> Self {
-        match target {
-            Target::Grid { grid, .. } => Self::Grid(grid.width, grid.height),
-            Target::Vertices(_) => Self::Surface,
+        match target.surface.grid {
+            Some(grid) => Self::Grid(grid.width, grid.height),
+            None => Self::Surface,
         }
     }
 

@@ -26,6 +26,9 @@ pub struct Report {
     seed: u64,
     k: usize,
     levels: usize,
+    method: &'static str,
+    /// Whether circles were marched, where the method has them.
+    circles: Option<&'static str>,
     options: SynthesisOptions,
     #[serde(flatten)]
     quality: Quality,
@@ -55,6 +58,7 @@ impl Report {
         map: &SurfaceTextonMap,
         options: &SynthesisOptions,
         plan: &Plan,
+        circles: Option<&'static str>,
         quality: Quality,
         metric_agreement: Option<Agreement>,
     ) -> Self {
@@ -67,6 +71,8 @@ impl Report {
             seed: map.seed,
             k: plan.k,
             levels: plan.levels,
+            method: options.method.name(),
+            circles,
             options: options.clone(),
             quality,
             metric_agreement,
@@ -87,11 +93,16 @@ impl Report {
                 "coherence {:.3} within half a texel, {:.3} within one; mean edge {:.2} texels",
                 found.coherence_half, found.coherence_one, found.mean_edge
             ))
-            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"))
-            .line(format!(
+            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"));
+        if let Some(found) = found.energies {
+            outcome = outcome.line(format!(
                 "energy {:.3} of a random map's, {:.3} of the best texels' (at {} sites)",
                 found.energy, found.energy_ratio_full, found.energy_sites
             ));
+        }
+        if let Some(circles) = self.circles {
+            outcome = outcome.line(format!("circles round every vertex: {circles}"));
+        }
         if let Some(chi2) = found.histogram_chi2 {
             outcome = outcome.line(format!(
                 "histogram distance {chi2:.4} (χ², surface against sample)"

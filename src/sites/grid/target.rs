@@ -3,8 +3,9 @@
 
 use crate::error::{Error, Result};
 use crate::mesh::triangle_mesh::TriangleMesh;
-use crate::neighborhood::{Neighborhood, window_width};
+use crate::neighborhood::{Neighborhood, Template, window_width};
 use crate::sites::grid::GridSites;
+use crate::sites::grid::round::RoundGridSites;
 use crate::sites::grid::window::{GridNeighbors, GridWindow, SiteGrid};
 use crate::sites::level::{Parent, SiteEdge, SiteHierarchy};
 use glam::Vec3;
@@ -55,6 +56,34 @@ impl GridTarget {
         Ok(SiteHierarchy { levels })
     }
 
+    /// The same sites at every level, with round neighbourhoods that are twice as wide on each.
+    pub fn round_hierarchy(
+        self,
+        rings: u32,
+        levels: usize,
+    ) -> Result<SiteHierarchy<RoundGridSites>> {
+        self.check_count()?;
+        let widest = (u64::from(rings) << levels) + 1;
+        if u64::from(self.width.min(self.height)) < widest {
+            return Err(Error::option(
+                "grid",
+                format!("{}x{}", self.width, self.height),
+                format!("sides of {widest} or more, or fewer --rings or --levels"),
+            ));
+        }
+        let (grid, template) = (self.site_grid(), Template::round(rings));
+        let level = |level: usize| {
+            let sites = RoundGridSites::new(grid, &template, level as u32, rings);
+            match level + 1 < levels {
+                true => sites.with_parents(),
+                false => sites,
+            }
+        };
+        Ok(SiteHierarchy {
+            levels: (0..levels).map(level).collect(),
+        })
+    }
+
     /// The surface of the grid: a site every mesh unit, x to the right, y up, seen from +z.
     pub fn mesh(self) -> TriangleMesh {
         let positions = (0..self.sites()).map(|site| {
@@ -92,15 +121,20 @@ impl GridTarget {
         edges
     }
 
-    fn check(self, neighborhoods: &[Neighborhood]) -> Result<()> {
-        let asked = format!("{}x{}", self.width, self.height);
-        if u64::from(self.width) * u64::from(self.height) > MOST_SITES {
-            return Err(Error::option(
-                "grid",
-                asked,
-                format!("at most {MOST_SITES} sites"),
-            ));
+    fn check_count(self) -> Result<()> {
+        if u64::from(self.width) * u64::from(self.height) <= MOST_SITES {
+            return Ok(());
         }
+        Err(Error::option(
+            "grid",
+            format!("{}x{}", self.width, self.height),
+            format!("at most {MOST_SITES} sites"),
+        ))
+    }
+
+    fn check(self, neighborhoods: &[Neighborhood]) -> Result<()> {
+        self.check_count()?;
+        let asked = format!("{}x{}", self.width, self.height);
         let mut grid = self;
         for (level, neighborhood) in neighborhoods.iter().enumerate() {
             let width = window_width(&neighborhood.offsets);

@@ -93,7 +93,7 @@ mod tests {
     use crate::mesh::reading::UserMesh;
     use crate::mesh::shapes;
     use crate::progress::Progress;
-    use crate::sites::target::MeshTarget;
+    use crate::sites::target::{Target, TargetSurface};
     use crate::sites::vertices::surface;
     use crate::sites::vertices::surface_options::SurfaceOptions;
     use glam::{DVec3, Vec3};
@@ -186,7 +186,7 @@ mod tests {
     };
 
     /// A plane cut down its middle, of scale 1 left and 2 right of the cut.
-    fn plane_of_two_scales() -> MeshTarget {
+    fn plane_of_two_scales() -> TargetSurface {
         let (mut mesh, mut right) = (shapes::grid(6, 6, 0.5), shapes::grid(6, 6, 0.5));
         let half = mesh.positions.len();
         mesh.positions
@@ -213,16 +213,13 @@ mod tests {
             neighborhood: 3,
             ..SurfaceOptions::default()
         };
-        MeshTarget {
-            surface: Box::new(surface::prepare(&user, &options, None, Progress::silent()).unwrap()),
-            origin: DVec3::ZERO,
-            scale: Some(scale),
-        }
+        let surface = surface::prepare(&user, &options, None, Progress::silent()).unwrap();
+        Target::of_surface(surface, Some(scale), DVec3::ZERO).surface
     }
 
     /// Coordinates that run over the surface at one texel a `TEXEL` times the scale.
-    fn copied(target: &MeshTarget) -> Vec<TexCoord> {
-        let positions = target.surface.meshes[0].positions.iter();
+    fn copied(target: &TargetSurface) -> Vec<TexCoord> {
+        let positions = target.mesh.positions.iter();
         let scale = target.scale.as_ref().unwrap();
         let coord = |(at, scale): (&Vec3, &f32)| TexCoord {
             s: (at.x / (TEXEL as f32 * scale)).rem_euclid(8.0),

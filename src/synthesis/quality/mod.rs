@@ -10,6 +10,7 @@ pub mod histogram;
 use serde::Serialize;
 
 use crate::error::Result;
+use crate::exemplar::space::Space;
 use crate::grid::TexCoord;
 use crate::progress::Progress;
 use crate::sites::level::{SiteEdge, Sites};
@@ -28,14 +29,41 @@ pub struct Quality {
     pub edges: usize,
     /// Mean edge length, in texels.
     pub mean_edge: f64,
-    /// Mean neighbourhood distance over that of a random map.
-    pub energy: f64,
-    /// Mean neighbourhood distance over that of the best whole texel at each site.
-    pub energy_ratio_full: f64,
-    /// Sites the two energies were measured at.
-    pub energy_sites: usize,
+    /// Neighbourhood distances, where the target has square windows to measure them in.
+    #[serde(flatten)]
+    pub energies: Option<MeanEnergies>,
     /// Distance of the texton histograms, surface by area against sample; `None` for plain images.
     pub histogram_chi2: Option<f64>,
+}
+
+/// The mean neighbourhood distance of a map, over others.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MeanEnergies {
+    /// Over that of a random map.
+    pub energy: f64,
+    /// Over that of the best whole texel at each site.
+    pub energy_ratio_full: f64,
+    /// Sites that both were measured at.
+    pub energy_sites: usize,
+}
+
+/// Measures what needs no neighbourhoods: `areas` are those of the sites.
+pub fn measure_edges(
+    space: &Space,
+    coords: &[TexCoord],
+    edges: &[SiteEdge],
+    areas: &[f32],
+) -> Quality {
+    let coherence = coherence::Coherence::measure(space.levels[0].grid, coords, edges);
+    Quality {
+        coherence_half: coherence.half,
+        coherence_one: coherence.one,
+        drift: coherence.drift,
+        edges: edges.len(),
+        mean_edge: coherence.mean_edge,
+        energies: None,
+        histogram_chi2: histogram::chi2(space, coords, areas),
+    }
 }
 
 /// Measures a map: `coords` per site of level 0, `edges` among the sites.
@@ -47,23 +75,20 @@ pub fn measure<const N: usize, S: Sites<N>>(
     progress: Progress<'_>,
 ) -> Result<Quality> {
     progress.begin("quality figures", 0);
-    let grid = inputs.space.levels[0].grid;
     progress.check()?;
-    let (coherence, energies) = rayon::join(
-        || coherence::Coherence::measure(grid, coords, edges),
+    let areas = inputs.sites.levels[0].areas();
+    let (quality, energies) = rayon::join(
+        || measure_edges(inputs.space, coords, edges, areas),
         || energy::measure(inputs, coords, seed, progress),
     );
     let energies = energies?;
     progress.end();
     Ok(Quality {
-        coherence_half: coherence.half,
-        coherence_one: coherence.one,
-        drift: coherence.drift,
-        edges: edges.len(),
-        mean_edge: coherence.mean_edge,
-        energy: energies.over_random(),
-        energy_ratio_full: energies.over_best(),
-        energy_sites: energies.sites.len(),
-        histogram_chi2: histogram::chi2(inputs.space, coords, inputs.sites.levels[0].areas()),
+        energies: Some(MeanEnergies {
+            energy: energies.over_random(),
+            energy_ratio_full: energies.over_best(),
+            energy_sites: energies.sites.len(),
+        }),
+        ..quality
     })
 }

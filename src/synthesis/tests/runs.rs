@@ -124,7 +124,10 @@ fn one_texel_grows_into_a_copy() {
         );
         assert!((found.drift[0][0] - 1.0).abs() < 0.01 && found.drift[0][1].abs() < 0.01);
         assert!((found.drift[1][1] - 1.0).abs() < 0.01 && found.drift[1][0].abs() < 0.01);
-        assert!(found.energy < 0.1 && found.energy_ratio_full >= 1.0);
+        assert!(
+            found.energies.unwrap().energy < 0.1
+                && found.energies.unwrap().energy_ratio_full >= 1.0
+        );
     }
 }
 
@@ -152,9 +155,12 @@ fn every_way_of_synthesis_beats_chance_and_fills_the_map() {
             let edges = grid(32).edges();
             let found = quality::measure(inputs, &map.coords, &edges, 1, Progress::silent());
             let found = found.unwrap();
-            assert!(found.energy < 0.6, "{search:?} {metric:?} {found:?}");
             assert!(
-                found.energy_ratio_full < 1.3,
+                found.energies.unwrap().energy < 0.6,
+                "{search:?} {metric:?} {found:?}"
+            );
+            assert!(
+                found.energies.unwrap().energy_ratio_full < 1.3,
                 "{search:?} {metric:?} {found:?}"
             );
             let level = &space.levels[0];

@@ -33,6 +33,16 @@ pub enum CircleSource {
     Read,
 }
 
+impl CircleSource {
+    /// What a report says.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Marched => "marched",
+            Self::Read => "read from the cache",
+        }
+    }
+}
+
 /// What is known of a level beside its sites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RoundLevel {
