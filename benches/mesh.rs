@@ -2,7 +2,7 @@
 
 use divan::Bencher;
 use mesotex::mesh::builtin::kettlebell;
-use mesotex::mesh::connection::Connection;
+use mesotex::mesh::connection::{Connection, frames_of};
 use mesotex::mesh::field::{Wishes, orientation_field};
 use mesotex::mesh::reading::UserMesh;
 use mesotex::mesh::retile::retile;
@@ -11,6 +11,7 @@ use mesotex::mesh::topology::Topology;
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::neighborhood::Template;
 use mesotex::progress::Progress;
+use mesotex::sites::vertices::circles::{Manifold, marching, sampling};
 use mesotex::sites::vertices::patches::Patches;
 use mesotex::sites::vertices::surface::prepare;
 use mesotex::sites::vertices::surface_options::SurfaceOptions;
@@ -73,4 +74,42 @@ fn stencils_250k(bencher: Bencher) {
         texels: &texels,
     };
     bencher.bench_local(|| patches.round_vertices(&Template::square(7), 3.5, Progress::silent()));
+}
+
+/// Circles of every vertex: 4 rings a texel apart.
+#[divan::bench(sample_count = 5, args = [34_834, 48_485])]
+fn circles(bencher: Bencher, vertices: usize) {
+    let mesh = even(vertices);
+    let topology = Topology::new(&mesh.triangles);
+    let rings = Rings::new(&mesh, &topology);
+    let surface = Manifold {
+        mesh: &mesh,
+        topology: &topology,
+        rings: &rings,
+    };
+    let texels = vec![(mesh.area() / vertices as f64).sqrt() as f32; mesh.positions.len()];
+    bencher.bench_local(|| marching::march(surface, &texels, 4, Progress::silent()));
+}
+
+/// Samples and neighbours of circles that are there, for one field.
+#[divan::bench(sample_count = 5)]
+fn samples_on_circles_35k(bencher: Bencher) {
+    let mesh = even(34_834);
+    let topology = Topology::new(&mesh.triangles);
+    let rings = Rings::new(&mesh, &topology);
+    let surface = Manifold {
+        mesh: &mesh,
+        topology: &topology,
+        rings: &rings,
+    };
+    let texels = vec![(mesh.area() / 34_834.0).sqrt() as f32; mesh.positions.len()];
+    let Ok(circles) = marching::march(surface, &texels, 4, Progress::silent()) else {
+        return;
+    };
+    let frames = frames_of(&rings, &vec![0.0; texels.len()]);
+    let template = Template::round(4);
+    bencher.bench_local(|| {
+        let stencils = sampling::stencils(&circles, surface, &frames, &template);
+        (stencils, sampling::neighbors(&circles, surface, &frames))
+    });
 }

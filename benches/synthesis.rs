@@ -18,7 +18,7 @@ use mesotex::format::image::{Encoding, FloatImage, Precision};
 use mesotex::progress::Progress;
 use mesotex::sites::grid::target::GridTarget;
 use mesotex::synthesis::inputs::Inputs;
-use mesotex::synthesis::options::{Search, SynthesisOptions};
+use mesotex::synthesis::options::{KCoherenceOptions, Search, SynthesisOptions};
 use mesotex::synthesis::recipes::synthesize;
 
 fn main() {
@@ -75,7 +75,10 @@ fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: Search) {
         sites: &sites,
     };
     let options = SynthesisOptions {
-        search,
+        k_coherence: KCoherenceOptions {
+            search,
+            ..KCoherenceOptions::default()
+        },
         ..SynthesisOptions::default()
     };
     bencher

@@ -4,7 +4,7 @@
 //! Offsets are whole texels (drow, dcol); positions are real, x along s and y along t, so that offset
 //! (drow, dcol) lies at (dcol, −drow).
 
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
@@ -27,6 +27,9 @@ pub struct Neighborhood {
 pub struct Template {
     /// One position per sample, in the order of the neighbourhood's offsets.
     pub positions: Vec<Vec2>,
+    /// How many positions lie on each ring or inside it, the centre first; empty for a template that is
+    /// not ordered by rings. The samples before `ring_ends[m]` are the neighbourhood of m rings.
+    pub ring_ends: Vec<usize>,
 }
 
 /// The square window of odd `width`, row by row from the top left, centre included.
@@ -54,8 +57,53 @@ impl Template {
         let position = |[drow, dcol]: [i32; 2]| Vec2::new(dcol as f32, -drow as f32);
         Self {
             positions: square_window(width).into_iter().map(position).collect(),
+            ..Self::default()
         }
     }
+
+    /// The round neighbourhood (Chen 2008 §4.2): where circles of radius 1 to `rings` meet the lines x = i
+    /// and y = j of the unit grid through the centre. The centre comes first, then ring by ring,
+    /// counter-clockwise from +x.
+    pub fn round(rings: u32) -> Self {
+        let mut template = Self {
+            positions: vec![Vec2::ZERO],
+            ring_ends: vec![1],
+        };
+        for radius in 1..=i64::from(rings) {
+            let mut ring = grid_crossings(radius);
+            ring.sort_by(|a, b| turn_of(*a).total_cmp(&turn_of(*b)));
+            template.positions.extend(ring.iter().map(|p| p.as_vec2()));
+            template.ring_ends.push(template.positions.len());
+        }
+        template
+    }
+}
+
+/// Where the circle of a whole radius meets the lines of the unit grid, each point once.
+fn grid_crossings(radius: i64) -> Vec<DVec2> {
+    let mut points = Vec::new();
+    for line in -radius..=radius {
+        let squared = radius * radius - line * line;
+        let (at, across) = (line as f64, (squared as f64).sqrt());
+        let ends = if squared == 0 {
+            vec![0.0]
+        } else {
+            vec![across, -across]
+        };
+        points.extend(ends.iter().map(|&end| DVec2::new(at, end)));
+        // A point on two lines is listed once, with the lines x = i.
+        if across.fract() != 0.0 {
+            points.extend(ends.iter().map(|&end| DVec2::new(end, at)));
+        }
+    }
+    points
+}
+
+/// The angle of a point from +x, counter-clockwise, in turns from 0 up to 1.
+pub fn turn_of(point: DVec2) -> f64 {
+    let turn = point.y.atan2(point.x) / std::f64::consts::TAU;
+    // A turn of −10⁻¹⁷ and one make 1 in floating point.
+    turn.rem_euclid(1.0) % 1.0
 }
 
 impl Neighborhood {
@@ -107,6 +155,25 @@ mod tests {
             (0, 7)
         );
         assert_eq!(window_width(&[[i32::MIN, 0]]), u32::MAX);
+    }
+
+    #[test]
+    fn rings_of_the_round_template_are_prefixes_and_lie_on_the_grid() {
+        let template = Template::round(5);
+        // 8m − 4 points on ring m; the eight points (±3, ±4) and (±4, ±3) lie on two lines each.
+        assert_eq!(template.ring_ends, [1, 5, 17, 37, 65, 93]);
+        assert_eq!(Template::round(3).positions, template.positions[..37]);
+        for ring in 1..=5 {
+            let of_ring =
+                &template.positions[template.ring_ends[ring - 1]..template.ring_ends[ring]];
+            assert_eq!(of_ring[0], Vec2::new(ring as f32, 0.0));
+            let turns: Vec<f64> = of_ring.iter().map(|p| turn_of(p.as_dvec2())).collect();
+            assert!(turns.windows(2).all(|pair| pair[1] - pair[0] > 1e-3));
+            for p in of_ring {
+                assert!((p.length() - ring as f32).abs() < 1e-5);
+                assert!(p.x.fract() == 0.0 || p.y.fract() == 0.0, "{p}");
+            }
+        }
     }
 
     #[test]

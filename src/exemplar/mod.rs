@@ -4,6 +4,7 @@
 pub mod aligned_numbers;
 pub mod channels;
 pub mod controls;
+pub mod dense_windows;
 pub mod embedding;
 pub mod greedy_choice;
 pub mod knn_options;

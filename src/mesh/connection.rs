@@ -59,12 +59,13 @@ impl Connection {
                 starts: rings.edges.starts.clone(),
                 entries: spokes,
             },
-            frames: frames(rings, angles),
+            frames: frames_of(rings, angles),
         }
     }
 }
 
-fn frames(rings: &Rings, angles: &[f64]) -> Vec<Frame> {
+/// The frames whose s axes stand at `angles` (radians from each ring's axis, counter-clockwise).
+pub fn frames_of(rings: &Rings, angles: &[f64]) -> Vec<Frame> {
     let frame = |vertex: usize| {
         let n = rings.normals[vertex];
         let s = if rings.edges.row(vertex).is_empty() {

@@ -44,7 +44,7 @@ pub fn plan<const N: usize, S: Sites<N>>(
 /// before it prepares a surface.
 pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
     options.validate()?;
-    let k = options.k.unwrap_or(table.k);
+    let k = options.k_coherence.k.unwrap_or(table.k);
     if k > table.k {
         return Err(Error::option(
             "k",

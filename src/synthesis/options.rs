@@ -1,23 +1,38 @@
-//! The options of synthesis, as read from the command line and from a scene file.
+//! The options that all methods of synthesis share, and those of each.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::sites::order::Order;
+use crate::synthesis::option_ranges::{at_least_one, few_rounds};
+use crate::synthesis::recipes::adaptive::options::AdaptiveOptions;
+pub use crate::synthesis::recipes::tong::options::{KCoherenceOptions, Search};
 
-/// Which texels are tried at a site.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+/// The paper that is followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Search {
-    /// The forward-shifted texels of the neighbours, and the nearest texels of each (Tong 2002 §5.2).
+pub enum Method {
+    /// Tong 2002: coherent texels and the nearest of each, level after level
     #[default]
     KCoherence,
-    /// Every whole texel.
-    Full,
+    /// Wei and Levoy 2001: every texel is compared at every site; slow, a baseline
+    WeiLevoy,
+    /// Chen and Dong 2008: round neighbourhoods of growing size on the same sites at every level
+    Adaptive,
+}
+
+impl Method {
+    /// Its name on the command line and in maps.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::KCoherence => "k-coherence",
+            Self::WeiLevoy => "wei-levoy",
+            Self::Adaptive => "adaptive",
+        }
+    }
 }
 
 /// How the neighbourhoods of a site and a texel are compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum MetricKind {
     /// Through the Gram matrix Φ, in double precision (Tong 2002 §5.1): the reference.
@@ -27,20 +42,14 @@ pub enum MetricKind {
     Embedded,
 }
 
-/// Passes, sweeps or rounds at most: the orders of all sweeps are held together, and a few do.
-const MOST_ROUNDS: u32 = 1000;
-/// Distances are multiplied by no larger number: they are 32-bit floats.
-const LARGEST_FACTOR: f64 = 1e12;
-
-/// What synthesis can be asked. Each option says what the paper has where `Default` differs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+/// What synthesis can be asked.
+#[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Synthesis")]
 pub struct SynthesisOptions {
-    /// Texels each coherent texel brings along, itself included; 1 suits natural textures
-    /// [default: the table's]
-    #[arg(long)]
-    pub k: Option<usize>,
+    /// The paper that is followed
+    #[arg(long, value_enum, default_value_t = Self::default().method)]
+    pub method: Method,
     /// Levels of the pyramid, the finest included; 1 grows the finest level from one random
     /// site [default: the table's]
     #[arg(long)]
@@ -48,9 +57,6 @@ pub struct SynthesisOptions {
     /// Width of the neighbourhood; it is the table's, and stating another is an error
     #[arg(long)]
     pub neighborhood: Option<u32>,
-    /// Which texels are tried at a site
-    #[arg(long, value_enum, default_value_t = Self::default().search)]
-    pub search: Search,
     /// How neighbourhoods are compared
     #[arg(long, value_enum, default_value_t = Self::default().metric)]
     pub metric: MetricKind,
@@ -58,32 +64,18 @@ pub struct SynthesisOptions {
     /// plain images are always kept whole
     #[arg(long, default_value_t = Self::default().spectrum)]
     pub spectrum: f64,
-    /// Prefer the coherent texels: the distances of others are multiplied by this (1 is the paper)
-    #[arg(long, default_value_t = Self::default().coherence)]
-    pub coherence: f64,
-    /// Add this share of the distance of random texels to all distances, four times as much on each coarser
-    /// level, so that differences between tiny distances do not outweigh coherence; 0 is the paper
-    #[arg(long, default_value_t = Self::default().distance_floor)]
-    pub distance_floor: f64,
     /// Passes per level: 1 only copies from the coarser level, 2 also compares two-level
     /// neighbourhoods (Tong 2002), each more repeats the second
     #[arg(long, default_value_t = Self::default().passes)]
     pub passes: u32,
-    /// Rounds at the end in which the sites that fit far worse than the mean are searched in full, before all
-    /// that fit worse choose once more; 0 is the paper. Of k-coherence only
-    #[arg(long, default_value_t = Self::default().repair_rounds)]
-    pub repair_rounds: u32,
-    /// Sweeps over the coarsest level after its random start
-    #[arg(long, default_value_t = Self::default().start_passes)]
-    pub start_passes: u32,
-    /// Penalty on texels that the coarsest level uses often: the distance of a texel used n times as often as
-    /// the mean is multiplied by 1 + PENALTY·(n − 1); 0 is the paper. Of k-coherence only
-    #[arg(long, default_value_t = Self::default().reuse_penalty)]
-    pub reuse_penalty: f64,
-    /// The order in which the coarsest level, or the only one, grows; finer levels are refined in
-    /// parallel by colour classes
-    #[arg(long, value_enum, default_value_t = Self::default().order)]
-    pub order: Order,
+    /// Options of k-coherence.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub k_coherence: KCoherenceOptions,
+    /// Options of the adaptive method.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub adaptive: AdaptiveOptions,
     /// Seed of everything drawn at random.
     #[arg(skip)]
     pub seed: u64,
@@ -92,19 +84,14 @@ pub struct SynthesisOptions {
 impl Default for SynthesisOptions {
     fn default() -> Self {
         Self {
-            k: None,
+            method: Method::default(),
             levels: None,
             neighborhood: None,
-            search: Search::default(),
             metric: MetricKind::default(),
             spectrum: 0.97,
-            coherence: 1.5,
-            distance_floor: 0.001,
             passes: 3,
-            repair_rounds: 2,
-            start_passes: 2,
-            reuse_penalty: 1.0,
-            order: Order::default(),
+            k_coherence: KCoherenceOptions::default(),
+            adaptive: AdaptiveOptions::default(),
             seed: 0,
         }
     }
@@ -113,27 +100,8 @@ impl Default for SynthesisOptions {
 impl SynthesisOptions {
     /// Checks every field by itself; [`check`](crate::synthesis::check) holds them against the inputs.
     pub fn validate(&self) -> Result<()> {
-        let at_least_one = |option: &str, value: u64| {
-            if value >= 1 {
-                return Ok(());
-            }
-            Err(Error::option(option, value.to_string(), "1 or more"))
-        };
-        at_least_one("k", self.k.map_or(1, |k| k as u64))?;
         at_least_one("levels", self.levels.map_or(1, u64::from))?;
-        let few = |option: &str, value: u32, least: u32| {
-            if (least..=MOST_ROUNDS).contains(&value) {
-                return Ok(());
-            }
-            Err(Error::option(
-                option,
-                value.to_string(),
-                format!("{least} to {MOST_ROUNDS}: each visits every site of a level"),
-            ))
-        };
-        few("passes", self.passes, 1)?;
-        few("repair-rounds", self.repair_rounds, 0)?;
-        few("start-passes", self.start_passes, 1)?;
+        few_rounds("passes", self.passes, 1)?;
         check_neighborhood(self.neighborhood)?;
         if !(self.spectrum > 0.0 && self.spectrum <= 1.0) {
             return Err(Error::option(
@@ -142,22 +110,34 @@ impl SynthesisOptions {
                 "a share above 0, at most 1",
             ));
         }
-        for (option, value, least) in [
-            ("coherence", self.coherence, 1.0),
-            ("distance-floor", self.distance_floor, 0.0),
-            ("reuse-penalty", self.reuse_penalty, 0.0),
-        ] {
-            if !(least..=LARGEST_FACTOR).contains(&value) {
-                return Err(Error::option(
-                    option,
-                    value.to_string(),
-                    format!(
-                        "{least} to {LARGEST_FACTOR:e}: distances times larger numbers overflow"
-                    ),
-                ));
-            }
+        self.k_coherence.validate()?;
+        self.adaptive.validate()?;
+        self.check_method()
+    }
+
+    /// Refuses options that the method does not use.
+    fn check_method(&self) -> Result<()> {
+        let name = self.method.name();
+        if self.method != Method::KCoherence {
+            self.k_coherence.refuse_for(name)?;
         }
-        Ok(())
+        if self.method != Method::Adaptive {
+            return self.adaptive.refuse_for(name);
+        }
+        let default = Self::default();
+        let given = [
+            ("metric", self.metric != default.metric),
+            ("neighborhood", self.neighborhood.is_some()),
+            ("passes", self.passes != default.passes),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((option, _)) => Err(Error::option(
+                *option,
+                format!("given with --method {name}"),
+                "another method: this one has its own neighbourhoods, metric and passes",
+            )),
+        }
     }
 }
 
@@ -189,29 +169,45 @@ mod tests {
 
     #[test]
     fn every_field_is_checked() {
-        assert!(message(|o| o.k = Some(0)).contains("--k: 0"));
+        assert!(message(|o| o.k_coherence.k = Some(0)).contains("--k: 0"));
         assert!(message(|o| o.levels = Some(0)).contains("--levels: 0"));
         assert!(message(|o| o.neighborhood = Some(6)).contains("an odd width"));
         assert!(message(|o| o.spectrum = 0.0).contains("--spectrum: 0"));
         assert!(message(|o| o.spectrum = f64::NAN).contains("--spectrum: NaN"));
-        assert!(message(|o| o.coherence = 0.5).contains("--coherence: 0.5"));
-        assert!(message(|o| o.distance_floor = -0.1).contains("--distance-floor: -0.1"));
+        assert!(message(|o| o.k_coherence.coherence = 0.5).contains("--coherence: 0.5"));
+        assert!(
+            message(|o| o.k_coherence.distance_floor = -0.1).contains("--distance-floor: -0.1")
+        );
         assert!(message(|o| o.passes = 0).contains("--passes: 0"));
-        assert!(message(|o| o.reuse_penalty = -0.1).contains("--reuse-penalty: -0.1"));
-        assert!(message(|o| o.start_passes = 0).contains("--start-passes: 0"));
-        assert!(message(|o| o.start_passes = u32::MAX).contains("1 to 1000: each visits"));
+        assert!(message(|o| o.k_coherence.reuse_penalty = -0.1).contains("--reuse-penalty: -0.1"));
+        assert!(message(|o| o.k_coherence.start_passes = 0).contains("--start-passes: 0"));
+        assert!(
+            message(|o| o.k_coherence.start_passes = u32::MAX).contains("1 to 1000: each visits")
+        );
         assert!(message(|o| o.passes = 1001).contains("--passes: 1001"));
-        assert!(message(|o| o.repair_rounds = u32::MAX).contains("0 to 1000"));
-        assert!(message(|o| o.coherence = 1e308).contains("1 to 1e12"));
+        assert!(message(|o| o.k_coherence.repair_rounds = u32::MAX).contains("0 to 1000"));
+        assert!(message(|o| o.k_coherence.coherence = 1e308).contains("1 to 1e12"));
     }
 
     #[test]
-    fn a_scene_file_states_the_same_fields() {
-        let options: SynthesisOptions =
-            toml::from_str("k = 5\nsearch = \"full\"\nmetric = \"gram\"\norder = \"field\"")
-                .unwrap();
-        assert_eq!(options.k, Some(5));
-        assert_eq!(options.search, Search::Full);
-        assert!(toml::from_str::<SynthesisOptions>("kk = 5").is_err());
+    fn options_of_another_method_are_refused() {
+        let found = message(|o| {
+            o.method = Method::WeiLevoy;
+            o.k_coherence.coherence = 2.0;
+        });
+        assert!(
+            found.contains("--coherence: given with --method wei-levoy"),
+            "{found}"
+        );
+        let found = message(|o| o.adaptive.rings = 3);
+        assert!(
+            found.contains("--rings: given with --method k-coherence"),
+            "{found}"
+        );
+        let found = message(|o| {
+            o.method = Method::Adaptive;
+            o.metric = MetricKind::Gram;
+        });
+        assert!(found.contains("--metric"), "{found}");
     }
 }

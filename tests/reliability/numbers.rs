@@ -18,7 +18,6 @@ use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::random;
 use mesotex::render::options::RenderOptions;
 use mesotex::render::values::{LightSpec, Point};
-use mesotex::synthesis::options::SynthesisOptions;
 use mesotex::texton::options::ByteSize;
 use ndarray::Array1;
 use rand::Rng;
@@ -287,14 +286,6 @@ fn option_values_give_numbers_back() {
 #[test]
 fn options_in_descriptions_give_numbers_back() {
     for (a, b) in doubles(400).into_iter().zip(singles(400)) {
-        let options = SynthesisOptions {
-            spectrum: a,
-            coherence: -a,
-            ..SynthesisOptions::default()
-        };
-        let text = serde_json::to_string(&options).unwrap();
-        let read: SynthesisOptions = serde_json::from_str(&text).unwrap();
-        assert_eq!(read.spectrum.to_bits(), a.to_bits());
         let options = RenderOptions {
             turns: a,
             exposure: b,

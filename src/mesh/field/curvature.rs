@@ -22,12 +22,30 @@ pub struct Principal {
 pub fn principal_directions(mesh: &TriangleMesh, rings: &Rings) -> Vec<Principal> {
     (0..mesh.positions.len())
         .into_par_iter()
-        .map(|vertex| at_vertex(mesh, rings, vertex))
+        .map(|vertex| {
+            let shape = shape_operator(mesh, rings, vertex);
+            shape.map_or_else(Principal::default, |[a, b, c]| principal(a, b, c))
+        })
+        .collect()
+}
+
+/// The larger principal curvature of every vertex, by magnitude, in one over mesh units; 0 where it cannot
+/// be told.
+pub fn largest_curvatures(mesh: &TriangleMesh, rings: &Rings) -> Vec<f64> {
+    (0..mesh.positions.len())
+        .into_par_iter()
+        .map(|vertex| {
+            let shape = shape_operator(mesh, rings, vertex);
+            shape.map_or(0.0, |[a, b, c]| {
+                let mean = f64::midpoint(a, c);
+                mean.abs() + f64::midpoint(a, -c).hypot(b)
+            })
+        })
         .collect()
 }
 
 /// Fits the symmetric shape operator (a, b; b, c) to the turn of the normal along each edge.
-fn at_vertex(mesh: &TriangleMesh, rings: &Rings, vertex: usize) -> Principal {
+fn shape_operator(mesh: &TriangleMesh, rings: &Rings, vertex: usize) -> Option<[f64; 3]> {
     let normal = rings.normals[vertex].as_dvec3();
     let axis = rings.axes[vertex].as_dvec3();
     let across = normal.cross(axis);
@@ -48,13 +66,8 @@ fn at_vertex(mesh: &TriangleMesh, rings: &Rings, vertex: usize) -> Principal {
             right += row * value;
         }
     }
-    let Some(shape) = normal_equations
-        .cholesky()
-        .map(|factor| factor.solve(&right))
-    else {
-        return Principal::default();
-    };
-    principal(shape[0], shape[1], shape[2])
+    let shape = normal_equations.cholesky()?.solve(&right);
+    Some([shape[0], shape[1], shape[2]])
 }
 
 fn principal(a: f64, b: f64, c: f64) -> Principal {

@@ -8,6 +8,9 @@ use std::collections::HashMap;
 use glam::{IVec3, Vec3};
 
 use crate::mesh::reading::UserMesh;
+use crate::neighborhood::Template;
+use crate::sites::vertices::circles::RoundOptions;
+use crate::sites::vertices::circles::marching::MOST_NEIGHBORS;
 use crate::sites::vertices::surface_options::SurfaceOptions;
 
 /// Bytes a retiled vertex needs at the most, all working lists counted.
@@ -16,9 +19,14 @@ const RETILED_VERTEX: u64 = 2500;
 const PREPARED_VERTEX: u64 = 220;
 /// Bytes a vertex of the finest level needs while its rings, field and hierarchy are made.
 const WORKED_VERTEX: u64 = 700;
-/// Bytes of a packed sample and of a neighbour.
+/// Bytes of a packed sample, of a neighbour, and of an arc of a circle or a vertex near one.
 const SAMPLE: u64 = 8;
 const NEIGHBOR: u64 = 12;
+const ARC: u64 = 8;
+/// Arcs of a circle: at least so many, and so many more for each time its radius holds the mean distance of
+/// vertices (2π times the crossings per length of a line over a triangle mesh, 2.2).
+const FEWEST_ARCS: f64 = 24.0;
+const ARCS_PER_RADIUS: f64 = 14.0;
 /// The program, and working memory of its threads.
 const PROGRAM: u64 = 16 << 20;
 
@@ -52,15 +60,35 @@ pub fn bytes_to_prepare(user: &UserMesh, options: &SurfaceOptions, texel: f64) -
     (a_vertex * vertices as f64) as u64 + PROGRAM
 }
 
+/// Bytes that preparing round sites takes: per level the samples and neighbours, and the circles of the
+/// coarsest level, which are held twice while they are joined. `texel` is the finest level's.
+pub fn bytes_to_march(user: &UserMesh, options: &RoundOptions, texel: f64) -> u64 {
+    let vertices = user.mesh.positions.len() as f64;
+    let spacing = (user.mesh.area() / vertices.max(1.0)).sqrt();
+    let scale = largest_scale(user);
+    let radius = texel * f64::from(scale) * f64::from(1_u32 << (options.levels - 1)) / spacing;
+    let arcs: f64 = (1..=options.rings)
+        .map(|ring| FEWEST_ARCS + ARCS_PER_RADIUS * f64::from(ring) * radius)
+        .sum();
+    let circles = 2.0 * (ARC as f64) * (arcs + MOST_NEIGHBORS as f64);
+    let samples = Template::round(options.rings).positions.len() as u64;
+    let of_level = SAMPLE * samples + NEIGHBOR * MOST_NEIGHBORS as u64;
+    let kept = f64::from(options.levels) * of_level as f64;
+    ((circles + kept + WORKED_VERTEX as f64) * vertices) as u64 + PROGRAM
+}
+
+/// The largest scale of a vertex, 1 without.
+fn largest_scale(user: &UserMesh) -> f32 {
+    user.scale
+        .as_ref()
+        .map_or(1.0, |scale| scale.iter().copied().fold(1.0, f32::max))
+}
+
 /// How many vertices lie in the window round a vertex, on the average: as many as share a cube of the
 /// window's width with it.
 fn vertices_near(user: &UserMesh, width: f64) -> f64 {
     let mesh = &user.mesh;
-    let scale = user
-        .scale
-        .as_ref()
-        .map_or(1.0, |scale| scale.iter().copied().fold(1.0, f32::max));
-    let width = (width as f32 * scale).max(f32::MIN_POSITIVE);
+    let width = (width as f32 * largest_scale(user)).max(f32::MIN_POSITIVE);
     let (low, high) = mesh.bounds();
     if width >= (high - low).max_element() {
         return mesh.positions.len() as f64;
@@ -77,8 +105,12 @@ fn vertices_near(user: &UserMesh, width: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::rings::Rings;
     use crate::mesh::shapes;
+    use crate::mesh::topology::Topology;
     use crate::progress::Progress;
+    use crate::sites::vertices::circles::Manifold;
+    use crate::sites::vertices::circles::marching::march;
     use crate::sites::vertices::surface::prepare;
 
     #[test]
@@ -105,6 +137,24 @@ mod tests {
                 "{texel}: {told} of {mean}"
             );
         }
+    }
+
+    #[test]
+    fn the_arcs_of_a_circle_are_about_those_marched() {
+        let mesh = shapes::torus(90, 40, 1.0, 0.4);
+        let topology = Topology::new(&mesh.triangles);
+        let rings = Rings::new(&mesh, &topology);
+        let surface = Manifold {
+            mesh: &mesh,
+            topology: &topology,
+            rings: &rings,
+        };
+        let spacing = (mesh.area() / mesh.positions.len() as f64).sqrt();
+        let radii = vec![spacing as f32; mesh.positions.len()];
+        let circles = march(surface, &radii, 4, Progress::silent()).unwrap();
+        let told = 4.0 * FEWEST_ARCS + 10.0 * ARCS_PER_RADIUS;
+        let found = circles.arcs.entries.len() as f64 / radii.len() as f64;
+        assert!((0.6..1.0).contains(&(found / told)), "{found} of {told}");
     }
 
     #[test]

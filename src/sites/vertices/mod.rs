@@ -5,6 +5,7 @@
 //! [`cache`] beside the mesh.
 
 pub mod cache;
+pub mod circles;
 pub mod distortion;
 pub mod memory;
 pub mod parents;
@@ -12,6 +13,7 @@ pub mod patches;
 pub mod prepared_surface;
 pub mod sampling;
 pub mod stencil;
+pub mod stretch;
 pub mod surface;
 pub mod surface_options;
 

@@ -144,7 +144,7 @@ fn oriented_levels(
 }
 
 /// The angles of the finest frames: the field, turned by the user's rotation.
-fn turned_angles(user: &UserMesh, field: &Field) -> Vec<f64> {
+pub fn turned_angles(user: &UserMesh, field: &Field) -> Vec<f64> {
     let mut angles = field.angles();
     for (angle, degrees) in angles.iter_mut().zip(user.rotation.iter().flatten()) {
         *angle += f64::from(*degrees).to_radians();

@@ -94,40 +94,49 @@ impl SurfaceOptions {
                 ));
             }
         }
-        if let Some(texel) = self.texel
-            && !(texel.is_finite() && texel > 0.0)
-        {
-            return Err(Error::option(
-                "texel",
-                texel.to_string(),
-                "a length above 0",
-            ));
-        }
+        check_texel(self.texel)?;
         self.guides().validate()?;
         check_crease(self.crease)
     }
 
     /// Mesh units a texel covers on a mesh: as asked, or √(area / referenced vertices).
     pub fn texel_on(&self, mesh: &TriangleMesh) -> Result<f64> {
-        let area = mesh.area();
-        if !(area > 0.0 && area.is_finite()) {
-            return Err(Error::data("mesh", format!("area {area}")).expected("a surface"));
-        }
-        let Some(texel) = self.texel else {
-            return Ok((area / mesh.referenced_count() as f64).sqrt());
-        };
-        let largest = f64::from(mesh.diagonal());
-        if (LEAST_TEXEL * largest..=largest).contains(&texel) {
-            return Ok(texel);
-        }
-        Err(Error::option(
+        texel_on(mesh, self.texel)
+    }
+}
+
+/// Checks a texel that is asked for.
+pub fn check_texel(texel: Option<f64>) -> Result<()> {
+    match texel {
+        Some(texel) if !(texel.is_finite() && texel > 0.0) => Err(Error::option(
             "texel",
             texel.to_string(),
-            format!(
-                "at most {largest}, the diagonal of the mesh's box, and no less than {LEAST_TEXEL:e} of it"
-            ),
-        ))
+            "a length above 0",
+        )),
+        _ => Ok(()),
     }
+}
+
+/// Mesh units per texel on a mesh: as asked, or √(area / referenced vertices).
+pub fn texel_on(mesh: &TriangleMesh, asked: Option<f64>) -> Result<f64> {
+    let area = mesh.area();
+    if !(area > 0.0 && area.is_finite()) {
+        return Err(Error::data("mesh", format!("area {area}")).expected("a surface"));
+    }
+    let Some(texel) = asked else {
+        return Ok((area / mesh.referenced_count() as f64).sqrt());
+    };
+    let largest = f64::from(mesh.diagonal());
+    if (LEAST_TEXEL * largest..=largest).contains(&texel) {
+        return Ok(texel);
+    }
+    Err(Error::option(
+        "texel",
+        texel.to_string(),
+        format!(
+            "at most {largest}, the diagonal of the mesh's box, and no less than {LEAST_TEXEL:e} of it"
+        ),
+    ))
 }
 
 /// The smallest texel, as a share of the mesh's size: positions are no finer by far.

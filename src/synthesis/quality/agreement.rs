@@ -56,7 +56,7 @@ pub fn measure<const N: usize, S: Sites<N>>(
     if let Features::Vectors(_) = level.features {
         return Ok(None);
     }
-    let k = options.k.unwrap_or(inputs.table.k);
+    let k = options.k_coherence.k.unwrap_or(inputs.table.k);
     let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
     let whole = Embedding::new(level, 1.0);
     progress.check()?;
@@ -71,7 +71,7 @@ pub fn measure<const N: usize, S: Sites<N>>(
         inputs,
         coords,
         rows: state.map(|texel| exemplar.rows[texel.index()]).collect(),
-        coherence: options.coherence,
+        coherence: options.k_coherence.coherence,
         phi_floor: floor(inputs, &exemplar, &phi, options),
         phi,
         embedded,
@@ -100,10 +100,10 @@ fn floor<const N: usize, S: Sites<N>, M: Metric>(
         sites: &inputs.sites.levels[0],
         coarser: None,
         metric,
-        search: options.search,
+        search: options.k_coherence.search,
         preference: Preference::NONE,
     };
-    distance_floor(&rule, options.distance_floor, (options.seed, 0))
+    distance_floor(&rule, options.k_coherence.distance_floor, (options.seed, 0))
 }
 
 impl Agreement {
@@ -260,11 +260,11 @@ mod tests {
         with_inputs(|inputs| {
             let coords = synthesized(inputs, &SynthesisOptions::default());
             let with_floor = |distance_floor: f64| {
-                let options = SynthesisOptions {
+                let mut options = SynthesisOptions {
                     spectrum: 0.2,
-                    distance_floor,
                     ..SynthesisOptions::default()
                 };
+                options.k_coherence.distance_floor = distance_floor;
                 measured(inputs, &coords, &options)
             };
             let (none, much) = (with_floor(0.0), with_floor(1e9));

@@ -2,21 +2,25 @@
 //!
 //! | recipe | method |
 //! | --- | --- |
-//! | [`tong`] | k-coherence: Tong 2002 §5 |
+//! | [`tong`] | `k-coherence`: Tong 2002 §5 |
+//! | [`wei_levoy`] | `wei-levoy`: Wei and Levoy 2001 |
+//! | [`adaptive`] | `adaptive`: Chen and Dong 2008 |
 //!
 //! Parts: the [`k_coherence`] rule, [`distance_floor`], [`reuse_penalty`], [`seam_repair`].
 
+pub mod adaptive;
 pub mod distance_floor;
 pub mod k_coherence;
 pub mod reuse_penalty;
 pub mod seam_repair;
 pub mod tong;
+pub mod wei_levoy;
 
 use crate::error::Result;
 use crate::progress::Progress;
 use crate::sites::level::Sites;
 use crate::synthesis::inputs::{Inputs, LevelMap};
-use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::options::{Method, SynthesisOptions};
 
 /// Synthesizes all levels and returns the finest.
 ///
@@ -30,5 +34,10 @@ pub fn synthesize<const N: usize, S: Sites<N>>(
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    tong::tong(inputs, options, begun, finished, progress)
+    let recipe = match options.method {
+        Method::KCoherence => tong::tong,
+        Method::WeiLevoy => wei_levoy::wei_levoy,
+        Method::Adaptive => adaptive::adaptive,
+    };
+    recipe(inputs, options, begun, finished, progress)
 }

@@ -10,6 +10,8 @@
 //! the coarsest level uses often are [penalised](super::reuse_penalty) (`--reuse-penalty`); the second
 //! pass is repeated (`--passes`).
 
+pub mod options;
+
 use rand::Rng;
 use rayon::prelude::*;
 
@@ -119,7 +121,7 @@ impl<'a, const N: usize, S: Sites<N>> LevelRun<'a, N, S> {
         let choice = MetricChoice {
             kind: self.options.metric,
             spectrum: self.options.spectrum,
-            searches_all: self.options.search == Search::Full || self.repairs(),
+            searches_all: self.options.k_coherence.search == Search::Full || self.repairs(),
             refines: self.refines(),
             seed: self.options.seed,
         };
@@ -146,8 +148,11 @@ impl<'a, const N: usize, S: Sites<N>> LevelRun<'a, N, S> {
 
     /// Whether the level ends with a full search where it fits worst.
     fn repairs(&self) -> bool {
-        let by_coherence = self.options.search == Search::KCoherence;
-        self.level == 0 && self.refines() && by_coherence && self.options.repair_rounds > 0
+        let by_coherence = self.options.k_coherence.search == Search::KCoherence;
+        self.level == 0
+            && self.refines()
+            && by_coherence
+            && self.options.k_coherence.repair_rounds > 0
     }
 
     /// How many choices the level takes, seam repair apart.
@@ -156,7 +161,7 @@ impl<'a, const N: usize, S: Sites<N>> LevelRun<'a, N, S> {
         let is_coarsest = self.level + 1 == self.levels;
         match (is_coarsest, self.levels) {
             (true, 1) => sites,
-            (true, _) => sites * u64::from(self.options.start_passes),
+            (true, _) => sites * u64::from(self.options.k_coherence.start_passes),
             (false, _) => sites * u64::from(self.options.passes - 1),
         }
     }
@@ -187,13 +192,13 @@ impl<const N: usize, S: Sites<N>> WithMetric for Visits<'_, N, S> {
             sites,
             coarser: self.coarser,
             metric,
-            search: options.search,
+            search: options.k_coherence.search,
             preference: Preference {
-                coherence: options.coherence,
+                coherence: options.k_coherence.coherence,
                 floor: 0.0,
             },
         };
-        rule.preference.floor = distance_floor(&rule, options.distance_floor, draw);
+        rule.preference.floor = distance_floor(&rule, options.k_coherence.distance_floor, draw);
         let Some(coarser) = self.coarser else {
             let state = Texels::random(exemplar, sites.count(), draw);
             return self.start(&rule, state);
@@ -206,7 +211,7 @@ impl<const N: usize, S: Sites<N>> WithMetric for Visits<'_, N, S> {
                 repair_seams(
                     &rule,
                     &mut state,
-                    (self.classes, options.repair_rounds),
+                    (self.classes, options.k_coherence.repair_rounds),
                     progress,
                 )?;
             }
@@ -221,10 +226,14 @@ impl<const N: usize, S: Sites<N>> Visits<'_, N, S> {
         let (options, exemplar) = (self.of.options, &self.of.exemplar);
         let (mut state, sweeps) = match self.of.levels {
             1 => (random.none_done(), 1),
-            _ => (random, options.start_passes),
+            _ => (random, options.k_coherence.start_passes),
         };
         if state.done.is_none() {
-            state.uses = Some(Uses::of(exemplar, &state.coords, options.reuse_penalty));
+            state.uses = Some(Uses::of(
+                exemplar,
+                &state.coords,
+                options.k_coherence.reuse_penalty,
+            ));
         }
         let orders = (0..sweeps).into_par_iter();
         let orders = orders.map(|sweep| self.visiting_order(rule.sites, u64::from(sweep)));
@@ -242,6 +251,6 @@ impl<const N: usize, S: Sites<N>> Visits<'_, N, S> {
         let start = stream
             .gen_range(0..count.max(1))
             .min(count.saturating_sub(1));
-        growing_order(sites, start, options.order, self.progress)
+        growing_order(sites, start, options.k_coherence.order, self.progress)
     }
 }

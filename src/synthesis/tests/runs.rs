@@ -25,7 +25,7 @@ use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Preference;
 use crate::synthesis::map::textons;
 use crate::synthesis::metric::embedded::EmbeddedMetric;
-use crate::synthesis::options::{MetricKind, Search, SynthesisOptions};
+use crate::synthesis::options::{KCoherenceOptions, MetricKind, Search, SynthesisOptions};
 use crate::synthesis::quality;
 use crate::synthesis::quality::energy;
 use crate::synthesis::recipes::k_coherence::KCoherence;
@@ -34,7 +34,7 @@ use crate::synthesis::recipes::synthesize;
 use crate::synthesis::state::Texels;
 
 fn preference() -> Preference {
-    let SynthesisOptions { coherence, .. } = SynthesisOptions::default();
+    let KCoherenceOptions { coherence, .. } = KCoherenceOptions::default();
     Preference {
         coherence,
         floor: 0.0,
@@ -106,8 +106,11 @@ fn one_texel_grows_into_a_copy() {
             sites: &sites,
         };
         let options = SynthesisOptions {
-            search,
-            order,
+            k_coherence: KCoherenceOptions {
+                search,
+                order,
+                ..KCoherenceOptions::default()
+            },
             metric: MetricKind::Gram,
             seed: 3,
             ..SynthesisOptions::default()
@@ -137,7 +140,10 @@ fn every_way_of_synthesis_beats_chance_and_fills_the_map() {
     for search in [Search::KCoherence, Search::Full] {
         for metric in [MetricKind::Gram, MetricKind::Embedded] {
             let options = SynthesisOptions {
-                search,
+                k_coherence: KCoherenceOptions {
+                    search,
+                    ..KCoherenceOptions::default()
+                },
                 metric,
                 spectrum: 1.0,
                 ..SynthesisOptions::default()
@@ -410,7 +416,7 @@ fn inputs_that_do_not_fit_are_named() {
             .unwrap_err()
             .to_string()
     };
-    let found = message(&space, &table, &sites, &|o| o.k = Some(5));
+    let found = message(&space, &table, &sites, &|o| o.k_coherence.k = Some(5));
     assert!(
         found.contains("the table lists 4") && found.contains("knn --k 5"),
         "{found}"

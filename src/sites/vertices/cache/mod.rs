@@ -5,20 +5,17 @@
 //! changed since it was written, and [`check`] whether it can be the surface that was asked for.
 
 mod check;
+pub mod lists;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use bytemuck::Pod;
 use glam::{DVec3, Vec3};
-use ndarray::{Array1, ArrayView1};
 use serde::{Deserialize, Serialize};
-use serde_json::Map;
 
 use crate::error::{Error, Result};
-use crate::format::atomic::leftovers;
 use crate::format::id::ContentId;
-use crate::format::npz;
 use crate::format::seal::{ENGINE, Seal};
 use crate::mesh::frame::Frame;
 use crate::mesh::reading::UserMesh;
@@ -27,6 +24,7 @@ use crate::mesh::surface_tree::SurfacePoint;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::sites::level::{Neighbor, Parent, SiteHierarchy};
 use crate::sites::vertices::VertexSites;
+use crate::sites::vertices::cache::lists::Lists;
 use crate::sites::vertices::prepared_surface::Surface;
 use crate::sites::vertices::sampling::SampleCounts;
 use crate::sites::vertices::stencil::{PackedSample, PatchStencils};
@@ -139,10 +137,7 @@ pub fn write(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> 
 }
 
 fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
-        leftovers::remove(folder, &[]);
-    }
+    lists::make_folder(path)?;
     let levels: Vec<LevelMeta> = surface
         .hierarchy
         .levels
@@ -166,10 +161,7 @@ fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Resul
         })
         .collect();
     let mut seal = wanted.seal();
-    for (name, bytes) in &lists {
-        let checksum = npz::checksum_of_list(bytes).map_err(Error::io(path, "write"))?;
-        add_list(&mut seal, name, bytes.len(), checksum);
-    }
+    lists::seal(&mut seal, &lists).map_err(Error::io(path, "write"))?;
     let meta = Meta {
         format: FORMAT.into(),
         version: VERSION,
@@ -178,23 +170,7 @@ fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Resul
         texel: surface.texel,
         levels,
     };
-    let serde_json::Value::Object(meta) = serde_json::to_value(meta).map_err(not_json)? else {
-        return Err(Error::data("meta.json", "no object"));
-    };
-    write_lists(path, meta, &lists)
-}
-
-fn write_lists(
-    path: &Path,
-    meta: Map<String, serde_json::Value>,
-    lists: &[(String, &[u8])],
-) -> Result<()> {
-    let written = npz::write(path, meta, |writer| {
-        lists
-            .iter()
-            .try_for_each(|(name, bytes)| writer.array(name, ArrayView1::from(*bytes)))
-    });
-    written.map(drop)
+    lists::write(path, &meta, &lists)
 }
 
 /// The lists of a level in the order of the file; the coarsest level lacks the coarse ones.
@@ -233,12 +209,6 @@ fn member(level: usize, name: &str) -> String {
     format!("L{level}/{name}")
 }
 
-/// Adds a list to the seal by its checksum: reading compares that with the bytes, and to hash hundreds of
-/// megabytes once more would take longer than all else that reading does.
-fn add_list(seal: &mut Seal, name: &str, length: usize, checksum: u32) {
-    seal.text(name, &format!("{length} {checksum}"));
-}
-
 /// Closes the seal over what `meta.json` states.
 fn sealed(mut seal: Seal, texel: f64, levels: &[LevelMeta]) -> Result<ContentId> {
     seal.text("texel", &texel.to_bits().to_string());
@@ -249,48 +219,19 @@ fn sealed(mut seal: Seal, texel: f64, levels: &[LevelMeta]) -> Result<ContentId>
 
 /// Reads a surface back; a file that is not sound, or not the surface wanted, is an error.
 pub fn read(path: &Path, wanted: &Wanted<'_>) -> Result<Surface> {
-    if !path.is_file() {
-        return Err(Error::data("cached surface", "no plain file").in_file(path));
-    }
-    let mut lists = Lists {
-        reader: npz::Reader::open(path)?,
-        seal: wanted.seal(),
-    };
-    let meta: Meta = lists.reader.meta()?;
+    let mut lists = Lists::open(path, wanted.seal())?;
+    let meta: Meta = lists.meta()?;
     check::header(&meta, wanted).map_err(|error| error.in_file(path))?;
     let mut levels = Vec::with_capacity(meta.levels.len());
     for number in 0..meta.levels.len() {
         levels.push(CachedLevel::read(&mut lists, number)?);
     }
-    if sealed(lists.seal, meta.texel, &meta.levels)? != meta.seal {
+    if sealed(lists.finish(), meta.texel, &meta.levels)? != meta.seal {
         return Err(Error::data("seal", "it does not belong to what the file holds").in_file(path));
     }
     let surface = assemble(&meta, levels);
     check::surface(&surface, wanted).map_err(|error| error.in_file(path))?;
     Ok(surface)
-}
-
-/// The lists of a file, sealed as they are read.
-struct Lists {
-    reader: npz::Reader,
-    seal: Seal,
-}
-
-impl Lists {
-    fn list<T: Pod>(&mut self, level: usize, name: &str) -> Result<Vec<T>> {
-        let name = member(level, name);
-        let bytes: Array1<u8> = self.reader.array(&name)?;
-        let bytes = bytes.as_slice().unwrap_or_default();
-        if !bytes.len().is_multiple_of(size_of::<T>()) {
-            return Err(self
-                .reader
-                .fault(&name, format!("{} bytes", bytes.len()))
-                .expected(format!("numbers of {} bytes", size_of::<T>())));
-        }
-        let checksum = self.reader.checksum(&name).unwrap_or_default();
-        add_list(&mut self.seal, &name, bytes.len(), checksum);
-        Ok(bytemuck::pod_collect_to_vec(bytes))
-    }
 }
 
 /// The lists of a level, as the file has them.
@@ -311,19 +252,19 @@ impl CachedLevel {
     /// Reads the lists in the order in which they were sealed.
     fn read(lists: &mut Lists, number: usize) -> Result<Self> {
         Ok(Self {
-            triangles: lists.list(number, "triangles")?,
-            positions: lists.list(number, "positions")?,
-            normals: lists.list(number, "normals")?,
-            orientations: lists.list(number, "orientations")?,
-            samples: lists.list(number, "samples")?,
-            coarse_samples: lists.list(number, "coarse_samples")?,
+            triangles: lists.list(&member(number, "triangles"))?,
+            positions: lists.list(&member(number, "positions"))?,
+            normals: lists.list(&member(number, "normals"))?,
+            orientations: lists.list(&member(number, "orientations"))?,
+            samples: lists.list(&member(number, "samples"))?,
+            coarse_samples: lists.list(&member(number, "coarse_samples"))?,
             neighbors: Rows {
-                starts: lists.list(number, "neighbor_starts")?,
-                entries: lists.list(number, "neighbors")?,
+                starts: lists.list(&member(number, "neighbor_starts"))?,
+                entries: lists.list(&member(number, "neighbors"))?,
             },
-            parents: lists.list(number, "parents")?,
-            areas: lists.list(number, "areas")?,
-            parent_points: lists.list(number, "parent_points")?,
+            parents: lists.list(&member(number, "parents"))?,
+            areas: lists.list(&member(number, "areas"))?,
+            parent_points: lists.list(&member(number, "parent_points"))?,
         })
     }
 }

@@ -4,10 +4,11 @@ use std::sync::Mutex;
 
 use ndarray::Array1;
 use rand::Rng;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use tempfile::TempDir;
 
 use super::*;
+use crate::format::npz;
 use crate::mesh::shapes;
 use crate::mesh::surface_tree::SurfacePoint;
 use crate::progress::{Event, Progress};
@@ -109,7 +110,7 @@ impl Cached {
             .iter()
             .map(|(name, bytes)| (name.clone(), bytes.as_slice()))
             .collect();
-        write_lists(&self.file(), meta.clone(), &lists).unwrap();
+        lists::write(&self.file(), meta, &lists).unwrap();
     }
 }
 

@@ -1,0 +1,202 @@
+//! Windows of texels resampled at any positions: round, turned, scaled. Done once for an exemplar
+//! (Chen 2008 §5.3).
+//!
+//! In: the features of a level and a template. Out: for every texel the numbers of its samples one after the
+//! other, so that the first rings of a neighbourhood are a prefix.
+
+use rayon::prelude::*;
+
+use crate::exemplar::embedding::Embedding;
+use crate::exemplar::level::{default_row, feature_rows};
+use crate::exemplar::space::SpaceLevel;
+use crate::grid::TexelGrid;
+use crate::neighborhood::Template;
+
+/// Texels resampled by one task.
+const CHUNK: usize = 256;
+
+/// The resampled windows of a level.
+#[derive(Clone, Debug)]
+pub struct DenseWindows {
+    /// Numbers per sample.
+    pub dimensions: usize,
+    /// Numbers per window.
+    stride: usize,
+    numbers: Vec<f32>,
+}
+
+/// Texels that a sample blends, as offsets from its window's texel, and their weights.
+struct Bilinear {
+    offsets: [[i64; 2]; 4],
+    weights: [f32; 4],
+}
+
+impl Bilinear {
+    /// At (x, y) texels along s and t from a texel's centre; rows run against t.
+    fn at(x: f32, y: f32) -> Self {
+        let (right, down) = (x, -y);
+        let (col, row) = (right.floor(), down.floor());
+        let (u, v) = (right - col, down - row);
+        let (col, row) = (col as i64, row as i64);
+        Self {
+            offsets: [
+                [row, col],
+                [row, col + 1],
+                [row + 1, col],
+                [row + 1, col + 1],
+            ],
+            weights: [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v],
+        }
+    }
+
+    /// The offsets and weights that count.
+    fn counting(&self) -> impl Iterator<Item = ([i64; 2], f32)> + '_ {
+        let pairs = self.offsets.iter().zip(self.weights);
+        pairs
+            .filter(|(_, weight)| *weight > 0.0)
+            .map(|(&offset, weight)| (offset, weight))
+    }
+}
+
+impl DenseWindows {
+    /// Resamples the windows of all texels of a level, whose features are `embedding`; off the grid lies the
+    /// default.
+    pub fn new(level: &SpaceLevel, embedding: &Embedding, template: &Template) -> Self {
+        let (dimensions, grid) = (embedding.dimensions, level.grid);
+        let rows = feature_rows(level);
+        let default = default_row(level);
+        let vectors = flat_vectors(embedding);
+        let samples: Vec<Bilinear> = template
+            .positions
+            .iter()
+            .map(|at| Bilinear::at(at.x, at.y))
+            .collect();
+        let stride = dimensions * samples.len();
+        let mut numbers = vec![0.0; stride * grid.len()];
+        let tasks = numbers.par_chunks_mut(stride.max(1) * CHUNK).enumerate();
+        tasks.for_each(|(task, windows)| {
+            for (at, window) in windows.chunks_exact_mut(stride).enumerate() {
+                let texel = task * CHUNK + at;
+                let (row, col) = place(grid, texel);
+                for (sample, numbers) in samples.iter().zip(window.chunks_exact_mut(dimensions)) {
+                    for ([drow, dcol], weight) in sample.counting() {
+                        let there = grid.texel_at(row + drow, col + dcol);
+                        let feature = there.map_or(default, |texel| rows[texel.index()]);
+                        let vector = &vectors[feature as usize * dimensions..][..dimensions];
+                        for (number, value) in numbers.iter_mut().zip(vector) {
+                            *number += weight * value;
+                        }
+                    }
+                }
+            }
+        });
+        Self {
+            dimensions,
+            stride,
+            numbers,
+        }
+    }
+
+    /// The numbers of a texel's window, sample after sample.
+    #[inline(always)]
+    pub fn window(&self, texel: u32) -> &[f32] {
+        &self.numbers[texel as usize * self.stride..][..self.stride]
+    }
+}
+
+/// Which texels are whole: every texel that their samples blend is on the grid. At a level without any, all
+/// count as whole.
+pub fn whole_texels(grid: TexelGrid, template: &Template) -> Vec<bool> {
+    let samples: Vec<Bilinear> = template
+        .positions
+        .iter()
+        .map(|at| Bilinear::at(at.x, at.y))
+        .collect();
+    let is_whole = |texel: usize| {
+        let (row, col) = place(grid, texel);
+        let mut counting = samples.iter().flat_map(Bilinear::counting);
+        counting.all(|([drow, dcol], _)| grid.texel_at(row + drow, col + dcol).is_some())
+    };
+    let whole: Vec<bool> = (0..grid.len()).map(is_whole).collect();
+    match whole.contains(&true) {
+        true => whole,
+        false => vec![true; grid.len()],
+    }
+}
+
+/// The vectors of all feature rows, one after the other, without padding.
+pub fn flat_vectors(embedding: &Embedding) -> Vec<f32> {
+    let vector = |row: usize| {
+        let blocks = (0..embedding.blocks).flat_map(move |block| embedding.plane(block)[row]);
+        blocks.take(embedding.dimensions)
+    };
+    (0..embedding.rows).flat_map(vector).collect()
+}
+
+fn place(grid: TexelGrid, texel: usize) -> (i64, i64) {
+    let width = grid.width as usize;
+    ((texel / width) as i64, (texel % width) as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+    use ndarray::Array3;
+
+    use super::*;
+    use crate::exemplar::space::Features;
+
+    /// A picture whose one number is a linear function of the place.
+    fn ramp(tileable: bool) -> (SpaceLevel, Embedding) {
+        let grid = TexelGrid {
+            width: 9,
+            height: 7,
+            tileable,
+        };
+        let numbers = |(row, col, _): (usize, usize, usize)| 2.0 * col as f32 - 3.0 * row as f32;
+        let level = SpaceLevel {
+            grid,
+            features: Features::Vectors(Array3::from_shape_fn((7, 9, 1), numbers)),
+        };
+        let embedding = Embedding::new(&level, 1.0);
+        (level, embedding)
+    }
+
+    #[test]
+    fn samples_are_blends_of_the_texels_round_them() {
+        let (level, embedding) = ramp(false);
+        let template = Template {
+            positions: vec![Vec2::ZERO, Vec2::new(0.25, 0.5), Vec2::new(-1.5, -1.0)],
+            ..Template::default()
+        };
+        let windows = DenseWindows::new(&level, &embedding, &template);
+        let texel = level.grid.texel(3, 4);
+        let mean = 2.0 * 4.0 - 3.0 * 3.0;
+        // Up is a smaller row.
+        let expected =
+            [0.0, 2.0 * 0.25 + 3.0 * 0.5, -2.0 * 1.5 - 3.0].map(|d| d + 8.0 - 9.0 - mean);
+        for (found, expected) in windows.window(texel.0).iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn wholeness_counts_the_texels_that_weigh() {
+        let (level, _) = ramp(false);
+        let template = Template {
+            positions: vec![Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.5)],
+            ..Template::default()
+        };
+        let whole = whole_texels(level.grid, &template);
+        for (texel, whole) in whole.into_iter().enumerate() {
+            let (row, col) = (texel / 9, texel % 9);
+            assert_eq!(whole, row >= 2 && col <= 7, "{row} {col}");
+        }
+        let tile = ramp(true).0;
+        assert!(
+            whole_texels(tile.grid, &template)
+                .iter()
+                .all(|&whole| whole)
+        );
+    }
+}

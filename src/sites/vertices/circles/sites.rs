@@ -1,0 +1,195 @@
+//! The vertices of a mesh as sites with round neighbourhoods, the same at every level (Chen 2008 §6.2).
+//!
+//! In: a mesh, its orientation field and the options. Out: a [`SiteHierarchy`] of today's types.
+
+use std::path::Path;
+
+use super::arcs::Circles;
+use super::frame::Manifold;
+use super::options::RoundOptions;
+use super::{cache, marching, sampling};
+use crate::error::Result;
+use crate::mesh::connection::frames_of;
+use crate::mesh::field::guides::{Canvas, guided_field};
+use crate::mesh::frame::Frame;
+use crate::mesh::reading::UserMesh;
+use crate::mesh::rings::Rings;
+use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::topology::Topology;
+use crate::neighborhood::Template;
+use crate::progress::Progress;
+use crate::sites::level::{Parent, SiteHierarchy};
+use crate::sites::vertices::VertexSites;
+use crate::sites::vertices::sampling::SampleCounts;
+use crate::sites::vertices::surface::turned_angles;
+use crate::sites::vertices::surface_options::{texel_on, warn_of_texel};
+
+/// Where the circles of a level came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CircleSource {
+    /// They were marched.
+    Marched,
+    /// They were read from the cache.
+    Read,
+}
+
+/// What is known of a level beside its sites.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RoundLevel {
+    /// Whether its circles were marched or read.
+    pub source: CircleSource,
+    /// What became of its samples.
+    pub samples: SampleCounts,
+}
+
+/// The vertices of a mesh as sites with round neighbourhoods, the same at every level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoundSites {
+    /// Stencils in the order of the template, neighbours and parents of all levels, finest first.
+    pub hierarchy: SiteHierarchy<VertexSites>,
+    /// Per level, what is known beside that.
+    pub levels: Vec<RoundLevel>,
+    /// Where the samples lie on the flat template, and where its rings end.
+    pub template: Template,
+    /// The texture frames, per-vertex rotation included.
+    pub frames: Vec<Frame>,
+    /// Per vertex the mesh units per texel of the finest level, its scale included.
+    pub texels: Vec<f32>,
+}
+
+/// Prepares the round sites of a user's mesh. Circles are taken from the folder `cache` where it has them,
+/// and kept there otherwise; a cache that cannot be used costs a warning, no more.
+pub fn prepare(
+    user: &UserMesh,
+    options: &RoundOptions,
+    cache: Option<&Path>,
+    progress: Progress<'_>,
+) -> Result<RoundSites> {
+    options.validate()?;
+    let mesh = &user.mesh;
+    let texel = texel_on(mesh, options.texel)?;
+    warn_of_texel(mesh, texel, progress);
+    let topology = Topology::new(&mesh.triangles);
+    let rings = Rings::new(mesh, &topology);
+    let surface = Manifold {
+        mesh,
+        topology: &topology,
+        rings: &rings,
+    };
+    progress.check()?;
+    let frames = oriented(user, &rings, texel, options, progress)?;
+    let texels: Vec<f32> = match &user.scale {
+        Some(scales) => scales.iter().map(|scale| scale * texel as f32).collect(),
+        None => vec![texel as f32; mesh.positions.len()],
+    };
+    sites(surface, frames, &texels, options, cache, progress)
+}
+
+/// The frames of the orientation field, turned by the user's rotation.
+fn oriented(
+    user: &UserMesh,
+    rings: &Rings,
+    texel: f64,
+    options: &RoundOptions,
+    progress: Progress<'_>,
+) -> Result<Vec<Frame>> {
+    progress.begin("orientation field", 1);
+    let tree = SurfaceTree::new(&user.mesh);
+    let canvas = Canvas {
+        user,
+        rings,
+        tree: &tree,
+        texel,
+    };
+    let field = guided_field(canvas, &options.guides, options.seed, progress)?;
+    progress.advance(1)?;
+    progress.end();
+    Ok(frames_of(rings, &turned_angles(user, &field)))
+}
+
+/// The round sites of a mesh under given frames. `texels` are the finest level's, in mesh units, each
+/// vertex's scale included; level l has circles of radius 2^l, 2·2^l, … times its vertex's texel.
+///
+/// Every level has the same vertices and no samples of the level above: each vertex is its own parent.
+pub fn sites(
+    surface: Manifold<'_>,
+    frames: Vec<Frame>,
+    texels: &[f32],
+    options: &RoundOptions,
+    cache: Option<&Path>,
+    progress: Progress<'_>,
+) -> Result<RoundSites> {
+    options.validate()?;
+    progress.begin("circles", u64::from(options.levels));
+    let template = Template::round(options.rings);
+    let mut hierarchy = SiteHierarchy { levels: Vec::new() };
+    let mut levels = Vec::new();
+    for number in 0..options.levels {
+        let radii: Vec<f32> = texels
+            .iter()
+            .map(|texel| texel * (1_u32 << number) as f32)
+            .collect();
+        let (circles, source) = circles(surface, &radii, options.rings, cache, progress)?;
+        let (fine, samples) = sampling::stencils(&circles, surface, &frames, &template)?;
+        let neighbors = sampling::neighbors(&circles, surface, &frames)?;
+        let is_coarsest = number + 1 == options.levels;
+        hierarchy.levels.push(VertexSites {
+            fine,
+            coarse: None,
+            neighbors: neighbors,
+            parents: if is_coarsest {
+                Vec::new()
+            } else {
+                own_parents(frames.len())
+            },
+            areas: surface.mesh.vertex_areas(),
+        });
+        levels.push(RoundLevel { source, samples });
+        progress.advance(1)?;
+    }
+    progress.end();
+    Ok(RoundSites {
+        hierarchy,
+        levels,
+        template,
+        frames,
+        texels: texels.to_vec(),
+    })
+}
+
+/// Every vertex as its own parent.
+fn own_parents(count: usize) -> Vec<Parent> {
+    let parent = |site| Parent {
+        site,
+        x: 0.0,
+        y: 0.0,
+    };
+    (0..count as u32).map(parent).collect()
+}
+
+/// The circles of every vertex: from the cache where it has them, else marched and kept there.
+pub fn circles(
+    surface: Manifold<'_>,
+    radii: &[f32],
+    per_vertex: u32,
+    cache: Option<&Path>,
+    progress: Progress<'_>,
+) -> Result<(Circles, CircleSource)> {
+    let Some(folder) = cache else {
+        let circles = marching::march(surface, radii, per_vertex, progress)?;
+        return Ok((circles, CircleSource::Marched));
+    };
+    let wanted = cache::Wanted::new(surface.mesh, radii, per_vertex);
+    let file = wanted.file(folder);
+    if file.exists() {
+        match cache::read(&file, &wanted) {
+            Ok(circles) => return Ok((circles, CircleSource::Read)),
+            Err(error) => progress.warn(format!("{error}; the circles are marched again")),
+        }
+    }
+    let circles = marching::march(surface, radii, per_vertex, progress)?;
+    if let Err(error) = cache::write(&file, &wanted, &circles) {
+        progress.warn(format!("the circles are not cached: {error}"));
+    }
+    Ok((circles, CircleSource::Marched))
+}

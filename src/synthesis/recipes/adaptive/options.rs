@@ -1,0 +1,64 @@
+//! What the adaptive method can be asked beside what every method can.
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+
+/// Rings at most: a neighbourhood of so many texels each way.
+const MOST_RINGS: u32 = 8;
+/// The widest range of pixel links, in texels.
+const WIDEST_LINKS: u32 = 8;
+
+/// The options of the adaptive method.
+#[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
+#[command(next_help_heading = "Method adaptive")]
+pub struct AdaptiveOptions {
+    /// Rings of the round neighbourhood, one texel apart: the largest size that is compared
+    #[arg(long, default_value_t = Self::default().rings)]
+    pub rings: u32,
+    /// How far from its pixel links a texel of a finer level may lie, in texels
+    #[arg(long, default_value_t = Self::default().link_range)]
+    pub link_range: u32,
+}
+
+impl Default for AdaptiveOptions {
+    fn default() -> Self {
+        Self {
+            rings: 4,
+            link_range: 2,
+        }
+    }
+}
+
+impl AdaptiveOptions {
+    /// Checks every field by itself.
+    pub fn validate(&self) -> Result<()> {
+        let within = |option: &str, value: u32, least: u32, most: u32| {
+            if (least..=most).contains(&value) {
+                return Ok(());
+            }
+            let expected = format!("{least} to {most}");
+            Err(Error::option(option, value.to_string(), expected))
+        };
+        within("rings", self.rings, 1, MOST_RINGS)?;
+        within("link-range", self.link_range, 0, WIDEST_LINKS)
+    }
+
+    /// Refuses options that another method would not use.
+    pub fn refuse_for(&self, method: &str) -> Result<()> {
+        let default = Self::default();
+        let given = [
+            ("rings", self.rings != default.rings),
+            ("link-range", self.link_range != default.link_range),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((name, _)) => Err(Error::option(
+                *name,
+                format!("given with --method {method}"),
+                "--method adaptive, whose option it is",
+            )),
+        }
+    }
+}

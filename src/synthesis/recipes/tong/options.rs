@@ -1,0 +1,108 @@
+//! What k-coherence can be asked beside what every method can. Each option says what the paper has where
+//! the default differs.
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::sites::order::Order;
+use crate::synthesis::option_ranges::{at_least_one, few_rounds, within_factors};
+
+/// Which texels are tried at a site.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Search {
+    /// The forward-shifted texels of the neighbours, and the nearest texels of each (Tong 2002 §5.2).
+    #[default]
+    KCoherence,
+    /// Every whole texel.
+    Full,
+}
+
+/// The options of k-coherence.
+#[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
+#[command(next_help_heading = "Method k-coherence")]
+pub struct KCoherenceOptions {
+    /// Texels each coherent texel brings along, itself included; 1 suits natural textures
+    /// [default: the table's]
+    #[arg(long)]
+    pub k: Option<usize>,
+    /// Which texels are tried at a site
+    #[arg(long, value_enum, default_value_t = Self::default().search)]
+    pub search: Search,
+    /// Prefer the coherent texels: the distances of others are multiplied by this (1 is the paper)
+    #[arg(long, default_value_t = Self::default().coherence)]
+    pub coherence: f64,
+    /// Add this share of the distance of random texels to all distances, four times as much on each coarser
+    /// level, so that differences between tiny distances do not outweigh coherence; 0 is the paper
+    #[arg(long, default_value_t = Self::default().distance_floor)]
+    pub distance_floor: f64,
+    /// Rounds at the end in which the sites that fit far worse than the mean are searched in full, before all
+    /// that fit worse choose once more; 0 is the paper. Not with --search full
+    #[arg(long, default_value_t = Self::default().repair_rounds)]
+    pub repair_rounds: u32,
+    /// Sweeps over the coarsest level after its random start
+    #[arg(long, default_value_t = Self::default().start_passes)]
+    pub start_passes: u32,
+    /// Penalty on texels that the coarsest level uses often: the distance of a texel used n times as often as
+    /// the mean is multiplied by 1 + PENALTY·(n − 1); 0 is the paper. Not with --search full
+    #[arg(long, default_value_t = Self::default().reuse_penalty)]
+    pub reuse_penalty: f64,
+    /// The order in which the coarsest level, or the only one, grows; finer levels are refined in
+    /// parallel by colour classes
+    #[arg(long, value_enum, default_value_t = Self::default().order)]
+    pub order: Order,
+}
+
+impl Default for KCoherenceOptions {
+    fn default() -> Self {
+        Self {
+            k: None,
+            search: Search::default(),
+            coherence: 1.5,
+            distance_floor: 0.001,
+            repair_rounds: 2,
+            start_passes: 2,
+            reuse_penalty: 1.0,
+            order: Order::default(),
+        }
+    }
+}
+
+impl KCoherenceOptions {
+    /// Checks every field by itself.
+    pub fn validate(&self) -> Result<()> {
+        at_least_one("k", self.k.map_or(1, |k| k as u64))?;
+        few_rounds("repair-rounds", self.repair_rounds, 0)?;
+        few_rounds("start-passes", self.start_passes, 1)?;
+        within_factors("coherence", self.coherence, 1.0)?;
+        within_factors("distance-floor", self.distance_floor, 0.0)?;
+        within_factors("reuse-penalty", self.reuse_penalty, 0.0)
+    }
+
+    /// Refuses options that another method would not use.
+    pub fn refuse_for(&self, method: &str) -> Result<()> {
+        let default = Self::default();
+        let given = [
+            ("k", self.k != default.k),
+            ("search", self.search != default.search),
+            ("coherence", self.coherence != default.coherence),
+            (
+                "distance-floor",
+                self.distance_floor != default.distance_floor,
+            ),
+            ("repair-rounds", self.repair_rounds != default.repair_rounds),
+            ("start-passes", self.start_passes != default.start_passes),
+            ("reuse-penalty", self.reuse_penalty != default.reuse_penalty),
+            ("order", self.order != default.order),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((name, _)) => Err(Error::option(
+                *name,
+                format!("given with --method {method}"),
+                "--method k-coherence, whose option it is",
+            )),
+        }
+    }
+}
