@@ -77,6 +77,26 @@ impl<'a> ExemplarLevel<'a> {
         }
     }
 
+    /// A level without a neighbour table, for methods with neighbourhoods of their own; `whole` says which texels
+    /// may be picked, `none` is an empty neighbourhood.
+    pub fn without_table(level: &SpaceLevel, whole: Vec<bool>, none: &'a Neighborhood) -> Self {
+        let rows = feature_rows(level);
+        Self {
+            grid: level.grid,
+            fine: Windows::new(level.grid, &rows, default_row(level), &none.offsets),
+            whole_texels: (0..level.grid.len() as u32)
+                .filter(|&texel| whole[texel as usize])
+                .collect(),
+            rows,
+            whole,
+            coarse: None,
+            neighborhood: none,
+            neighbors: &[],
+            listed: 0,
+            k: 0,
+        }
+    }
+
     /// The nearest texels of a texel, itself first.
     #[inline]
     pub fn nearest(&self, texel: u32) -> &[u32] {

@@ -40,6 +40,39 @@ pub fn plan<const N: usize, S: Sites<N>>(
     Ok(plan)
 }
 
+/// Checks inputs of a method with round neighbourhoods of its own, and says how many levels it has.
+pub fn round<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
+    options: &SynthesisOptions,
+) -> Result<usize> {
+    options.validate()?;
+    let most = inputs.space.levels.len().min(inputs.sites.levels.len());
+    let levels = options.levels.map_or(most, |levels| levels as usize);
+    for (index, level) in inputs.space.levels.iter().enumerate() {
+        space_level(level, index)?;
+    }
+    if levels > most {
+        return Err(Error::option(
+            "levels",
+            format!("{levels}, but the sample has {most}"),
+            format!("at most {most}"),
+        ));
+    }
+    let width = 2 * options.adaptive.rings + 1;
+    let grid = inputs.space.levels[levels - 1].grid;
+    if width > grid.width.min(grid.height) {
+        return Err(Error::option(
+            "rings",
+            format!(
+                "{}: {width} texels wide on the sample's coarsest level of {}×{}",
+                options.adaptive.rings, grid.width, grid.height
+            ),
+            "fewer rings, or fewer --levels",
+        ));
+    }
+    Ok(levels)
+}
+
 /// Checks options against the exemplar alone: k, levels, neighbourhood. What `synth` must know
 /// before it prepares a surface.
 pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {

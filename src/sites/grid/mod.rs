@@ -1,5 +1,6 @@
 //! A flat grid of sites one texel apart, so that every sample coincides with a site.
 
+pub mod round;
 pub mod target;
 pub mod window;
 

@@ -212,7 +212,7 @@ impl GridNeighbors {
 
 /// A colour for every place along a side, none of whose neighbours within `reach` has the same: blocks of
 /// colours 0, 1, 2 …, one longer than the reach or, where they have to fill a circle, a few more.
-fn side_colors(length: u32, reach: u32, circle: bool) -> Vec<u32> {
+pub(super) fn side_colors(length: u32, reach: u32, circle: bool) -> Vec<u32> {
     let period = reach + 1;
     if !circle {
         return (0..length).map(|place| place % period).collect();

@@ -1,6 +1,7 @@
 //! The distance of two neighbourhoods, a site's and a texel's: Σ wₚ ‖s(p) − t(p)‖² over the samples
 //! of both windows that count (Tong 2002 §5.1), not divided by their number.
 
+pub mod dense;
 pub mod embedded;
 pub mod features;
 pub mod gram;

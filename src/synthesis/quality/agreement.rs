@@ -189,6 +189,7 @@ mod tests {
     use super::*;
     use crate::sites::grid::GridSites;
     use crate::sites::grid::target::GridTarget;
+    use crate::synthesis::options::KCoherenceOptions;
     use crate::synthesis::recipes::synthesize;
     use crate::synthesis::tests::fixtures;
 
@@ -260,11 +261,14 @@ mod tests {
         with_inputs(|inputs| {
             let coords = synthesized(inputs, &SynthesisOptions::default());
             let with_floor = |distance_floor: f64| {
-                let mut options = SynthesisOptions {
+                let options = SynthesisOptions {
                     spectrum: 0.2,
+                    k_coherence: KCoherenceOptions {
+                        distance_floor,
+                        ..KCoherenceOptions::default()
+                    },
                     ..SynthesisOptions::default()
                 };
-                options.k_coherence.distance_floor = distance_floor;
                 measured(inputs, &coords, &options)
             };
             let (none, much) = (with_floor(0.0), with_floor(1e9));

@@ -1,0 +1,121 @@
+//! The dense metric: neighbourhoods resampled at any positions, as one run of numbers.
+//!
+//! A site's pattern holds the blended features of its samples in the order of the template; a texel's window is
+//! read from [`DenseWindows`]. Samples stored ring by ring make a smaller neighbourhood a prefix. On the square
+//! template this is what [`FeatureMetric`](super::features::FeatureMetric) computes faster.
+
+use crate::exemplar::dense_windows::{DenseWindows, flat_vectors};
+use crate::exemplar::embedding::Embedding;
+use crate::sites::level::{SampleLocation, Sites};
+use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
+
+/// The metric of one level.
+#[derive(Debug)]
+pub struct DenseMetric {
+    windows: DenseWindows,
+    dimensions: usize,
+    /// The vectors of all feature rows.
+    vectors: Vec<f32>,
+}
+
+/// What a site's neighbourhood holds.
+#[derive(Clone, Debug, Default)]
+pub struct DensePattern {
+    /// The numbers of all samples; 0 for those that do not count.
+    values: Vec<f32>,
+    /// Which samples count: 1 or 0 for each.
+    pub counts: Vec<f32>,
+}
+
+/// Numbers summed side by side.
+const LANES: usize = 16;
+
+impl DenseMetric {
+    /// The metric of a level from its resampled windows.
+    pub fn new(windows: DenseWindows, embedding: &Embedding) -> Self {
+        Self {
+            dimensions: windows.dimensions,
+            windows,
+            vectors: flat_vectors(embedding),
+        }
+    }
+
+    /// Reads what a site's samples hold. Those outside the surface do not count (Chen 2008 §4.3), nor do those
+    /// that blend a site without a value.
+    #[inline(always)]
+    pub fn read<const N: usize, S: Sites<N>>(
+        &self,
+        site: &SiteNeighborhood<'_, S>,
+        pattern: &mut DensePattern,
+    ) {
+        let samples = site.sites.samples_per_site();
+        pattern.counts.clear();
+        pattern.values.clear();
+        pattern.values.resize(samples * self.dimensions, 0.0);
+        let numbers = pattern.values.chunks_exact_mut(self.dimensions);
+        for (location, numbers) in site.sites.samples(site.site).zip(numbers) {
+            let value = match location {
+                SampleLocation::Outside => None,
+                _ => site.value(location),
+            };
+            pattern.counts.push(f32::from(u8::from(value.is_some())));
+            match value {
+                None | Some(SampleValue::Default) => {}
+                Some(SampleValue::One(row)) => numbers.copy_from_slice(self.vector(row)),
+                Some(SampleValue::Blend(rows, weights)) => {
+                    for (row, weight) in rows.into_iter().zip(weights) {
+                        for (number, value) in numbers.iter_mut().zip(self.vector(row)) {
+                            *number += weight * value;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn vector(&self, row: u32) -> &[f32] {
+        &self.vectors[row as usize * self.dimensions..][..self.dimensions]
+    }
+
+    /// The squared differences of every sample that counts, 0 for the others.
+    #[inline(always)]
+    pub fn differences(&self, pattern: &DensePattern, texel: u32, differences: &mut Vec<f32>) {
+        let window = self.windows.window(texel).chunks_exact(self.dimensions);
+        let values = pattern.values.chunks_exact(self.dimensions);
+        differences.clear();
+        let squares = values.zip(window).zip(&pattern.counts);
+        differences.extend(squares.map(|((values, window), counts)| {
+            let pairs = values.iter().zip(window);
+            counts * pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f32>()
+        }));
+    }
+
+    /// The distance over all samples that count.
+    #[inline(always)]
+    pub fn distance(&self, pattern: &DensePattern, texel: u32) -> f32 {
+        let window = self.windows.window(texel);
+        let mut sums = [0.0; LANES];
+        let dimensions = self.dimensions;
+        let (values, value_rest) = pattern.values.as_chunks::<LANES>();
+        let (numbers, number_rest) = window.as_chunks::<LANES>();
+        if pattern.counts.iter().all(|&counts| counts == 1.0) {
+            for (values, numbers) in values.iter().zip(numbers) {
+                for lane in 0..LANES {
+                    let apart = values[lane] - numbers[lane];
+                    sums[lane] += apart * apart;
+                }
+            }
+            let rest = value_rest.iter().zip(number_rest);
+            return sums.iter().sum::<f32>() + rest.map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
+        }
+        let samples = pattern.values.chunks_exact(dimensions);
+        let samples = samples
+            .zip(window.chunks_exact(dimensions))
+            .zip(&pattern.counts);
+        samples
+            .filter(|(_, counts)| **counts > 0.0)
+            .map(|((a, b), _)| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f32>())
+            .sum()
+    }
+}
