@@ -32,6 +32,7 @@ pub mod keep;
 pub mod map;
 pub mod memory;
 pub mod metric;
+pub mod option_ranges;
 pub mod options;
 pub mod quality;
 pub mod recipes;

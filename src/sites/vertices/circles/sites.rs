@@ -146,7 +146,7 @@ pub fn sites(
         hierarchy.levels.push(VertexSites {
             fine,
             coarse: None,
-            neighbors: neighbors,
+            neighbors,
             parents: if is_coarsest {
                 Vec::new()
             } else {

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::sites::order::Order;
-use crate::synthesis::options::{at_least_one, few_rounds, within_factors};
+use crate::synthesis::option_ranges::{at_least_one, few_rounds, within_factors};
 
 /// Which texels are tried at a site.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
