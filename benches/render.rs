@@ -111,6 +111,7 @@ fn torus(sample: &Sample) -> SurfaceTextonMap {
         exemplar: [64, 64],
         texel: f64::from(std::f32::consts::TAU) / f64::from(around),
         seed: 0,
+        method: "k-coherence".into(),
         sample: sample.id().clone(),
         space: ContentId::of_bytes(b""),
     }

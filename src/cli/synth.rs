@@ -1,6 +1,7 @@
 //! `mesotex synth`: space, neighbour table and a mesh (or a flat grid) in, surface texton map out.
 
 mod pictures;
+mod renamed;
 mod report;
 mod target;
 
@@ -15,6 +16,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
+use crate::cli::synth::renamed::RenamedOptions;
 use crate::cli::synth::report::{Report, Seconds};
 use crate::cli::synth::target::TargetArguments;
 use crate::error::Result;
@@ -62,6 +64,8 @@ pub struct Arguments {
     pub output: PathBuf,
     #[command(flatten)]
     pub options: SynthesisOptions,
+    #[command(flatten)]
+    pub renamed: RenamedOptions,
     /// Write the options and the quality figures as JSON
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
@@ -143,6 +147,7 @@ impl Arguments {
 
     /// Refuses options that no input could satisfy.
     pub fn check(&self) -> Result<()> {
+        self.renamed.refuse()?;
         self.options.validate()?;
         self.target.check()?;
         self.target.surface.validate()

@@ -40,6 +40,8 @@ pub struct SurfaceTextonMap {
     pub origin: DVec3,
     /// The seed it was synthesized with.
     pub seed: u64,
+    /// The method it was synthesized by, as `--method` names it.
+    pub method: String,
     /// The id of the sample.
     pub sample: ContentId,
     /// The id of the space it was synthesized from.
@@ -114,6 +116,7 @@ impl SurfaceTextonMap {
             format!("exemplar {width} {height}"),
             format!("texel {}", self.texel),
             format!("seed {}", self.seed),
+            format!("method {}", self.method),
         ];
         comments.extend(origin_comment(self.origin));
         comments.push(format!("sample {}", self.sample));
@@ -162,6 +165,7 @@ impl SurfaceTextonMap {
             texel: header.texel,
             origin: header.origin,
             seed: header.seed,
+            method: header.method,
             sample: header.sample,
             space: header.space,
         })
@@ -170,12 +174,16 @@ impl SurfaceTextonMap {
 
 /// The longest side of a sample, in texels: texels are counted in 32 bits.
 const LONGEST: u32 = 65535;
+/// The method of a map that states none.
+pub const DEFAULT_METHOD: &str = "k-coherence";
+
 /// The comment lines of a map.
 struct MapHeader {
     exemplar: [u32; 2],
     texel: f64,
     origin: DVec3,
     seed: u64,
+    method: String,
     sample: ContentId,
     space: ContentId,
 }
@@ -229,9 +237,30 @@ impl MapHeader {
                 None => DVec3::ZERO,
             },
             seed: parse_comment("seed", word("seed")?, "a whole number")?,
+            method: method_of(comments)?,
             sample: id("sample")?,
             space: id("space")?,
         })
+    }
+}
+
+/// The method's name; maps of earlier versions state none.
+fn method_of(comments: &[String]) -> Result<String> {
+    const LONGEST: usize = 64;
+    let stated = comments
+        .iter()
+        .find_map(|line| line.strip_prefix("method "));
+    let Some(name) = stated else {
+        return Ok(DEFAULT_METHOD.into());
+    };
+    let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    match !name.is_empty() && name.len() <= LONGEST && name.chars().all(is_name) {
+        true => Ok(name.into()),
+        false => Err(bad_comment(
+            "method",
+            name,
+            "a name of small letters and hyphens",
+        )),
     }
 }
 
@@ -339,6 +368,7 @@ mod tests {
             texel: 0.25,
             origin: DVec3::new(4_485_513.7, -0.1, 0.0),
             seed: 7,
+            method: "wei-levoy".into(),
             sample: id.clone(),
             space: id,
         }
@@ -358,6 +388,7 @@ mod tests {
             "comment exemplar 8 4\n",
             "comment texel 0.25\n",
             "comment seed 7\n",
+            "comment method wei-levoy\n",
             "comment origin 4485513.7 -0.1 0\n",
         ] {
             assert!(header.contains(line), "{header}");
@@ -403,6 +434,7 @@ mod tests {
         assert!(refused(&|m| m.mesh.positions[0].x = f32::NAN).contains("property x: NaN"));
         assert!(refused(&|m| m.normals[0] = Vec3::ZERO).contains("unit vector"));
         assert!(refused(&|m| m.exemplar = [0, 4]).contains("comment exemplar"));
+        assert!(refused(&|m| m.method = "A b".into()).contains("comment method"));
         assert!(refused(&|m| m.texel = -1.0).contains("comment texel"));
         for scale in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-16, 1e17] {
             let text = refused(&|m| m.scale = Some(vec![1.0, scale, 1.0]));

@@ -71,6 +71,7 @@ pub fn surface_map(
         texel: surface.texel,
         origin: surface.origin,
         seed: options.seed,
+        method: options.method.name().into(),
         sample: space.sample.clone(),
         space: space.id.clone(),
     };

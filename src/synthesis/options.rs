@@ -205,7 +205,7 @@ mod tests {
             found.contains("--coherence: given with --method wei-levoy"),
             "{found}"
         );
-        let found = message(|o| o.adaptive.rings = 3);
+        let found = message(|o| o.adaptive.rings = 5);
         assert!(
             found.contains("--rings: given with --method k-coherence"),
             "{found}"

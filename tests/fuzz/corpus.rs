@@ -351,6 +351,7 @@ pub fn map() -> Vec<u8> {
         exemplar: [8, 8],
         texel: 0.25,
         seed: 7,
+        method: "k-coherence".into(),
         sample: id.clone(),
         space: id,
     };

@@ -143,6 +143,7 @@ fn map_headers_give_the_texel_back() {
         origin: DVec3::ZERO,
         texel: 1.0,
         seed: u64::MAX,
+        method: "k-coherence".into(),
         sample: id.clone(),
         space: id,
     };

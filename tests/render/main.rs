@@ -211,6 +211,7 @@ fn map_over(
         exemplar,
         texel,
         seed: 5,
+        method: "k-coherence".into(),
         sample,
         space: ContentId::of_bytes(b"space"),
     }

@@ -28,8 +28,8 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
             map.mesh.triangles.len(),
         ))
         .line(format!(
-            "a texel covers {:.6} mesh units; seed {}",
-            map.texel, map.seed
+            "a texel covers {:.6} mesh units; method {}, seed {}",
+            map.texel, map.method, map.seed
         ))
         .line(format!("{unused} vertices carry no texton"))
         .figure("origin", map.origin.to_array().to_vec())
@@ -39,6 +39,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .figure("exemplar", vec![width, height])
         .figure("texel", map.texel)
         .figure("seed", map.seed)
+        .figure("method", map.method.as_str())
         .figure("sample", map.sample.to_string())
         .figure("space", map.space.to_string());
     if let Some([least, most]) = range(map.scale.as_deref()) {

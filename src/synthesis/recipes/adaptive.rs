@@ -33,6 +33,7 @@ use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::metric::dense::{DenseMetric, DensePattern};
 use crate::synthesis::metric::site_values::SiteNeighborhood;
 use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::recipes::adaptive::options::Similarity;
 use crate::synthesis::recipes::adaptive::order::most_neighbors_first;
 use crate::synthesis::recipes::adaptive::similarity::Contest;
 use crate::synthesis::rule::Rule;
@@ -63,6 +64,7 @@ pub fn adaptive<const N: usize, S: Sites<N>>(
                     sites,
                     metric: &metric,
                     template: &template,
+                    similarity: options.adaptive.similarity,
                 };
                 let draw = (options.seed, number as u32);
                 let mut state = Texels::random(&exemplar, sites.count(), draw).none_done();
@@ -119,6 +121,7 @@ struct Grown<'a, const N: usize, S> {
     sites: &'a S,
     metric: &'a DenseMetric,
     template: &'a Template,
+    similarity: Similarity,
 }
 
 /// Working memory of one thread.
@@ -157,7 +160,12 @@ impl<const N: usize, S: Sites<N>> Rule for Grown<'_, N, S> {
             .candidates()
             .iter()
             .map(|candidate| candidate.texel);
-        let winner = contest.winner(self.metric, pattern, texels, &self.template.ring_ends);
+        let winner = match self.similarity {
+            Similarity::Adaptive => {
+                contest.winner(self.metric, pattern, texels, &self.template.ring_ends)
+            }
+            Similarity::Plain => nearest(self.metric, pattern, texels),
+        };
         winner.map_or(state.coords[site], |texel| {
             candidates.place(self.exemplar.grid, texel)
         })
@@ -192,8 +200,8 @@ impl<const N: usize, S: Sites<N>> Rule for Linked<'_, N, S> {
             .read(&neighborhood(self.sites, state, site), pattern);
         let mut best = (f32::INFINITY, held.0);
         // The links are the four texels of one parent.
-        let (row, col) = grid.row_col(held);
-        let (row, col) = (i64::from(row & !1), i64::from(col & !1));
+        let (held_row, held_col) = grid.row_col(held);
+        let (row, col) = (i64::from(held_row & !1), i64::from(held_col & !1));
         let range = i64::from(self.range);
         for row in row - range..=row + 1 + range {
             for col in col - range..=col + 1 + range {
@@ -208,12 +216,28 @@ impl<const N: usize, S: Sites<N>> Rule for Linked<'_, N, S> {
                 }
             }
         }
-        grid.centre(TexelIndex(best.1))
+        let (row, col) = grid.row_col(TexelIndex(best.1));
+        let at = state.coords[site];
+        TexCoord {
+            s: at.s - held_col as f32 + col as f32,
+            t: at.t + held_row as f32 - row as f32,
+        }
     }
 
     fn set(&self, state: &mut Texels, site: usize, at: TexCoord) {
         state.set(self.exemplar, site, at);
     }
+}
+
+/// The texel at the smallest distance; ties go to the smaller index.
+fn nearest(
+    metric: &DenseMetric,
+    pattern: &DensePattern,
+    texels: impl Iterator<Item = u32>,
+) -> Option<u32> {
+    let told = texels.map(|texel| (metric.distance(pattern, texel), texel));
+    let nearest = told.reduce(|a, b| if b < a { b } else { a });
+    nearest.map(|(_, texel)| texel)
 }
 
 fn neighborhood<'a, S>(sites: &'a S, state: &'a Texels, site: usize) -> SiteNeighborhood<'a, S> {

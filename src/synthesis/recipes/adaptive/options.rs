@@ -9,6 +9,17 @@ const MOST_RINGS: u32 = 8;
 /// The widest range of pixel links, in texels.
 const WIDEST_LINKS: u32 = 8;
 
+/// How candidates are compared at the lowest resolution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Similarity {
+    /// At growing sizes, until one candidate is left (Chen 2008 §5.2)
+    #[default]
+    Adaptive,
+    /// By the sum of squared differences over the whole neighbourhood
+    Plain,
+}
+
 /// The options of the adaptive method.
 #[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
 #[serde(rename_all = "kebab-case")]
@@ -17,6 +28,9 @@ pub struct AdaptiveOptions {
     /// Rings of the round neighbourhood, one texel apart: the largest size that is compared
     #[arg(long, default_value_t = Self::default().rings)]
     pub rings: u32,
+    /// How candidates are compared at the lowest resolution
+    #[arg(long, value_enum, default_value_t = Self::default().similarity)]
+    pub similarity: Similarity,
     /// How far from its pixel links a texel of a finer level may lie, in texels
     #[arg(long, default_value_t = Self::default().link_range)]
     pub link_range: u32,
@@ -25,7 +39,8 @@ pub struct AdaptiveOptions {
 impl Default for AdaptiveOptions {
     fn default() -> Self {
         Self {
-            rings: 4,
+            rings: 3,
+            similarity: Similarity::default(),
             link_range: 2,
         }
     }
@@ -50,6 +65,7 @@ impl AdaptiveOptions {
         let default = Self::default();
         let given = [
             ("rings", self.rings != default.rings),
+            ("similarity", self.similarity != default.similarity),
             ("link-range", self.link_range != default.link_range),
         ];
         match given.iter().find(|(_, given)| *given) {
