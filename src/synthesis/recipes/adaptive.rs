@@ -90,10 +90,8 @@ pub fn adaptive<const N: usize, S: Sites<N>>(
             }
         };
         progress.end();
-        let grid = level.grid;
-        let centre = |&at: &TexCoord| grid.centre(grid.texel_nearest(at));
         Ok(match number {
-            0 => state.coords.iter().map(centre).collect(),
+            0 => state.at_centres(level.grid),
             _ => state.coords,
         })
     })
