@@ -48,12 +48,7 @@ pub fn tong<const N: usize, S: Sites<N>>(
     let coarsest = plan.levels - 1;
     let refined = begun.as_ref().map_or(coarsest, |map| map.level.index());
     let run = |level: usize, coarser: Option<LevelMap>, classes: &[Vec<u32>]| {
-        let levels = plan.levels;
-        let passes = Passes {
-            options,
-            level,
-            levels,
-        };
+        let passes = Passes::of(options, level, plan.levels);
         run_level(inputs, (passes, plan.k), coarser, classes, progress)
     };
     // The coarsest level is swept site after site; meanwhile the finer ones are coloured.

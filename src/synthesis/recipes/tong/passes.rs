@@ -13,7 +13,16 @@ pub struct Passes<'a> {
     pub levels: usize,
 }
 
-impl Passes<'_> {
+impl<'a> Passes<'a> {
+    /// Those of one level of several.
+    pub fn of(options: &'a SynthesisOptions, level: usize, levels: usize) -> Self {
+        Self {
+            options,
+            level,
+            levels,
+        }
+    }
+
     /// Whether the level has a coarser one above it.
     pub fn is_fine(self) -> bool {
         self.level + 1 < self.levels
