@@ -24,4 +24,9 @@ mod value_range;
 pub mod window_distance;
 pub mod windows;
 
+pub use channels::ChannelKind;
+pub use controls::Controls;
 pub use knn_options::KnnOptions;
+pub use neighbor_table::NeighborTable;
+pub use plain_images::{ChannelImage, space_of_images};
+pub use space::Space;

@@ -1,3 +1,5 @@
 //! What synthesis hands on.
 
 pub mod vertex_map;
+
+pub use vertex_map::SurfaceTextonMap;

@@ -15,6 +15,7 @@ use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
 use crate::mesh::frame::Frame;
 use crate::mesh::origin::{FARTHEST, origin_comment, parse_origin};
+use crate::mesh::reading::varying;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// A decorated mesh; all per-vertex lists are in the mesh's vertex order.
@@ -332,11 +333,6 @@ pub fn check_scale(scale: &[f32], texel: f64) -> Result<()> {
     let place = format!("vertex {vertex}, property scale");
     let expected = format!("above 0, and from 1e-15 to 1e15 times the texel of {texel:e}");
     Err(Error::data(place, scale[vertex].to_string()).expected(expected))
-}
-
-/// A scale that is not 1 everywhere.
-pub fn varying(scale: Option<&[f32]>) -> Option<&[f32]> {
-    scale.filter(|scale| scale.iter().any(|&scale| scale != 1.0))
 }
 
 fn triangles(file: &PlyFile) -> Result<Vec<[u32; 3]>> {

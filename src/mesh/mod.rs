@@ -22,3 +22,6 @@ pub mod topology;
 pub mod triangle_mesh;
 pub mod triangulation;
 pub mod writing;
+
+pub use reading::UserMesh;
+pub use triangle_mesh::TriangleMesh;

@@ -15,3 +15,8 @@ pub mod level;
 pub mod order;
 pub mod target;
 pub mod vertices;
+
+pub use grid::target::GridTarget;
+pub use target::Target;
+pub use vertices::circles::RoundOptions;
+pub use vertices::surface_options::SurfaceOptions;

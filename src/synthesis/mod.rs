@@ -39,5 +39,8 @@ pub mod recipes;
 pub mod rule;
 pub mod state;
 
+pub use map::synthesize_map;
+pub use options::{Method, SynthesisOptions};
+
 #[cfg(test)]
 pub(crate) mod tests;
