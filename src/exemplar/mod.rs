@@ -1,27 +1,27 @@
 //! The exemplar: the sample as synthesis sees it — features of every texel, and the nearest
 //! neighbours of every texel's neighbourhood.
 
-pub mod aligned_numbers;
+mod aligned_numbers;
 pub mod channels;
 pub mod controls;
-pub mod dense_windows;
-pub mod embedding;
-pub mod greedy_choice;
+pub(crate) mod dense_windows;
+pub(crate) mod embedding;
+mod greedy_choice;
 pub mod knn_options;
-pub mod level;
-pub mod level_distances;
+pub(crate) mod level;
+mod level_distances;
 pub mod neighbor_table;
 pub mod plain_images;
-pub mod requirements;
+mod requirements;
 pub mod space;
-pub mod space_level;
-pub mod square_window;
-pub mod table_rows;
-pub mod texel_block;
-pub mod turned_sums;
-pub mod two_level;
+mod space_level;
+pub(crate) mod square_window;
+mod table_rows;
+mod texel_block;
+mod turned_sums;
+mod two_level;
 mod value_range;
-pub mod window_distance;
+mod window_distance;
 pub mod windows;
 
 pub use channels::ChannelKind;

@@ -2,25 +2,25 @@
 //! Nothing here knows of textures or of synthesis.
 
 pub mod builtin;
-pub mod chart;
-pub mod cleaning;
+pub(crate) mod chart;
+mod cleaning;
 pub mod connection;
 pub mod field;
-pub mod frame;
-pub mod origin;
-pub mod pictures;
-pub mod point_tree;
-pub mod quality;
+pub(crate) mod frame;
+pub(crate) mod origin;
+pub(crate) mod pictures;
+mod point_tree;
+pub(crate) mod quality;
 pub mod reading;
 pub mod retile;
 pub mod rings;
-pub mod rows;
+pub(crate) mod rows;
 pub mod shapes;
-pub mod surface_tree;
-pub mod texture_charts;
+pub(crate) mod surface_tree;
+mod texture_charts;
 pub mod topology;
 pub mod triangle_mesh;
-pub mod triangulation;
+mod triangulation;
 pub mod writing;
 
 pub use reading::UserMesh;

@@ -1,5 +1,5 @@
 //! Pictures about pictures: contact sheets and moving previews, from finished 8-bit images.
 
-pub mod animation;
-pub mod contact_sheet;
+pub(crate) mod animation;
+pub(crate) mod contact_sheet;
 mod lettering;

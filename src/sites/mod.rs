@@ -9,11 +9,11 @@
 //! [`level`] has what a target must tell; [`order`] and [`coloring`] say in which order its sites are
 //! visited. [`target::Target`] is any of them.
 
-pub mod coloring;
+pub(crate) mod coloring;
 pub mod grid;
-pub mod level;
-pub mod order;
-pub mod target;
+pub(crate) mod level;
+pub(crate) mod order;
+pub(crate) mod target;
 pub mod vertices;
 
 pub use grid::target::GridTarget;

@@ -21,23 +21,23 @@
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
 //! than the [checkpoint](checkpoint) of an interrupted run.
 
-pub mod candidates;
-pub mod changes;
-pub mod check;
+mod candidates;
+mod changes;
+pub(crate) mod check;
 pub mod checkpoint;
-pub mod drive;
-pub mod false_color;
+mod drive;
+pub(crate) mod false_color;
 pub mod inputs;
-pub mod keep;
-pub mod map;
-pub mod memory;
-pub mod metric;
-pub mod option_ranges;
+mod keep;
+pub(crate) mod map;
+pub(crate) mod memory;
+mod metric;
+mod option_ranges;
 pub mod options;
-pub mod quality;
+pub(crate) mod quality;
 pub mod recipes;
-pub mod rule;
-pub mod state;
+mod rule;
+pub(crate) mod state;
 
 pub use map::synthesize_map;
 pub use options::{Method, SynthesisOptions};

@@ -7,17 +7,19 @@
 //! Not handled: transmission, translucency, overhangs (a height field has none).
 
 pub mod brdf;
-pub mod export;
+pub(crate) mod export;
 mod glare;
-pub mod height_field;
+mod height_field;
 mod lights;
 pub mod maps;
 pub mod material;
 pub mod presets;
-pub mod preview;
+pub(crate) mod preview;
 mod shade;
-pub mod steepness;
+pub(crate) mod steepness;
 mod trace;
+
+pub use presets::Preset;
 
 use std::path::Path;
 

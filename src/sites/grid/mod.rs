@@ -1,8 +1,8 @@
 //! A flat grid of sites one texel apart, so that every sample coincides with a site.
 
-pub mod round;
+pub(crate) mod round;
 pub mod target;
-pub mod window;
+pub(crate) mod window;
 
 use crate::sites::grid::window::{GridNeighbors, GridWindow};
 use crate::sites::level::{Neighbor, Parent, SampleLocation, Sites};

@@ -6,12 +6,12 @@
 
 pub mod cache;
 pub mod circles;
-pub mod distortion;
-pub mod memory;
-pub mod parents;
+pub(crate) mod distortion;
+pub(crate) mod memory;
+mod parents;
 pub mod patches;
-pub mod prepared_surface;
-pub mod sampling;
+mod prepared_surface;
+mod sampling;
 pub mod stencil;
 pub mod stretch;
 pub mod surface;
