@@ -13,7 +13,6 @@ use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column, PlyFile};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
-use crate::mesh::frame::Frame;
 use crate::mesh::origin::{FARTHEST, origin_comment, parse_origin};
 use crate::mesh::reading::varying;
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -50,16 +49,6 @@ pub struct SurfaceTextonMap {
 }
 
 impl SurfaceTextonMap {
-    /// The texture frame of a vertex.
-    pub fn frame(&self, vertex: usize) -> Frame {
-        let (n, s) = (self.normals[vertex], self.orientations[vertex]);
-        Frame {
-            s,
-            t: n.cross(s),
-            n,
-        }
-    }
-
     /// Mesh units a texel of the finest level covers at a vertex, its scale included.
     #[inline]
     pub fn texel_at(&self, vertex: usize) -> f64 {
