@@ -5,6 +5,17 @@
 //!
 //! Files are not trusted. Readers run inside a [`guard`], what they allocate is in proportion to the
 //! file's own length, and no file that has a name is mapped ([`positioned`]).
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`image`], [`exr`] | images in and previews out; OpenEXR frames out |
+//! | [`obj`], [`ply`], [`stl`], [`off`], [`gltf`], [`polygon_mesh`] | mesh files, and what any of them holds |
+//! | [`npy`], [`npz`], [`zip_sink`] | arrays and archives of them |
+//! | [`stored_array`], [`nameless`], [`positioned`] | numbers that stay in a file |
+//! | [`json`], [`text`], [`source`] | descriptions, tables and whole files |
+//! | [`id`], [`seal`], [`ours`] | what a file is, whether it is whole, whether this program wrote it |
+//! | [`atomic`], [`lock`] | outputs that appear when done, one writer each |
+//! | [`guard`] | a panic in a reader as an error |
 
 pub(crate) mod atomic;
 pub mod exr;

@@ -1,5 +1,18 @@
 //! Geometry: triangle meshes read, cleaned, retiled, given an orientation field, and charts on them.
 //! Nothing here knows of textures or of synthesis.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`triangle_mesh`], [`topology`], [`rows`] | a mesh, how its triangles hang together, lists per vertex |
+//! | [`reading`], [`triangulation`], [`cleaning`], [`origin`] | from a file of the user to a manifold mesh near zero |
+//! | [`writing`] | meshes into files |
+//! | [`builtin`], [`shapes`] | the built-in mesh, and meshes with a formula |
+//! | [`rings`], [`connection`], [`frame`] | tangent planes, and how directions are carried between them |
+//! | [`field`] | the orientation field |
+//! | [`chart`] | the (s, t) chart round a point |
+//! | [`surface_tree`], [`point_tree`] | nearest points and crossings, and points in a triangle |
+//! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
+//! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
 
 pub mod builtin;
 pub(crate) mod chart;
@@ -23,5 +36,9 @@ pub mod triangle_mesh;
 mod triangulation;
 pub mod writing;
 
+pub use cleaning::{RepairReport, TurnedComponent};
+pub use frame::Frame;
 pub use reading::UserMesh;
+pub use rows::Rows;
+pub use surface_tree::{SurfacePoint, SurfaceTree};
 pub use triangle_mesh::TriangleMesh;

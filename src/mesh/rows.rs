@@ -64,6 +64,11 @@ impl<T: Copy + Send + Sync> Rows<T> {
     pub fn len(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
 }
 
 #[cfg(test)]

@@ -37,5 +37,8 @@ mod vertex_lights;
 mod vertex_shading;
 mod vertex_shadows;
 
+pub use camera::{Camera, Projection, View};
+pub use compass::UpAxis;
+pub use light::{Light, Origin};
 pub use options::RenderOptions;
 pub use values::{ImageSize, Sweep};

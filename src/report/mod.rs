@@ -1,4 +1,5 @@
-//! Pictures about pictures: contact sheets and moving previews, from finished 8-bit images.
+//! Pictures about pictures, from finished 8-bit images: [`contact_sheet`] puts thumbnails on one, with
+//! labels in [`lettering`], and [`animation`] makes them a looping GIF.
 
 pub(crate) mod animation;
 pub(crate) mod contact_sheet;

@@ -2,7 +2,7 @@
 //! every site.
 //!
 //! In: [`Space`](crate::exemplar::space::Space), [`NeighborTable`](crate::exemplar::neighbor_table::NeighborTable)
-//! and [`SiteHierarchy`](crate::sites::level::SiteHierarchy). Out: [`LevelMap`](inputs::LevelMap)s, and
+//! and [`SiteHierarchy`](crate::sites::level::SiteHierarchy). Out: [`LevelMap`]s, and
 //! [`quality`] figures.
 //!
 //! A paper is a [recipe](recipes): a file that builds a [`rule`] and hands it to [drivers](drive).
@@ -17,9 +17,10 @@
 //! | which candidate is kept | [`keep`] |
 //! | the whole way, from files' contents to a map | [`map`] |
 //! | how good the result is | [`quality`], drawn in [`false_color`] |
+//! | what can be asked, and whether it fits | [`options`] in their [ranges](option_ranges), [`check`], [`memory`] |
 //!
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
-//! than the [checkpoint](checkpoint) of an interrupted run.
+//! than the [checkpoint] of an interrupted run.
 
 mod candidates;
 mod changes;
@@ -39,8 +40,11 @@ pub mod recipes;
 mod rule;
 pub(crate) mod state;
 
+pub use inputs::{Inputs, LevelMap};
 pub use map::synthesize_map;
-pub use options::{Method, SynthesisOptions};
+pub use options::{KCoherenceOptions, Method, MetricKind, SynthesisOptions};
+pub use recipes::adaptive::options::{AdaptiveOptions, Similarity};
+pub use recipes::synthesize;
 
 #[cfg(test)]
 pub(crate) mod tests;

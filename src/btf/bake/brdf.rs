@@ -205,6 +205,11 @@ impl Columns {
         self.x.len()
     }
 
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
     /// One of them.
     #[inline]
     pub fn get(&self, index: usize) -> Vec3 {

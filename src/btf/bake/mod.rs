@@ -55,7 +55,7 @@ const LEAST_VIEW_COSINE: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BakeOptions {
-    /// View directions: 12x5, bonn81, bonn151, fibonacci:N, rings:THETA:COUNT[:OFFSET],… or FILE.csv
+    /// View directions: 12x5, bonn81, bonn151, fibonacci:N, `rings:THETA:COUNT[:OFFSET],…` or FILE.csv
     #[arg(long, value_name = "SET", default_value_t = BakeOptions::default().views)]
     pub views: DirectionSet,
     /// Light directions, as for --views.

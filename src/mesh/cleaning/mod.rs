@@ -13,7 +13,7 @@ use crate::mesh::topology::{component_diagonals, components};
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 pub use manifold::{Split, split_non_manifold};
-pub use report::RepairReport;
+pub use report::{RepairReport, TurnedComponent};
 pub use welding::weld;
 
 /// Keeps the triangles of a list that say so, and what belongs to them.

@@ -54,6 +54,11 @@ impl PairSet {
         self.kept.len()
     }
 
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.kept.is_empty()
+    }
+
     /// The index in the sample of each distinct pair.
     pub fn kept(&self) -> &[u32] {
         &self.kept

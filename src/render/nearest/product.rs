@@ -51,6 +51,11 @@ impl DirectionSet {
         self.kept.len()
     }
 
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.kept.is_empty()
+    }
+
     /// The index in the sample of each distinct direction.
     pub fn kept(&self) -> &[u32] {
         &self.kept

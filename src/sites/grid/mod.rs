@@ -1,4 +1,10 @@
 //! A flat grid of sites one texel apart, so that every sample coincides with a site.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`target`] | the grid, its surface and its levels |
+//! | [`window`] | square windows: every sample is a site |
+//! | [`round`] | round neighbourhoods: a sample lies between four sites |
 
 pub(crate) mod round;
 pub mod target;

@@ -3,6 +3,16 @@
 //!
 //! In: a [user's mesh](crate::mesh::reading::UserMesh). Out: a [`surface::Surface`], kept in a
 //! [`cache`] beside the mesh.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`surface`], [`prepared_surface`], [`surface_options`] | the whole preparation: pyramid, orientation field, stencils |
+//! | [`patches`], [`sampling`], [`stencil`] | where the samples round every vertex fall |
+//! | [`parents`] | the place of every vertex on the coarser level |
+//! | [`circles`] | round neighbourhoods, of the same vertices at every level |
+//! | [`cache`] | prepared surfaces in files |
+//! | [`distortion`], [`stretch`] | how much charts and samples bend lengths |
+//! | [`memory`] | how much memory preparation takes |
 
 pub mod cache;
 pub mod circles;

@@ -32,8 +32,8 @@ pub struct SurfaceOptions {
     /// them.
     #[arg(long, default_value_t = SurfaceOptions::default().crease)]
     pub crease: f64,
-    /// Directions the field must take: a JSON file {"guides": [{"vertex": 7, "direction": [x,y,z]},
-    /// {"point": [x,y,z], "direction": [x,y,z]}]}. The mesh's own sx, sy, sz (PLY) count as well.
+    /// Directions the field must take: a JSON file
+    /// `{"guides": [{"vertex": 7, "direction": [x,y,z]}, {"point": [x,y,z], "direction": [x,y,z]}]}`. The mesh's own sx, sy, sz (PLY) count as well.
     #[arg(long, value_name = "FIELD.json")]
     pub guide: Option<PathBuf>,
     /// What the field follows elsewhere.
