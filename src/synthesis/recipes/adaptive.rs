@@ -9,9 +9,9 @@
 //! levels are visited by colour classes, so that a class is searched in parallel. Pixel links start from the
 //! real coordinate, so that a copied patch keeps its pace between texel centres.
 
-pub mod options;
-pub mod order;
-pub mod similarity;
+pub(crate) mod options;
+mod order;
+mod similarity;
 
 use rand::Rng;
 

@@ -9,7 +9,7 @@
 //! the coarsest level uses often are [penalised](super::reuse_penalty) (`--reuse-penalty`); the second
 //! pass is repeated (`--passes`).
 
-pub mod options;
+pub(crate) mod options;
 mod passes;
 
 use rayon::prelude::*;
