@@ -210,7 +210,7 @@ fn what_does_not_fit_is_refused_with_a_reason() {
     refused("--neighborhood 6", 2, &["odd"]);
     refused("--neighborhood 5", 2, &["the table's is 7"]);
     refused("--metric gram", 2, &["no Gram matrix"]);
-    refused("--energy 0", 2, &["--energy"]);
+    refused("--spectrum 0", 2, &["--spectrum"]);
     refused("--coherence 0.5", 2, &["--coherence"]);
     refused("--texel 2", 2, &["--texel"]);
     refused("--sample a.sample", 2, &["--pictures"]);
