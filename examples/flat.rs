@@ -1,4 +1,4 @@
-//! A flat texture of 256 × 256 texels, whose opposite borders continue each other, from a small image:
+//! A flat tile of 256 × 256 texels from a small image of 32 × 32 texels or more:
 //!
 //! ```sh
 //! cargo run --release --example flat -- IMAGE OUTPUT.png
@@ -19,7 +19,7 @@ use mesotex::sites::{GridTarget, Target};
 use mesotex::synthesis::{SynthesisOptions, synthesize_map};
 
 const SIDE: u32 = 256;
-const LEVELS: u32 = 4;
+const LEVELS: u32 = 3;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -134,12 +134,9 @@ impl TargetArguments {
                 let mut prepared = round.prepare(session)?;
                 if is_measured {
                     let options = self.surface_options(&neighborhoods[..1], session);
-                    check_mesh(path, &user, &options, exemplar)?;
-                    let cache = cache::folder_of(path);
-                    let surface =
-                        surface::prepare(&user, &options, Some(&cache), session.progress())
-                            .map_err(|error| error.in_file(path))?;
-                    prepared.target.measured = Some(TargetSites::Vertices(surface.hierarchy));
+                    let target = &mut prepared.target;
+                    target.measured =
+                        Some(measured_sites(path, &user, &options, exemplar, session)?);
                 }
                 Ok(prepared)
             }
@@ -218,6 +215,21 @@ impl RoundMesh<'_> {
             circles: Some(source),
         })
     }
+}
+
+/// The vertices of a mesh with square windows on one level, in which a map is measured.
+fn measured_sites(
+    path: &Path,
+    user: &UserMesh,
+    options: &SurfaceOptions,
+    exemplar: u64,
+    session: &Session,
+) -> Result<TargetSites> {
+    check_mesh(path, user, options, exemplar)?;
+    let cache = cache::folder_of(path);
+    let surface = surface::prepare(user, options, Some(&cache), session.progress())
+        .map_err(|error| error.in_file(path))?;
+    Ok(TargetSites::Vertices(surface.hierarchy))
 }
 
 /// Refuses a mesh whose scale makes no texel, and one that this machine has too little memory for.

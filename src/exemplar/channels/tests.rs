@@ -162,7 +162,8 @@ fn channels_that_do_not_hold_are_refused() {
         edit(&mut list);
         space(9, list).unwrap_err().to_string()
     };
-    let cases: [(&dyn Fn(&mut Vec<Channel>), &str); 14] = [
+    type Edit<'a> = &'a dyn Fn(&mut Vec<Channel>);
+    let cases: [(Edit<'_>, &str); 14] = [
         (
             &|all| all[1].first = 2,
             "channel `height`: first: 2, a number of channel `color`; expected 3",

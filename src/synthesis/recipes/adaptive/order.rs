@@ -85,7 +85,7 @@ mod tests {
         let mut sorted = order.clone();
         sorted.sort_unstable();
         assert!(sorted.into_iter().eq(0..108));
-        let mut done = vec![false; 108];
+        let mut done = [false; 108];
         for &site in &order {
             let count = |site: usize| {
                 let near = sites.neighbors(site);

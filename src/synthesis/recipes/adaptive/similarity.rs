@@ -125,9 +125,10 @@ mod tests {
 
     #[test]
     fn candidates_go_on_at_or_below_mean_minus_deviation() {
-        let mut contest = Contest::default();
-        contest.left = vec![(9, 1.0), (4, 10.0), (5, 10.0), (6, 11.0), (7, 1.0)];
-        contest.differences = vec![Vec::new(); 5];
+        let mut contest = Contest {
+            left: vec![(9, 1.0), (4, 10.0), (5, 10.0), (6, 11.0), (7, 1.0)],
+            differences: vec![Vec::new(); 5],
+        };
         contest.keep_the_nearest();
         let left: Vec<u32> = contest.left.iter().map(|(texel, _)| *texel).collect();
         assert_eq!(left, [9, 7]);

@@ -244,13 +244,13 @@ fn on_a_rough_closed_surface_samples_lie_on_their_cylinders() {
     let stencils = ready.stencils(&circles, &frames);
     let template = Template::round(4);
     let mut outside = 0;
-    for vertex in 0..frames.len() {
+    for (vertex, frame) in frames.iter().enumerate() {
         for (sample, offset) in stencils.of_site(vertex).zip(&template.positions) {
             let Some(at) = ready.position(sample) else {
                 outside += 1;
                 continue;
             };
-            let arm = frames[vertex].frame_from_mesh(at - ready.mesh.positions[vertex]);
+            let arm = frame.frame_from_mesh(at - ready.mesh.positions[vertex]);
             let expected = offset.length() * radius;
             assert!(
                 (arm.truncate().length() - expected).abs() < 2e-3,
@@ -357,7 +357,7 @@ fn the_reference_tangent_does_not_matter() {
             assert!(a.distance(b) < 1e-3, "{vertex}: {a} {b}");
         }
         let sorted = |near: &crate::mesh::rows::Rows<crate::sites::level::Neighbor>| {
-            let mut list: Vec<_> = near.row(vertex).iter().copied().collect();
+            let mut list = near.row(vertex).to_vec();
             list.sort_by_key(|n| n.site);
             list
         };
