@@ -50,7 +50,7 @@ class Chain:
         )  # fmt: skip
 
     def exemplar(self, size):
-        """Space and table of a sample, with 11 neighbours a texel."""
+        """Space and table of a sample, with 11 neighbours per texel."""
         textons = self.made(f"{size}.textons.npz", "textons", self.sample(size))
         space = self.made(f"{size}.space.npz", "gram", textons)
         return space, self.made(f"{size}.knn.npz", "knn", space)

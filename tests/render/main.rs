@@ -344,7 +344,7 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// Weights of directions, by index, as DESIGN words them.
+/// Weights of directions, by index, as docs/rendering.md words them.
 fn oracle_weights(directions: &[Direction], wanted: DVec3, continuous: bool) -> Vec<(usize, f64)> {
     let mut all: Vec<(f64, usize)> = directions
         .iter()

@@ -32,7 +32,7 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// DESIGN's `continuous`, slowly: (index, weight) of all directions with a weight.
+/// The weights `continuous` of docs/rendering.md, slowly: (index, weight) of all directions with a weight.
 fn oracle(directions: &[Direction], wanted: DVec3) -> Vec<(usize, f64)> {
     let distances: Vec<f64> = directions.iter().map(|d| angle(d.0, wanted)).collect();
     if let Some(same) = distances.iter().position(|&d| d < 1e-4) {

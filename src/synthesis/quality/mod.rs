@@ -1,6 +1,6 @@
-//! How good a finished map is, as DESIGN's section "What good looks like" defines it: coherence and
-//! drift of its texture coordinates along edges, energy of its neighbourhoods, and the texton
-//! histogram. Read them together: a collapsed map has low energy, a drifting one high coherence.
+//! How good a finished map is (docs/synthesis.md, Quality): coherence and drift of its texture coordinates
+//! along edges, energy of its neighbourhoods, and the texton histogram. Read them together: a collapsed map
+//! has low energy, a drifting one high coherence.
 
 pub(crate) mod agreement;
 mod coherence;

@@ -5,9 +5,10 @@
 //! shift (§5.1), and the [adaptive similarity](similarity) decides (§5.2). A site of a finer level takes the
 //! nearest of the texels round the pixel links of what it held (§6.3). The exemplar is resampled once (§5.3).
 //!
-//! Deviations: neighbours are those within `--rings` texels of the finest level, whatever the level, and finer
-//! levels are visited by colour classes, so that a class is searched in parallel. Pixel links start from the
-//! real coordinate, so that a copied patch keeps its pace between texel centres.
+//! Deviations: on grids the neighbours of a site are those within `--rings` texels of the finest level, whatever
+//! the level; on meshes those inside its outermost circle, at most 128. Finer levels are visited by colour
+//! classes, so that a class is searched in parallel. Pixel links start from the real coordinate, so that a
+//! copied patch stays regular between texel centres.
 
 pub(crate) mod options;
 mod order;
