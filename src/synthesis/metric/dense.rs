@@ -119,3 +119,90 @@ impl DenseMetric {
             .sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exemplar::level::ExemplarLevel;
+    use crate::exemplar::neighbor_table::build;
+    use crate::exemplar::space::{Features, Space, SpaceLevel};
+    use crate::exemplar::{Channels, KnnOptions};
+    use crate::format::id::ContentId;
+    use crate::grid::TexelGrid;
+    use crate::neighborhood::Template;
+    use crate::progress::Progress;
+    use crate::random;
+    use crate::synthesis::metric::Metric;
+    use crate::synthesis::metric::features::{FeatureMetric, FeaturePattern};
+    use crate::synthesis::tests::fixtures;
+    use ndarray::Array3;
+    use rand::Rng;
+
+    #[test]
+    fn on_the_square_template_it_is_the_metric_of_features() {
+        let mut stream = random::stream(11, "picture", 0, 0);
+        let grid = TexelGrid {
+            width: 12,
+            height: 10,
+            tileable: true,
+        };
+        let features = Array3::from_shape_fn((10, 12, 3), |_| stream.gen_range(0.0..1.0));
+        let space = Space {
+            levels: vec![SpaceLevel {
+                grid,
+                features: Features::Vectors(features),
+            }],
+            channels: Channels::default(),
+            controls: Vec::new(),
+            id: ContentId::of_bytes(b"space"),
+            sample: ContentId::of_bytes(b"sample"),
+        };
+        let options = KnnOptions {
+            k: 3,
+            neighborhood: 5,
+            ..KnnOptions::default()
+        };
+        let table = build(&space, &options, Progress::silent()).unwrap();
+        let exemplar = ExemplarLevel::new(&space, &table, 0, 3, false);
+        let embedding = Embedding::new(&space.levels[0], 1.0);
+        let fast = FeatureMetric::new(&exemplar, &embedding, None);
+        let windows = DenseWindows::new(&space.levels[0], &embedding, &Template::square(5));
+        let dense = DenseMetric::new(windows, &embedding);
+        let sites = fixtures::random_sites(3, 400, 6);
+        let rows: Vec<u32> = (0..400).map(|_| stream.gen_range(0..120)).collect();
+        let (mut of_fast, mut of_dense) = (FeaturePattern::default(), DensePattern::default());
+        let mut compared = 0;
+        for site in 0..400 {
+            // Samples outside the surface hold the mean there, and do not count here.
+            if sites
+                .samples(site)
+                .any(|sample| sample == SampleLocation::Outside)
+            {
+                continue;
+            }
+            compared += 1;
+            let neighborhood = SiteNeighborhood {
+                site,
+                sites: &sites,
+                rows: &rows,
+                done: None,
+                coarser: None,
+            };
+            fast.read(&neighborhood, &mut of_fast);
+            dense.read(&neighborhood, &mut of_dense);
+            for texel in (0..120).step_by(7) {
+                let expected = fast.distance(&of_fast, texel, f64::INFINITY) as f32;
+                let found = dense.distance(&of_dense, texel);
+                assert!(
+                    (found - expected).abs() < 1e-4 * expected,
+                    "{found} {expected}"
+                );
+                let mut apart = Vec::new();
+                dense.differences(&of_dense, texel, &mut apart);
+                let sum: f32 = apart.iter().sum();
+                assert!((sum - expected).abs() < 1e-4 * expected, "{sum} {expected}");
+            }
+        }
+        assert!(compared > 5, "{compared}");
+    }
+}
