@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use multiversion::multiversion;
 
-use crate::exemplar::aligned_numbers::AlignedNumbers;
+use crate::exemplar::aligned_buffer::AlignedNumbers;
 use crate::exemplar::space::SpaceLevel;
 use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::window_distance::{WindowBuffers, WindowDistances};

@@ -9,30 +9,30 @@
 //! | [`controls`] | masks, transitions and orientations beside the features |
 //! | [`requirements`] | what a method asks of a space |
 //! | [`neighbor_table`], [`knn_options`] | the nearest texels of every texel, their file and options |
-//! | [`level_distances`], [`window_distance`], [`turned_sums`], [`texel_block`] | the distances of all neighbourhoods, exactly |
+//! | [`level_distances`], [`window_distance`], [`diagonal_sums`], [`texel_block`] | the distances of all neighbourhoods, exactly |
 //! | [`two_level`] | the search through the parent level |
-//! | [`greedy_choice`], [`table_rows`] | which neighbours are listed, row by row |
+//! | [`separated_neighbors`], [`neighbor_list`] | which neighbours are listed, row by row |
 //! | [`level`], [`windows`], [`dense_windows`], [`square_window`] | a level as synthesis reads it: its texels and their windows |
-//! | [`embedding`], [`aligned_numbers`] | features as short vectors of the same distances |
+//! | [`embedding`], [`aligned_buffer`] | features as short vectors of the same distances |
 
-mod aligned_numbers;
+mod aligned_buffer;
 pub mod channels;
 pub mod controls;
 pub(crate) mod dense_windows;
+mod diagonal_sums;
 pub(crate) mod embedding;
-mod greedy_choice;
 pub mod knn_options;
 pub(crate) mod level;
 mod level_distances;
+mod neighbor_list;
 pub mod neighbor_table;
 pub mod plain_images;
 mod requirements;
+mod separated_neighbors;
 pub mod space;
 mod space_level;
 pub(crate) mod square_window;
-mod table_rows;
 mod texel_block;
-mod turned_sums;
 mod two_level;
 mod value_range;
 mod window_distance;

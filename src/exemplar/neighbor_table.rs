@@ -14,12 +14,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::{Error, Result};
-use crate::exemplar::greedy_choice::Choice;
 use crate::exemplar::knn_options::{KnnOptions, Search, WIDEST};
 use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
+use crate::exemplar::neighbor_list::{Rows, assemble};
+use crate::exemplar::separated_neighbors::Choice;
 use crate::exemplar::space::Space;
 use crate::exemplar::square_window::check_square;
-use crate::exemplar::table_rows::{Rows, assemble};
 use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::two_level::TwoLevelSearch;
 use crate::format::id::ContentId;

@@ -10,9 +10,9 @@ use ndarray::Array2;
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::exemplar::greedy_choice::Choice;
 use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
-use crate::exemplar::table_rows::{Near, Row, Rows, assemble};
+use crate::exemplar::neighbor_list::{Near, Row, Rows, assemble};
+use crate::exemplar::separated_neighbors::Choice;
 use crate::exemplar::texel_block::TexelBlock;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;

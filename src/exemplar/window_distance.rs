@@ -10,10 +10,10 @@
 
 use ndarray::Array2;
 
-use crate::exemplar::aligned_numbers::AlignedNumbers;
+use crate::exemplar::aligned_buffer::AlignedNumbers;
+use crate::exemplar::diagonal_sums::{Along, LANES, add_rows, label_sums, vector_sums};
 use crate::exemplar::space::{Features, SpaceLevel};
 use crate::exemplar::texel_block::TexelBlock;
-use crate::exemplar::turned_sums::{Along, LANES, add_rows, label_sums, vector_sums};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 

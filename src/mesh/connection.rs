@@ -6,9 +6,9 @@
 use glam::{DVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
+use crate::mesh::compressed_rows::Rows;
 use crate::mesh::frame::Frame;
 use crate::mesh::rings::Rings;
-use crate::mesh::rows::Rows;
 
 /// One edge in the frame of the vertex it starts at.
 #[derive(Clone, Copy, Debug, PartialEq)]

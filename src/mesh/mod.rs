@@ -3,20 +3,21 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`triangle_mesh`], [`topology`], [`rows`] | a mesh, how its triangles hang together, lists per vertex |
+//! | [`triangle_mesh`], [`topology`], [`compressed_rows`] | a mesh, how its triangles hang together, lists per vertex |
 //! | [`reading`], [`triangulation`], [`cleaning`], [`origin`] | from a file of the user to a manifold mesh near zero |
 //! | [`writing`] | meshes into files |
 //! | [`builtin`], [`shapes`] | the built-in mesh, and meshes with a formula |
 //! | [`rings`], [`connection`], [`frame`] | tangent planes, and how directions are carried between them |
 //! | [`field`] | the orientation field |
 //! | [`chart`] | the (s, t) chart round a point |
-//! | [`surface_tree`], [`point_tree`] | nearest points and crossings, and points in a triangle |
+//! | [`surface_bvh`], [`point_tree`] | nearest points and crossings, and points in a triangle |
 //! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
 //! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
 
 pub mod builtin;
 pub(crate) mod chart;
 mod cleaning;
+pub(crate) mod compressed_rows;
 pub mod connection;
 pub mod field;
 pub(crate) mod frame;
@@ -27,9 +28,8 @@ pub(crate) mod quality;
 pub mod reading;
 pub mod retile;
 pub mod rings;
-pub(crate) mod rows;
 pub mod shapes;
-pub(crate) mod surface_tree;
+pub(crate) mod surface_bvh;
 mod texture_charts;
 pub mod topology;
 pub mod triangle_mesh;
@@ -37,8 +37,8 @@ mod triangulation;
 pub mod writing;
 
 pub use cleaning::{RepairReport, TurnedComponent};
+pub use compressed_rows::Rows;
 pub use frame::Frame;
 pub use reading::UserMesh;
-pub use rows::Rows;
-pub use surface_tree::{SurfacePoint, SurfaceTree};
+pub use surface_bvh::{SurfacePoint, SurfaceTree};
 pub use triangle_mesh::TriangleMesh;

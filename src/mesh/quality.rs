@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::mesh::rings::angle_between;
-use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceTree;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// Evenness of edges and angles.

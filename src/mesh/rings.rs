@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::mesh::rows::Rows;
+use crate::mesh::compressed_rows::Rows;
 use crate::mesh::topology::{NONE, Topology, ends, previous};
 use crate::mesh::triangle_mesh::TriangleMesh;
 

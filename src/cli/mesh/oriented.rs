@@ -12,7 +12,7 @@ use crate::mesh::field::singularities::{Singularity, singularities};
 use crate::mesh::pictures;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceTree;
 use crate::mesh::topology::Topology;
 use crate::progress::Progress;
 use crate::sites::vertices::distortion::distortion;

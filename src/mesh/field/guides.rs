@@ -13,7 +13,7 @@ use crate::mesh::field::curvature::principal_directions;
 use crate::mesh::field::{Constraint, Field, Wishes, orientation_field};
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceTree;
 use crate::progress::Progress;
 
 /// What the field follows where nothing is said of a vertex.

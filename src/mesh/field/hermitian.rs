@@ -4,7 +4,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use crate::mesh::rows::Rows;
+use crate::mesh::compressed_rows::Rows;
 
 /// Rows a parallel task, and numbers a partial sum: fixed, so that sums do not depend on threads.
 pub const CHUNK: usize = 4096;

@@ -8,9 +8,9 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::mesh::compressed_rows::Rows;
 use crate::mesh::field::hermitian::{Entry, Hermitian};
 use crate::mesh::rings::Rings;
-use crate::mesh::rows::Rows;
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
 

@@ -18,12 +18,12 @@ use glam::{DVec2, Vec3};
 use rand::Rng;
 
 use crate::error::{Error, Result};
+use crate::mesh::compressed_rows::Rows;
 use crate::mesh::field::hermitian::{Entry, Hermitian, dot};
 use crate::mesh::field::laplacian::{Weights, connection_laplacian};
 use crate::mesh::field::multigrid::Multigrid;
 use crate::mesh::field::solvers::{smallest_eigenvector, solve};
 use crate::mesh::rings::Rings;
-use crate::mesh::rows::Rows;
 use crate::mesh::topology::{NONE, components};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;

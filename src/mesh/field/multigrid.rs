@@ -12,8 +12,8 @@
 use glam::DVec2;
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::mesh::compressed_rows::Rows;
 use crate::mesh::field::hermitian::{Entry, Hermitian, times_conjugate};
-use crate::mesh::rows::Rows;
 use crate::mesh::topology::NONE;
 
 /// At so few unknowns the matrix is factored.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::{edge_length, retile_along};
-use crate::mesh::surface_tree::{SurfacePoint, SurfaceTree};
+use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
 use crate::mesh::texture_charts::TextureCharts;
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;

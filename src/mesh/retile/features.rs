@@ -6,9 +6,9 @@
 
 use glam::Vec3;
 
+use crate::mesh::retile::edge_operations::Freedom;
 use crate::mesh::retile::lines::Lines;
-use crate::mesh::retile::surgery::Freedom;
-use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceTree;
 use crate::mesh::topology::{NONE, Topology};
 use crate::mesh::triangle_mesh::TriangleMesh;
 

@@ -5,7 +5,7 @@
 
 use glam::Vec3;
 
-use crate::mesh::retile::surgery::Freedom;
+use crate::mesh::retile::edge_operations::Freedom;
 use crate::mesh::topology::{NONE, Topology, ends};
 use crate::mesh::triangle_mesh::TriangleMesh;
 

@@ -6,19 +6,19 @@
 //! (Botsch and Kobbelt 2004), which keeps the topology by construction.
 
 pub(crate) mod carrying;
+mod edge_operations;
 mod features;
 mod lines;
 mod needle;
 mod order;
 mod passes;
 pub(crate) mod relax;
-mod surgery;
 
 use crate::error::{Error, Result};
+use crate::mesh::retile::edge_operations::Surgery;
 use crate::mesh::retile::features::Features;
 use crate::mesh::retile::needle::Needle;
 use crate::mesh::retile::relax::Target;
-use crate::mesh::retile::surgery::Surgery;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::mesh::retile::surgery::Surgery;
+use crate::mesh::retile::edge_operations::Surgery;
 use crate::mesh::topology::NONE;
 
 /// The same mesh, compacted, its vertices in Morton order of their positions.

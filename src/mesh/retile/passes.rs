@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use crate::mesh::retile::surgery::{Freedom, Surgery};
+use crate::mesh::retile::edge_operations::{Freedom, Surgery};
 use crate::mesh::topology::NONE;
 
 /// A triangle may turn this far in a collapse or flip: the cosine between its normals.

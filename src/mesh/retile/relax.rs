@@ -7,9 +7,9 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::mesh::retile::edge_operations::{Freedom, Surgery};
 use crate::mesh::retile::features::Features;
-use crate::mesh::retile::surgery::{Freedom, Surgery};
-use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceTree;
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
 

@@ -27,7 +27,7 @@ pub mod stretch;
 pub mod surface;
 pub mod surface_options;
 
-use crate::mesh::rows::Rows;
+use crate::mesh::compressed_rows::Rows;
 use crate::sites::level::{Neighbor, Parent, SampleLocation, Sites};
 use crate::sites::vertices::stencil::PatchStencils;
 

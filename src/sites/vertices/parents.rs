@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::mesh::chart::Placed;
 use crate::mesh::connection::Connection;
 use crate::mesh::frame::Frame;
-use crate::mesh::surface_tree::{SurfacePoint, SurfaceTree};
+use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::sites::level::Parent;
 

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::mesh::chart::{ChartGrower, Placed};
+use crate::mesh::compressed_rows::Rows;
 use crate::mesh::connection::Connection;
-use crate::mesh::rows::Rows;
-use crate::mesh::surface_tree::SurfacePoint;
+use crate::mesh::surface_bvh::SurfacePoint;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::neighborhood::Template;
 use crate::progress::Progress;

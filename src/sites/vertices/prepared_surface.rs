@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use crate::mesh::frame::Frame;
-use crate::mesh::surface_tree::SurfacePoint;
+use crate::mesh::surface_bvh::SurfacePoint;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::sites::level::SiteHierarchy;
 use crate::sites::vertices::VertexSites;

@@ -18,7 +18,7 @@ use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::Retiler;
 use crate::mesh::retile::relax::Target;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_tree::{SurfacePoint, SurfaceTree};
+use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::neighborhood::Template;

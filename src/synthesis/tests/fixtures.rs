@@ -8,7 +8,7 @@ use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::format::id::ContentId;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
-use crate::mesh::rows::Rows;
+use crate::mesh::compressed_rows::Rows;
 use crate::neighborhood::Neighborhood;
 use crate::random::{self, Stream};
 use crate::sites::level::Neighbor;

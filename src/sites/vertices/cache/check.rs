@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::{ENGINE, FORMAT, Meta, VERSION, Wanted, member};
 use crate::error::{Error, Result};
+use crate::mesh::compressed_rows::Rows;
 use crate::mesh::frame::Frame;
-use crate::mesh::rows::Rows;
-use crate::mesh::surface_tree::SurfacePoint;
+use crate::mesh::surface_bvh::SurfacePoint;
 use crate::sites::level::{Neighbor, Parent};
 use crate::sites::vertices::VertexSites;
 use crate::sites::vertices::prepared_surface::Surface;

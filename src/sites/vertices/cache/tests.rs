@@ -10,7 +10,7 @@ use tempfile::TempDir;
 use super::*;
 use crate::format::npz;
 use crate::mesh::shapes;
-use crate::mesh::surface_tree::SurfacePoint;
+use crate::mesh::surface_bvh::SurfacePoint;
 use crate::progress::{Event, Progress};
 use crate::random;
 use crate::sites::vertices::surface::prepare;

@@ -3,7 +3,7 @@
 //! Nothing here depends on the texture direction: angles and arc lengths count from the reference tangent of
 //! the vertex.
 
-use crate::mesh::rows::Rows;
+use crate::mesh::compressed_rows::Rows;
 
 /// Steps of an angle or arc length in a full turn.
 const STEPS: f32 = 65536.0;

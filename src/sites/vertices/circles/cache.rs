@@ -14,7 +14,7 @@ use super::marching::MOST_NEIGHBORS;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::seal::{ENGINE, Seal};
-use crate::mesh::rows::Rows;
+use crate::mesh::compressed_rows::Rows;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::sites::vertices::cache::lists::{self, Lists};
 

@@ -12,7 +12,7 @@ use super::march::Marcher;
 use super::options::check_circle_count;
 use super::patch::Patch;
 use crate::error::{Error, Result};
-use crate::mesh::rows::Rows;
+use crate::mesh::compressed_rows::Rows;
 use crate::neighborhood::turn_of;
 use crate::progress::Progress;
 

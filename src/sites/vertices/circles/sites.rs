@@ -14,7 +14,7 @@ use crate::mesh::field::guides::{Canvas, guided_field};
 use crate::mesh::frame::Frame;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_tree::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceTree;
 use crate::mesh::topology::Topology;
 use crate::neighborhood::Template;
 use crate::progress::Progress;

@@ -356,7 +356,7 @@ fn the_reference_tangent_does_not_matter() {
             let (a, b) = (ready.position(a).unwrap(), ready.position(b).unwrap());
             assert!(a.distance(b) < 1e-3, "{vertex}: {a} {b}");
         }
-        let sorted = |near: &crate::mesh::rows::Rows<crate::sites::level::Neighbor>| {
+        let sorted = |near: &crate::mesh::compressed_rows::Rows<crate::sites::level::Neighbor>| {
             let mut list = near.row(vertex).to_vec();
             list.sort_by_key(|n| n.site);
             list

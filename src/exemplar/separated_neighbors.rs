@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use multiversion::multiversion;
 
-use crate::exemplar::table_rows::Row;
+use crate::exemplar::neighbor_list::Row;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 
