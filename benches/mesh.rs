@@ -28,11 +28,7 @@ fn even(vertices: usize) -> TriangleMesh {
 }
 
 fn user(mesh: TriangleMesh) -> UserMesh {
-    UserMesh {
-        from_file: (0..mesh.positions.len() as u32).collect(),
-        mesh,
-        ..UserMesh::default()
-    }
+    UserMesh::from(mesh)
 }
 
 /// 40,000 vertices to 250,000.

@@ -7,11 +7,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Level(pub u32);
 
-/// A vertex of a mesh, by its place in the mesh's vertex list.
-#[repr(transparent)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
-pub struct VertexId(pub u32);
-
 /// A texel by its flat index, row · width + column, row 0 at the top.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
@@ -40,4 +35,4 @@ macro_rules! as_usize {
         }
     )*};
 }
-as_usize!(Level, VertexId, TexelIndex, TextonLabel);
+as_usize!(Level, TexelIndex, TextonLabel);

@@ -14,6 +14,44 @@
 //! [`maps`] and never sees how it was made. [`format`](mod@format) lies below all rooms (bytes ↔ types),
 //! and `cli` alone sees all of them. The library never prints, exits or reads the environment:
 //! progress is a callback ([`progress`]), failure an [`error::Error`].
+//!
+//! From a plain image to a map on the built-in mesh and on a flat grid:
+//!
+//! ```
+//! use mesotex::exemplar::{ChannelImage, ChannelKind, Controls, KnnOptions, neighbor_table, space_of_images};
+//! use mesotex::format::id::ContentId;
+//! use mesotex::format::image::{Encoding, FloatImage, Precision};
+//! use mesotex::mesh::{UserMesh, builtin::kettlebell};
+//! use mesotex::progress::Progress;
+//! use mesotex::sites::{GridTarget, SurfaceOptions, Target};
+//! use mesotex::synthesis::{SynthesisOptions, synthesize_map};
+//!
+//! # fn main() -> mesotex::error::Result<()> {
+//! let quiet = Progress::silent();
+//! let bricks = (0..32 * 32).map(|at| f32::from(at / 32 % 8 > 0 && (at + at / 256 * 8) % 16 > 0));
+//! let (encoding, precision) = (Encoding::Srgb, Precision::Float);
+//! let image = FloatImage { width: 32, height: 32, channels: 1, data: bricks.collect(), encoding, precision };
+//! let images = [ChannelImage::new(ChannelKind::Color, image)];
+//! let space = space_of_images(&images, Controls::default(), 2, true, &ContentId::of_bytes(b"bricks"))?;
+//! let table = neighbor_table::build(&space, &KnnOptions::default(), quiet)?;
+//!
+//! let mesh = UserMesh::from(kettlebell(2000));
+//! let options = SurfaceOptions::default().with_neighborhoods(&table.neighborhoods());
+//! let on_mesh = Target::mesh(&mesh, &options, None, quiet)?;
+//! let flat = GridTarget { width: 48, height: 48, toroidal: true };
+//! let on_grid = Target::grid(flat, &table.neighborhoods())?;
+//!
+//! let folder = std::env::temp_dir().join(format!("mesotex-{}", std::process::id()));
+//! # std::fs::create_dir_all(&folder).map_err(mesotex::error::Error::io(&folder, "create"))?;
+//! for (name, target) in [("kettlebell", on_mesh), ("flat", on_grid)] {
+//!     let map = synthesize_map(&space, &table, &target, &SynthesisOptions::default(), quiet)?;
+//!     map.write(&folder.join(format!("{name}.map.ply")))?;
+//! }
+//! # assert!(folder.join("flat.map.ply").exists() && folder.join("kettlebell.map.ply").exists());
+//! # std::fs::remove_dir_all(&folder).map_err(mesotex::error::Error::io(&folder, "remove"))?;
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod error;
 pub mod grid;

@@ -1,4 +1,11 @@
 //! The BTF sample: directions, storage, and how samples come to be (measured or baked).
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`sample`], [`writer`] | a sample in its folder, read in parts and written image by image |
+//! | [`direction`], [`direction_set`] | directions, and named sets of them |
+//! | [`bake`] | a sample ray-traced from height, colour and roughness |
+//! | [`import`], [`table`] | a sample from measured images and their list |
 
 pub mod bake;
 pub mod direction;
@@ -7,3 +14,8 @@ pub mod import;
 pub mod sample;
 mod table;
 pub mod writer;
+
+pub use direction::Direction;
+pub use direction_set::DirectionSet;
+pub use sample::Sample;
+pub use writer::SampleWriter;

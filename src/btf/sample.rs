@@ -318,11 +318,6 @@ impl Sample {
         })
     }
 
-    /// Where the sample lies.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// `btf.json`.
     pub fn description(&self) -> &Description {
         &self.description

@@ -84,6 +84,7 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.check()?;
         let _locks = self.files()?.claim()?;
         let options = SynthesisOptions {
             seed: session.seed(),

@@ -1,27 +1,46 @@
 //! The exemplar: the sample as synthesis sees it — features of every texel, and the nearest
 //! neighbours of every texel's neighbourhood.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`space`], [`space_level`] | the features of all texels, level by level, and their file |
+//! | [`plain_images`] | a space from aligned images |
+//! | [`channels`], [`value_range`] | what the numbers of a feature vector are |
+//! | [`controls`] | masks, transitions and orientations beside the features |
+//! | [`requirements`] | what a method asks of a space |
+//! | [`neighbor_table`], [`knn_options`] | the nearest texels of every texel, their file and options |
+//! | [`level_distances`], [`window_distance`], [`turned_sums`], [`texel_block`] | the distances of all neighbourhoods, exactly |
+//! | [`two_level`] | the search through the parent level |
+//! | [`greedy_choice`], [`table_rows`] | which neighbours are listed, row by row |
+//! | [`level`], [`windows`], [`dense_windows`], [`square_window`] | a level as synthesis reads it: its texels and their windows |
+//! | [`embedding`], [`aligned_numbers`] | features as short vectors of the same distances |
 
-pub mod aligned_numbers;
+mod aligned_numbers;
 pub mod channels;
 pub mod controls;
-pub mod dense_windows;
-pub mod embedding;
-pub mod greedy_choice;
+pub(crate) mod dense_windows;
+pub(crate) mod embedding;
+mod greedy_choice;
 pub mod knn_options;
-pub mod level;
-pub mod level_distances;
+pub(crate) mod level;
+mod level_distances;
 pub mod neighbor_table;
 pub mod plain_images;
-pub mod requirements;
+mod requirements;
 pub mod space;
-pub mod space_level;
-pub mod square_window;
-pub mod table_rows;
-pub mod texel_block;
-pub mod turned_sums;
-pub mod two_level;
+mod space_level;
+pub(crate) mod square_window;
+mod table_rows;
+mod texel_block;
+mod turned_sums;
+mod two_level;
 mod value_range;
-pub mod window_distance;
+mod window_distance;
 pub mod windows;
 
+pub use channels::{Channel, ChannelKind, Channels};
+pub use controls::{ControlKind, Controls};
 pub use knn_options::KnnOptions;
+pub use neighbor_table::{NeighborTable, TableLevel};
+pub use plain_images::{ChannelImage, space_of_images};
+pub use space::{Features, Space, SpaceLevel};

@@ -281,6 +281,12 @@ struct LevelMeta {
 }
 
 impl NeighborTable {
+    /// The neighbourhood of each level.
+    pub fn neighborhoods(&self) -> Vec<Neighborhood> {
+        let levels = self.levels.iter();
+        levels.map(|level| level.neighborhood.clone()).collect()
+    }
+
     /// Writes the file; the table takes the id of what was written.
     pub fn write(&mut self, path: &Path, options: &KnnOptions) -> Result<()> {
         let meta = Meta {

@@ -35,6 +35,16 @@ pub struct ChannelImage {
 }
 
 impl ChannelImage {
+    /// A channel of weight 1, named after its kind.
+    pub fn new(kind: ChannelKind, image: FloatImage) -> Self {
+        Self {
+            name: kind.name().into(),
+            kind,
+            weight: 1.0,
+            image,
+        }
+    }
+
     /// The numbers that are stored.
     fn numbers(&self) -> Cow<'_, [f32]> {
         match (self.kind, self.image.encoding) {

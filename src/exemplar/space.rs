@@ -1,7 +1,7 @@
 //! The surface texton space (Tong 2002 §4): per level the texton map and the Gram matrix Φ; or,
 //! for plain images, one feature vector per texel. In: a vocabulary, or a file. Out: the file
 //! `NAME.space.npz`. Appearance vectors end here: everything later needs their dot products alone.
-//! What the numbers of a feature vector are is in [`channels`](super::channels), what else is known of
+//! What the numbers of a feature vector are is in [`channels`], what else is known of
 //! texels in [`controls`](super::controls).
 
 use std::path::Path;

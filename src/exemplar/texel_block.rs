@@ -52,11 +52,6 @@ impl TexelBlock {
         self.rows.len() * self.cols.len()
     }
 
-    /// Whether it holds none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Which of its texels a texel is, if any.
     pub fn place(&self, grid: TexelGrid, texel: TexelIndex) -> Option<usize> {
         let (row, col) = grid.row_col(texel);

@@ -9,7 +9,7 @@
 
 mod accessors;
 mod buffers;
-pub mod companions;
+pub(crate) mod companions;
 mod description;
 mod extensions;
 mod nodes;

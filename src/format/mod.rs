@@ -5,8 +5,19 @@
 //!
 //! Files are not trusted. Readers run inside a [`guard`], what they allocate is in proportion to the
 //! file's own length, and no file that has a name is mapped ([`positioned`]).
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`image`], [`exr`] | images in and previews out; OpenEXR frames out |
+//! | [`obj`], [`ply`], [`stl`], [`off`], [`gltf`], [`polygon_mesh`] | mesh files, and what any of them holds |
+//! | [`npy`], [`npz`], [`zip_sink`] | arrays and archives of them |
+//! | [`stored_array`], [`nameless`], [`positioned`] | numbers that stay in a file |
+//! | [`json`], [`text`], [`source`] | descriptions, tables and whole files |
+//! | [`id`], [`seal`], [`ours`] | what a file is, whether it is whole, whether this program wrote it |
+//! | [`atomic`], [`lock`] | outputs that appear when done, one writer each |
+//! | [`guard`] | a panic in a reader as an error |
 
-pub mod atomic;
+pub(crate) mod atomic;
 pub mod exr;
 pub mod gltf;
 pub mod guard;
@@ -14,18 +25,18 @@ pub mod id;
 pub mod image;
 pub mod json;
 pub mod lock;
-pub mod nameless;
+pub(crate) mod nameless;
 pub mod npy;
 pub mod npz;
 pub mod obj;
-pub mod off;
-pub mod ours;
+pub(crate) mod off;
+pub(crate) mod ours;
 pub mod ply;
 pub mod polygon_mesh;
-pub mod positioned;
-pub mod seal;
-pub mod source;
-pub mod stl;
-pub mod stored_array;
-pub mod text;
-pub mod zip_sink;
+mod positioned;
+pub(crate) mod seal;
+pub(crate) mod source;
+pub(crate) mod stl;
+pub(crate) mod stored_array;
+pub(crate) mod text;
+mod zip_sink;

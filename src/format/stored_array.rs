@@ -77,11 +77,6 @@ impl<T: Element> StoredArray<T> {
         self.shape.iter().product()
     }
 
-    /// Whether it holds no number.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Fills `numbers` from number `first` on, in C order.
     pub fn read(&self, first: usize, numbers: &mut [T]) -> Result<()> {
         let at = self.data_offset + first * size_of::<T>();

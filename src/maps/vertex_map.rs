@@ -13,8 +13,8 @@ use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column, PlyFile};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
-use crate::mesh::frame::Frame;
 use crate::mesh::origin::{FARTHEST, origin_comment, parse_origin};
+use crate::mesh::reading::varying;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// A decorated mesh; all per-vertex lists are in the mesh's vertex order.
@@ -49,16 +49,6 @@ pub struct SurfaceTextonMap {
 }
 
 impl SurfaceTextonMap {
-    /// The texture frame of a vertex.
-    pub fn frame(&self, vertex: usize) -> Frame {
-        let (n, s) = (self.normals[vertex], self.orientations[vertex]);
-        Frame {
-            s,
-            t: n.cross(s),
-            n,
-        }
-    }
-
     /// Mesh units a texel of the finest level covers at a vertex, its scale included.
     #[inline]
     pub fn texel_at(&self, vertex: usize) -> f64 {
@@ -332,11 +322,6 @@ pub fn check_scale(scale: &[f32], texel: f64) -> Result<()> {
     let place = format!("vertex {vertex}, property scale");
     let expected = format!("above 0, and from 1e-15 to 1e15 times the texel of {texel:e}");
     Err(Error::data(place, scale[vertex].to_string()).expected(expected))
-}
-
-/// A scale that is not 1 everywhere.
-pub fn varying(scale: Option<&[f32]>) -> Option<&[f32]> {
-    scale.filter(|scale| scale.iter().any(|&scale| scale != 1.0))
 }
 
 fn triangles(file: &PlyFile) -> Result<Vec<[u32; 3]>> {

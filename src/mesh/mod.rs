@@ -1,24 +1,44 @@
 //! Geometry: triangle meshes read, cleaned, retiled, given an orientation field, and charts on them.
 //! Nothing here knows of textures or of synthesis.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`triangle_mesh`], [`topology`], [`rows`] | a mesh, how its triangles hang together, lists per vertex |
+//! | [`reading`], [`triangulation`], [`cleaning`], [`origin`] | from a file of the user to a manifold mesh near zero |
+//! | [`writing`] | meshes into files |
+//! | [`builtin`], [`shapes`] | the built-in mesh, and meshes with a formula |
+//! | [`rings`], [`connection`], [`frame`] | tangent planes, and how directions are carried between them |
+//! | [`field`] | the orientation field |
+//! | [`chart`] | the (s, t) chart round a point |
+//! | [`surface_tree`], [`point_tree`] | nearest points and crossings, and points in a triangle |
+//! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
+//! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
 
 pub mod builtin;
-pub mod chart;
-pub mod cleaning;
+pub(crate) mod chart;
+mod cleaning;
 pub mod connection;
 pub mod field;
-pub mod frame;
-pub mod origin;
-pub mod pictures;
-pub mod point_tree;
-pub mod quality;
+pub(crate) mod frame;
+pub(crate) mod origin;
+pub(crate) mod pictures;
+mod point_tree;
+pub(crate) mod quality;
 pub mod reading;
 pub mod retile;
 pub mod rings;
-pub mod rows;
+pub(crate) mod rows;
 pub mod shapes;
-pub mod surface_tree;
-pub mod texture_charts;
+pub(crate) mod surface_tree;
+mod texture_charts;
 pub mod topology;
 pub mod triangle_mesh;
-pub mod triangulation;
+mod triangulation;
 pub mod writing;
+
+pub use cleaning::{RepairReport, TurnedComponent};
+pub use frame::Frame;
+pub use reading::UserMesh;
+pub use rows::Rows;
+pub use surface_tree::{SurfacePoint, SurfaceTree};
+pub use triangle_mesh::TriangleMesh;

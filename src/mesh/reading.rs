@@ -53,6 +53,22 @@ impl UserMesh {
     }
 }
 
+/// A mesh that is fit as it stands: manifold, consistently facing, without empty or repeated triangles.
+impl From<TriangleMesh> for UserMesh {
+    fn from(mesh: TriangleMesh) -> Self {
+        Self {
+            from_file: (0..mesh.positions.len() as u32).collect(),
+            mesh,
+            ..Self::default()
+        }
+    }
+}
+
+/// A scale that is not 1 everywhere.
+pub fn varying(scale: Option<&[f32]>) -> Option<&[f32]> {
+    scale.filter(|scale| scale.iter().any(|&scale| scale != 1.0))
+}
+
 /// How strictly a mesh is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CleaningOptions {

@@ -34,11 +34,7 @@ fn extension(path: &Path) -> String {
 
 /// Writes a mesh with its normals.
 pub fn write_mesh(path: &Path, mesh: &TriangleMesh) -> Result<()> {
-    let user = UserMesh {
-        mesh: mesh.clone(),
-        ..UserMesh::default()
-    };
-    write_user(path, &user)
+    write_user(path, &UserMesh::from(mesh.clone()))
 }
 
 /// Writes a user's mesh with what came with it.

@@ -156,11 +156,6 @@ impl View {
         })
     }
 
-    /// The unit line of sight through the image's middle.
-    pub fn forward(&self) -> DVec3 {
-        self.forward
-    }
-
     /// Whether lines of sight meet in the camera's position.
     pub fn is_perspective(&self) -> bool {
         matches!(self.camera.projection, Projection::Perspective { .. })

@@ -166,8 +166,8 @@ pub struct RenderOptions {
     /// Elevation of the light in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = Self::default().light_elevation, allow_negative_numbers = true, help_heading = "Light")]
     pub light_elevation: f64,
-    /// Lights in place of the one above, as sun:AZIMUTH,ELEVATION[,IRRADIANCE] or
-    /// point:X,Y,Z[,IRRADIANCE]; repeat for more.
+    /// Lights in place of the one above, as `sun:AZIMUTH,ELEVATION[,IRRADIANCE]` or
+    /// `point:X,Y,Z[,IRRADIANCE]`; repeat for more.
     #[arg(
         long,
         value_name = "LIGHT",

@@ -142,11 +142,6 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// The space the mesh fills.
-    pub fn bounds(&self) -> &Bounds {
-        &self.bounds
-    }
-
     /// Renders one frame. Every loop over pixels or vertices leaves off once it is interrupted; what
     /// it made till then is dropped.
     pub fn frame(&mut self, view: &View, lights: &[Light]) -> Result<Frame> {

@@ -1,5 +1,6 @@
-//! Pictures about pictures: contact sheets and moving previews, from finished 8-bit images.
+//! Pictures about pictures, from finished 8-bit images: [`contact_sheet`] puts thumbnails on one, with
+//! labels in [`lettering`], and [`animation`] makes them a looping GIF.
 
-pub mod animation;
-pub mod contact_sheet;
+pub(crate) mod animation;
+pub(crate) mod contact_sheet;
 mod lettering;

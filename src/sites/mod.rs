@@ -7,11 +7,18 @@
 //! | a flat grid | 1 site | [`grid`] |
 //!
 //! [`level`] has what a target must tell; [`order`] and [`coloring`] say in which order its sites are
-//! visited. [`target::Target`] is any of them.
+//! visited. A [`Target`] is any of them.
 
-pub mod coloring;
+pub(crate) mod coloring;
 pub mod grid;
-pub mod level;
-pub mod order;
-pub mod target;
+pub(crate) mod level;
+pub(crate) mod order;
+pub(crate) mod target;
 pub mod vertices;
+
+pub use grid::target::GridTarget;
+pub use level::{Neighbor, Parent, SampleLocation, SiteEdge, SiteHierarchy, Sites};
+pub use order::Order;
+pub use target::{Target, TargetSites, TargetSurface, WithSites};
+pub use vertices::circles::{CircleSource, RoundOptions};
+pub use vertices::surface_options::SurfaceOptions;

@@ -4,10 +4,13 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
+use rand::Rng;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::Result;
 use crate::progress::Progress;
+use crate::random;
 use crate::sites::level::Sites;
 
 /// The order in which a level grows.
@@ -23,6 +26,22 @@ pub enum Order {
 
 /// Sites ordered from one look at whether to stop to the next.
 const SITES_BETWEEN_CHECKS: usize = 1 << 12;
+
+/// So many growing orders of a level, each from a random site.
+pub fn growing_orders<const N: usize, S: Sites<N>>(
+    sites: &S,
+    order: Order,
+    count: u32,
+    (seed, level): (u64, u32),
+    progress: Progress<'_>,
+) -> Result<Vec<Vec<u32>>> {
+    let from_random = |number: u32| {
+        let mut stream = random::stream(seed, "growth start", level, u64::from(number));
+        let start = stream.gen_range(0..sites.count().max(1));
+        growing_order(sites, start, order, progress)
+    };
+    (0..count).into_par_iter().map(from_random).collect()
+}
 
 /// All sites in the order of their visit, from `start` on; a further connected part begins at its
 /// first site.

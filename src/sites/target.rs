@@ -1,15 +1,23 @@
 //! Any target: the surface that is textured, and its sites on all levels.
 
+use std::path::Path;
+
 use glam::{DVec3, Vec3};
 
+use crate::error::{Error, Result};
 use crate::mesh::frame::Frame;
+use crate::mesh::reading::{UserMesh, varying};
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::neighborhood::Neighborhood;
+use crate::progress::Progress;
 use crate::sites::grid::GridSites;
 use crate::sites::grid::round::RoundGridSites;
 use crate::sites::grid::target::GridTarget;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::vertices::VertexSites;
-use crate::sites::vertices::surface::Surface;
+use crate::sites::vertices::circles::{self, CircleSource, RoundOptions};
+use crate::sites::vertices::surface::{self, Surface};
+use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
 
 /// A target ready for synthesis.
 pub struct Target {
@@ -71,8 +79,78 @@ impl TargetSites {
 }
 
 impl Target {
-    /// The target of a prepared mesh; `scale` is that of its vertices.
-    pub fn of_surface(surface: Surface, scale: Option<Vec<f32>>, origin: DVec3) -> Self {
+    /// A flat grid with the square windows of as many levels, finest first.
+    pub fn grid(grid: GridTarget, neighborhoods: &[Neighborhood]) -> Result<Self> {
+        Ok(Self {
+            sites: TargetSites::Grid(grid.hierarchy(neighborhoods)?),
+            surface: TargetSurface::of_grid(grid),
+            measured: None,
+        })
+    }
+
+    /// A flat grid with round neighbourhoods of so many rings at every level; its map is measured in the
+    /// window `square`.
+    pub fn round_grid(
+        grid: GridTarget,
+        (rings, levels): (u32, usize),
+        square: Neighborhood,
+    ) -> Result<Self> {
+        Ok(Self {
+            sites: TargetSites::RoundGrid(grid.round_hierarchy(rings, levels)?),
+            surface: TargetSurface::of_grid(grid),
+            measured: Some(TargetSites::Grid(grid.hierarchy(&[square])?)),
+        })
+    }
+
+    /// A mesh with square windows, prepared or taken from the folder `cache`.
+    ///
+    /// Refuses one so coarse that most of its vertices see no other.
+    pub fn mesh(
+        user: &UserMesh,
+        options: &SurfaceOptions,
+        cache: Option<&Path>,
+        progress: Progress<'_>,
+    ) -> Result<Self> {
+        let surface = surface::prepare(user, options, cache, progress)?;
+        check_density(&surface, options.texel)?;
+        Ok(Self::of_surface(surface, user))
+    }
+
+    /// A mesh with round neighbourhoods, and where the circles round its vertices came from.
+    pub fn round_mesh(
+        user: &UserMesh,
+        options: &RoundOptions,
+        cache: Option<&Path>,
+        progress: Progress<'_>,
+    ) -> Result<(Self, CircleSource)> {
+        let round = circles::prepare(user, options, cache, progress)?;
+        let was_marched = round
+            .levels
+            .iter()
+            .any(|level| level.source == CircleSource::Marched);
+        let source = match was_marched {
+            true => CircleSource::Marched,
+            false => CircleSource::Read,
+        };
+        let surface = TargetSurface {
+            mesh: user.mesh.clone(),
+            normals: round.frames.iter().map(|frame| frame.n).collect(),
+            orientations: round.frames.iter().map(|frame| frame.s).collect(),
+            scale: varying(user.scale.as_deref()).map(<[f32]>::to_vec),
+            texel: texel_on(&user.mesh, options.texel)?,
+            origin: user.origin,
+            grid: None,
+        };
+        let target = Self {
+            surface,
+            sites: TargetSites::Vertices(round.hierarchy),
+            measured: None,
+        };
+        Ok((target, source))
+    }
+
+    /// The target of a prepared mesh.
+    pub fn of_surface(surface: Surface, user: &UserMesh) -> Self {
         let first = |frames: Vec<Vec<Frame>>| frames.into_iter().next().unwrap_or_default();
         let frames = first(surface.frames);
         Self {
@@ -80,9 +158,9 @@ impl Target {
                 mesh: surface.meshes.into_iter().next().unwrap_or_default(),
                 normals: surface.normals.into_iter().next().unwrap_or_default(),
                 orientations: frames.iter().map(|frame| frame.s).collect(),
-                scale,
+                scale: varying(user.scale.as_deref()).map(<[f32]>::to_vec),
                 texel: surface.texel,
-                origin,
+                origin: user.origin,
                 grid: None,
             },
             sites: TargetSites::Vertices(surface.hierarchy),
@@ -148,4 +226,35 @@ impl TargetSurface {
         };
         pairs.iter().map(edge).collect()
     }
+}
+
+/// Refuses a mesh so coarse that most sites see no other.
+///
+/// That is the fault of `texel` where it was asked for, else of the mesh's own scale.
+fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
+    let sites = &surface.hierarchy.levels[0];
+    let on_surface = (0..sites.count()).filter(|&site| sites.areas[site] > 0.0);
+    let (mut count, mut alone) = (0usize, 0usize);
+    for site in on_surface {
+        count += 1;
+        alone += usize::from(sites.neighbors.row(site).is_empty());
+    }
+    if 2 * alone <= count {
+        return Ok(());
+    }
+    let area = surface.meshes[0].area();
+    let found = format!("{alone} of {count} vertices have no other within the neighbourhood");
+    let Some(texel) = texel else {
+        return Err(Error::data("vertices", found)
+            .advice("check the property `scale`, or retile the mesh with mesh --vertices"));
+    };
+    Err(Error::option(
+        "texel",
+        format!("{texel}: {found}"),
+        format!(
+            "about {:.3e} for this mesh, or mesh --vertices {} for this texel",
+            (area / count.max(1) as f64).sqrt(),
+            (area / texel.powi(2)).ceil()
+        ),
+    ))
 }

@@ -5,7 +5,6 @@ use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::exemplar::square_window::check_square;
-use crate::format::id;
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::level::Sites;
 use crate::synthesis::inputs::Inputs;
@@ -175,7 +174,7 @@ fn coarse_window_fits(offsets: &[[i32; 2]], level: usize, side: u32) -> Result<(
 }
 
 /// Checks that a space and a table are sound and describe the same texels; ids are for
-/// [`same_run`].
+/// [`NeighborTable::check_belongs_to`].
 pub fn exemplar(space: &Space, table: &NeighborTable) -> Result<()> {
     if space.levels.is_empty() || space.levels.len() != table.levels.len() {
         return Err(differ(
@@ -284,16 +283,6 @@ fn neighborhood(neighborhood: &Neighborhood, index: usize) -> Result<()> {
         ),
     )
     .expected("a positive weight per offset"))
-}
-
-/// Checks that a table was made from a space, unless forced.
-pub fn same_run(space: &Space, table: &NeighborTable, force: bool) -> Result<()> {
-    id::check_same(
-        "neighbour table, id of its space",
-        &table.space,
-        &space.id,
-        force,
-    )
 }
 
 /// Checks the sites against the plan and the table.

@@ -2,7 +2,7 @@
 //! every site.
 //!
 //! In: [`Space`](crate::exemplar::space::Space), [`NeighborTable`](crate::exemplar::neighbor_table::NeighborTable)
-//! and [`SiteHierarchy`](crate::sites::level::SiteHierarchy). Out: [`LevelMap`](inputs::LevelMap)s, and
+//! and [`SiteHierarchy`](crate::sites::level::SiteHierarchy). Out: [`LevelMap`]s, and
 //! [`quality`] figures.
 //!
 //! A paper is a [recipe](recipes): a file that builds a [`rule`] and hands it to [drivers](drive).
@@ -17,27 +17,34 @@
 //! | which candidate is kept | [`keep`] |
 //! | the whole way, from files' contents to a map | [`map`] |
 //! | how good the result is | [`quality`], drawn in [`false_color`] |
+//! | what can be asked, and whether it fits | [`options`] in their [ranges](option_ranges), [`check`], [`memory`] |
 //!
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
-//! than the [checkpoint](checkpoint) of an interrupted run.
+//! than the [checkpoint] of an interrupted run.
 
-pub mod candidates;
-pub mod changes;
-pub mod check;
+mod candidates;
+mod changes;
+pub(crate) mod check;
 pub mod checkpoint;
-pub mod drive;
-pub mod false_color;
+mod drive;
+pub(crate) mod false_color;
 pub mod inputs;
-pub mod keep;
-pub mod map;
-pub mod memory;
-pub mod metric;
-pub mod option_ranges;
+mod keep;
+pub(crate) mod map;
+pub(crate) mod memory;
+mod metric;
+mod option_ranges;
 pub mod options;
-pub mod quality;
+pub(crate) mod quality;
 pub mod recipes;
-pub mod rule;
-pub mod state;
+mod rule;
+pub(crate) mod state;
+
+pub use inputs::{Inputs, LevelMap};
+pub use map::synthesize_map;
+pub use options::{KCoherenceOptions, Method, MetricKind, SynthesisOptions};
+pub use recipes::adaptive::options::{AdaptiveOptions, Similarity};
+pub use recipes::synthesize;
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -80,6 +80,12 @@ impl Texels {
         }
     }
 
+    /// The coordinates, each moved to the centre of its texel.
+    pub fn at_centres(&self, grid: TexelGrid) -> Vec<TexCoord> {
+        let centre = |&at: &TexCoord| grid.centre(grid.texel_nearest(at));
+        self.coords.iter().map(centre).collect()
+    }
+
     /// Lets a site hold a coordinate.
     pub fn set(&mut self, exemplar: &ExemplarLevel<'_>, site: usize, at: TexCoord) {
         let texel = exemplar.grid.texel_nearest(at);

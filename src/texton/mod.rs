@@ -1,31 +1,45 @@
 //! Texton analysis (Tong 2002 §4): filter bank, representative images, vocabulary, pyramid.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`analysis`], [`options`], [`report`] | the whole way from a sample to its vocabulary |
+//! | [`plan`] | which route every level takes, by its memory |
+//! | [`representatives`], [`image_stack`], [`panels`] | the images that stand for all, and how they are read |
+//! | [`filter_bank`], [`border`], [`level`] | the 48 filters, and the grid they see |
+//! | [`plane_filters`], [`sub_grid`], [`basis`], [`turning`] | filter responses: on planes, at few points, as diagonals |
+//! | [`texel_gram`], [`outer_products`], [`gram_kmeans`] | textons from the dot products of all texels |
+//! | [`sketch`], [`texel_mixtures`], [`mixed_responses`], [`vector_kmeans`] | textons from short vectors, and centres from mixtures |
+//! | [`level_textons`] | the textons of every level, by either route |
+//! | [`vocabulary`], [`dot_products`] | what is found, its file, and its Gram matrix |
+//! | [`picture`] | pictures of a vocabulary |
+//! | [`matrix`], [`row_blocks`] | products of matrices, and rows too many for one piece of memory |
 
-pub mod analysis;
+pub(crate) mod analysis;
 pub mod basis;
-pub mod border;
+mod border;
 pub mod dot_products;
 pub mod filter_bank;
 pub mod gram_kmeans;
-pub mod image_stack;
-pub mod level;
-pub mod level_textons;
+mod image_stack;
+mod level;
+mod level_textons;
 pub mod matrix;
 pub mod mixed_responses;
 pub mod options;
 pub mod outer_products;
-pub mod panels;
-pub mod picture;
-pub mod plan;
+mod panels;
+pub(crate) mod picture;
+mod plan;
 pub mod plane_filters;
-pub mod report;
-pub mod representatives;
-pub mod row_blocks;
-pub mod sketch;
+pub(crate) mod report;
+mod representatives;
+mod row_blocks;
+mod sketch;
 pub mod sub_grid;
 pub mod texel_gram;
 pub mod texel_mixtures;
-pub mod turning;
-pub mod vector_kmeans;
+mod turning;
+mod vector_kmeans;
 pub mod vocabulary;
 
 #[cfg(test)]
@@ -33,4 +47,5 @@ mod oracle;
 
 pub use analysis::{Analysis, analyze};
 pub use options::TextonOptions;
-pub use vocabulary::{Vocabulary, VocabularyLevel};
+pub use report::{AnalysisReport, LevelReport};
+pub use vocabulary::{FoundVocabulary, StoredVocabulary, Vocabulary, VocabularyLevel};

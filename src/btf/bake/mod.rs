@@ -7,17 +7,19 @@
 //! Not handled: transmission, translucency, overhangs (a height field has none).
 
 pub mod brdf;
-pub mod export;
+pub(crate) mod export;
 mod glare;
-pub mod height_field;
+mod height_field;
 mod lights;
 pub mod maps;
 pub mod material;
 pub mod presets;
-pub mod preview;
+pub(crate) mod preview;
 mod shade;
-pub mod steepness;
+pub(crate) mod steepness;
 mod trace;
+
+pub use presets::Preset;
 
 use std::path::Path;
 
@@ -53,7 +55,7 @@ const LEAST_VIEW_COSINE: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BakeOptions {
-    /// View directions: 12x5, bonn81, bonn151, fibonacci:N, rings:THETA:COUNT[:OFFSET],… or FILE.csv
+    /// View directions: 12x5, bonn81, bonn151, fibonacci:N, `rings:THETA:COUNT[:OFFSET],…` or FILE.csv
     #[arg(long, value_name = "SET", default_value_t = BakeOptions::default().views)]
     pub views: DirectionSet,
     /// Light directions, as for --views.

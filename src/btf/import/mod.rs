@@ -5,7 +5,7 @@
 //! [`image_table`] (a folder of rectified images with a table of angles); [`find_images`] looks for what
 //! they name.
 
-pub mod assemble;
+pub(crate) mod assemble;
 mod find_images;
 mod image_table;
 mod light_positions;

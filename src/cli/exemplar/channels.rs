@@ -118,16 +118,12 @@ fn add(channels: &mut Vec<ChannelImage>, kind: ChannelKind, weight: f64, image: 
         .iter()
         .filter(|channel| channel.kind == kind)
         .count();
-    let name = match before {
-        0 => kind.name().to_owned(),
-        _ => format!("{}-{}", kind.name(), before + 1),
-    };
-    channels.push(ChannelImage {
-        name,
-        kind,
-        weight,
-        image,
-    });
+    let mut channel = ChannelImage::new(kind, image);
+    channel.weight = weight;
+    if before > 0 {
+        channel.name = format!("{}-{}", kind.name(), before + 1);
+    }
+    channels.push(channel);
 }
 
 /// An image whose kind is known.

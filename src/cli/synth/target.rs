@@ -8,18 +8,17 @@ use serde::{Deserialize, Serialize};
 use crate::cli::machine::Need;
 use crate::cli::session::Session;
 use crate::error::{Error, Result};
-use crate::exemplar::neighbor_table::{NeighborTable, TableLevel};
+use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
-use crate::maps::vertex_map::{check_scale, varying};
-use crate::mesh::reading::UserMesh;
+use crate::maps::vertex_map::check_scale;
+use crate::mesh::reading::{UserMesh, varying};
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::grid::target::GridTarget;
-use crate::sites::level::Sites;
-use crate::sites::target::{Target, TargetSites, TargetSurface};
+use crate::sites::target::{Target, TargetSites};
 use crate::sites::vertices::cache;
-use crate::sites::vertices::circles::{self, CircleSource, RoundOptions};
+use crate::sites::vertices::circles::{CircleSource, RoundOptions};
 use crate::sites::vertices::memory::{bytes_to_march, bytes_to_prepare};
-use crate::sites::vertices::surface::{self, Surface};
+use crate::sites::vertices::surface;
 use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
 use crate::synthesis::memory;
 use crate::synthesis::options::{Method, SynthesisOptions};
@@ -102,14 +101,19 @@ impl TargetArguments {
             target,
             circles: None,
         };
+        let neighborhoods = table.neighborhoods();
         let is_round = options.method == Method::Adaptive;
         let levels_of_round = options.adaptive_levels(space.levels.len());
         match (&self.mesh, self.grid) {
             (_, Some(_)) => {
                 let grid = self.checked_grid(exemplar)?;
                 Ok(of_table(match is_round {
-                    true => round_grid(grid, table, options, levels_of_round)?,
-                    false => flat_grid(grid, &table.levels[..levels])?,
+                    true => {
+                        let width = window_width(&neighborhoods[0].offsets);
+                        let rings = (options.adaptive.rings, levels_of_round);
+                        Target::round_grid(grid, rings, Neighborhood::square(width, 0))?
+                    }
+                    false => Target::grid(grid, &neighborhoods[..levels])?,
                 }))
             }
             (Some(path), None) if is_round => {
@@ -129,19 +133,34 @@ impl TargetArguments {
                 };
                 let mut prepared = round.prepare(session)?;
                 if is_measured {
-                    let surface = prepare_mesh(path, &user, self, (table, exemplar), 1, session)?;
+                    let options = self.surface_options(&neighborhoods[..1], session);
+                    check_mesh(path, &user, &options, exemplar)?;
+                    let cache = cache::folder_of(path);
+                    let surface =
+                        surface::prepare(&user, &options, Some(&cache), session.progress())
+                            .map_err(|error| error.in_file(path))?;
                     prepared.target.measured = Some(TargetSites::Vertices(surface.hierarchy));
                 }
                 Ok(prepared)
             }
             (Some(path), None) => {
                 let user = crate::mesh::reading::read(path, session.progress())?;
-                let surface = prepare_mesh(path, &user, self, (table, exemplar), levels, session)?;
-                check_density(&surface, self.surface.texel)?;
-                let scale = varying(user.scale.as_deref()).map(<[f32]>::to_vec);
-                Ok(of_table(Target::of_surface(surface, scale, user.origin)))
+                let options = self.surface_options(&neighborhoods[..levels], session);
+                check_mesh(path, &user, &options, exemplar)?;
+                let cache = cache::folder_of(path);
+                Target::mesh(&user, &options, Some(&cache), session.progress())
+                    .map(of_table)
+                    .map_err(|error| error.in_file(path))
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
+        }
+    }
+
+    /// How a mesh is prepared for the neighbourhoods of a table.
+    fn surface_options(&self, neighborhoods: &[Neighborhood], session: &Session) -> SurfaceOptions {
+        SurfaceOptions {
+            seed: session.seed(),
+            ..self.surface.clone().with_neighborhoods(neighborhoods)
         }
     }
 
@@ -170,32 +189,6 @@ impl TargetArguments {
     }
 }
 
-/// A flat grid with the square windows of a table.
-fn flat_grid(grid: GridTarget, levels: &[TableLevel]) -> Result<Target> {
-    let neighborhoods = levels.iter().map(|level| level.neighborhood.clone());
-    let neighborhoods: Vec<Neighborhood> = neighborhoods.collect();
-    Ok(Target {
-        sites: TargetSites::Grid(grid.hierarchy(&neighborhoods)?),
-        surface: TargetSurface::of_grid(grid),
-        measured: None,
-    })
-}
-
-/// A flat grid with round neighbourhoods; its map is measured in the square window of the table.
-fn round_grid(
-    grid: GridTarget,
-    table: &NeighborTable,
-    options: &SynthesisOptions,
-    levels: usize,
-) -> Result<Target> {
-    let square = Neighborhood::square(window_width(&table.levels[0].neighborhood.offsets), 0);
-    Ok(Target {
-        sites: TargetSites::RoundGrid(grid.round_hierarchy(options.adaptive.rings, levels)?),
-        surface: TargetSurface::of_grid(grid),
-        measured: Some(TargetSites::Grid(grid.hierarchy(&[square])?)),
-    })
-}
-
 /// A mesh that gets round neighbourhoods.
 struct RoundMesh<'a> {
     path: &'a Path,
@@ -218,52 +211,17 @@ impl RoundMesh<'_> {
             "fewer --rings or --levels, a smaller --texel, or a mesh of fewer vertices",
         )?;
         let cache = cache::folder_of(self.path);
-        let round = circles::prepare(user, options, Some(&cache), session.progress())
+        let (target, source) = Target::round_mesh(user, options, Some(&cache), session.progress())
             .map_err(|error| error.in_file(self.path))?;
-        let was_marched = round
-            .levels
-            .iter()
-            .any(|level| level.source == CircleSource::Marched);
-        let source = match was_marched {
-            true => CircleSource::Marched,
-            false => CircleSource::Read,
-        };
-        let surface = TargetSurface {
-            mesh: user.mesh.clone(),
-            normals: round.frames.iter().map(|frame| frame.n).collect(),
-            orientations: round.frames.iter().map(|frame| frame.s).collect(),
-            scale: varying(user.scale.as_deref()).map(<[f32]>::to_vec),
-            texel,
-            origin: user.origin,
-            grid: None,
-        };
         Ok(Prepared {
-            target: Target {
-                surface,
-                sites: TargetSites::Vertices(round.hierarchy),
-                measured: None,
-            },
+            target,
             circles: Some(source),
         })
     }
 }
 
-/// The file's mesh with everything synthesis needs of it, cached beside it.
-fn prepare_mesh(
-    path: &Path,
-    user: &UserMesh,
-    arguments: &TargetArguments,
-    (table, exemplar): (&NeighborTable, u64),
-    levels: usize,
-    session: &Session,
-) -> Result<Surface> {
-    let options = SurfaceOptions {
-        levels: levels as u32,
-        neighborhood: window_width(&table.levels[0].neighborhood.offsets),
-        coarse_neighborhood: window_width(&table.levels[0].neighborhood.coarse_offsets),
-        seed: session.seed(),
-        ..arguments.surface.clone()
-    };
+/// Refuses a mesh whose scale makes no texel, and one that this machine has too little memory for.
+fn check_mesh(path: &Path, user: &UserMesh, options: &SurfaceOptions, exemplar: u64) -> Result<()> {
     options.validate()?;
     let texel = options.texel_on(&user.mesh)?;
     if let Some(scale) = varying(user.scale.as_deref()) {
@@ -275,13 +233,10 @@ fn prepare_mesh(
             "{} vertices at a texel of {texel}",
             user.mesh.positions.len()
         ),
-        exemplar + bytes_to_prepare(user, &options, texel),
+        exemplar + bytes_to_prepare(user, options, texel),
         "a smaller --texel, a mesh of fewer vertices (mesh --vertices), or a table of a smaller \
          knn --neighborhood",
-    )?;
-    let cache = cache::folder_of(path);
-    surface::prepare(user, &options, Some(&cache), session.progress())
-        .map_err(|error| error.in_file(path))
+    )
 }
 
 /// Refuses a target that this machine has too little memory for.
@@ -293,35 +248,4 @@ fn check_memory(option: &'static str, work: String, bytes: u64, advice: &str) ->
         advice: advice.into(),
     };
     need.check()
-}
-
-/// Refuses a mesh so coarse that most sites see no other.
-///
-/// That is the fault of `texel` where it was asked for, else of the mesh's own scale.
-fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
-    let sites = &surface.hierarchy.levels[0];
-    let on_surface = (0..sites.count()).filter(|&site| sites.areas[site] > 0.0);
-    let (mut count, mut alone) = (0usize, 0usize);
-    for site in on_surface {
-        count += 1;
-        alone += usize::from(sites.neighbors.row(site).is_empty());
-    }
-    if 2 * alone <= count {
-        return Ok(());
-    }
-    let area = surface.meshes[0].area();
-    let found = format!("{alone} of {count} vertices have no other within the neighbourhood");
-    let Some(texel) = texel else {
-        return Err(Error::data("vertices", found)
-            .advice("check the property `scale`, or retile the mesh with mesh --vertices"));
-    };
-    Err(Error::option(
-        "texel",
-        format!("{texel}: {found}"),
-        format!(
-            "about {:.3e} for this mesh, or mesh --vertices {} for this texel",
-            (area / count.max(1) as f64).sqrt(),
-            (area / texel.powi(2)).ceil()
-        ),
-    ))
 }

@@ -8,10 +8,10 @@
 //! A link named as a target is followed; what stands at its end is replaced, the link stays. A device,
 //! a pipe or a socket is never replaced.
 
-pub mod folder;
-pub mod leftovers;
-pub mod names;
-pub mod standing;
+pub(crate) mod folder;
+pub(crate) mod leftovers;
+pub(crate) mod names;
+pub(crate) mod standing;
 
 use std::fs;
 use std::io::{self, BufWriter, Write};

@@ -54,11 +54,6 @@ impl Hermitian {
         self.diagonal.len()
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.diagonal.is_empty()
-    }
-
     /// One component of the product with a vector.
     #[inline]
     fn row_times(&self, row: usize, x: &[DVec2]) -> DVec2 {

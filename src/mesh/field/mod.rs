@@ -8,11 +8,11 @@
 
 pub mod curvature;
 pub mod guides;
-pub mod hermitian;
-pub mod laplacian;
-pub mod multigrid;
-pub mod singularities;
-pub mod solvers;
+mod hermitian;
+mod laplacian;
+mod multigrid;
+pub(crate) mod singularities;
+mod solvers;
 
 use glam::{DVec2, Vec3};
 use rand::Rng;

@@ -5,14 +5,14 @@
 //! points and re-triangulates, edges are split, collapsed and turned in place and vertices relaxed
 //! (Botsch and Kobbelt 2004), which keeps the topology by construction.
 
-pub mod carrying;
-pub mod features;
-pub mod lines;
-pub mod needle;
-pub mod order;
-pub mod passes;
-pub mod relax;
-pub mod surgery;
+pub(crate) mod carrying;
+mod features;
+mod lines;
+mod needle;
+mod order;
+mod passes;
+pub(crate) mod relax;
+mod surgery;
 
 use crate::error::{Error, Result};
 use crate::mesh::retile::features::Features;

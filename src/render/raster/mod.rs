@@ -235,11 +235,6 @@ impl SurfaceBuffer {
             .par_iter()
             .for_each(|tile| tile.iter().filter(|hit| hit.is_surface()).for_each(&visit));
     }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.tiles.iter().map(|tile| size_of_val(&tile[..])).sum()
-    }
 }
 
 /// Rows of pixels that are one task; tiles have a multiple of it.

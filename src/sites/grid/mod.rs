@@ -1,8 +1,14 @@
 //! A flat grid of sites one texel apart, so that every sample coincides with a site.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`target`] | the grid, its surface and its levels |
+//! | [`window`] | square windows: every sample is a site |
+//! | [`round`] | round neighbourhoods: a sample lies between four sites |
 
-pub mod round;
+pub(crate) mod round;
 pub mod target;
-pub mod window;
+pub(crate) mod window;
 
 use crate::sites::grid::window::{GridNeighbors, GridWindow};
 use crate::sites::level::{Neighbor, Parent, SampleLocation, Sites};

@@ -125,11 +125,6 @@ impl GridWindow {
         self.samples
     }
 
-    /// Sites that have a window.
-    pub fn site_count(&self) -> usize {
-        self.sites
-    }
-
     /// Where the samples of one site fall.
     #[inline(always)]
     pub fn of_site(&self, site: usize) -> impl Iterator<Item = SampleLocation<1>> + '_ {
@@ -177,11 +172,6 @@ impl GridNeighbors {
             window: GridWindow::new(grid, grid, 0, &offsets),
             places: offsets.iter().map(place).collect(),
         }
-    }
-
-    /// Sites that have neighbours.
-    pub fn site_count(&self) -> usize {
-        self.window.sites
     }
 
     /// The neighbours of one site.

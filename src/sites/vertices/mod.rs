@@ -3,15 +3,25 @@
 //!
 //! In: a [user's mesh](crate::mesh::reading::UserMesh). Out: a [`surface::Surface`], kept in a
 //! [`cache`] beside the mesh.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`surface`], [`prepared_surface`], [`surface_options`] | the whole preparation: pyramid, orientation field, stencils |
+//! | [`patches`], [`sampling`], [`stencil`] | where the samples round every vertex fall |
+//! | [`parents`] | the place of every vertex on the coarser level |
+//! | [`circles`] | round neighbourhoods, of the same vertices at every level |
+//! | [`cache`] | prepared surfaces in files |
+//! | [`distortion`], [`stretch`] | how much charts and samples bend lengths |
+//! | [`memory`] | how much memory preparation takes |
 
 pub mod cache;
 pub mod circles;
-pub mod distortion;
-pub mod memory;
-pub mod parents;
+pub(crate) mod distortion;
+pub(crate) mod memory;
+mod parents;
 pub mod patches;
-pub mod prepared_surface;
-pub mod sampling;
+mod prepared_surface;
+mod sampling;
 pub mod stencil;
 pub mod stretch;
 pub mod surface;

@@ -70,11 +70,6 @@ impl BinnedTemplate {
         self.positions.len()
     }
 
-    /// Whether the template has no sample.
-    pub fn is_empty(&self) -> bool {
-        self.positions.is_empty()
-    }
-
     /// The farthest sample from the centre, in texels.
     pub fn radius(&self) -> f32 {
         self.positions.iter().fold(0.0, |r, p| r.max(p.length()))

@@ -66,11 +66,6 @@ impl PatchStencils {
         samples.iter().map(|&sample| self.locate(sample))
     }
 
-    /// Sites that have samples.
-    pub fn site_count(&self) -> usize {
-        self.samples.len() / self.samples_per_site.max(1)
-    }
-
     #[inline(always)]
     fn locate(&self, sample: PackedSample) -> SampleLocation<3> {
         if sample.cell == PackedSample::NO_CELL {

@@ -280,11 +280,7 @@ mod tests {
     use glam::Vec2;
 
     fn user(mesh: TriangleMesh) -> UserMesh {
-        UserMesh {
-            from_file: (0..mesh.positions.len() as u32).collect(),
-            mesh,
-            ..UserMesh::default()
-        }
+        UserMesh::from(mesh)
     }
 
     fn prepared(user: &UserMesh, levels: u32) -> Surface {

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::mesh::field::guides::{Alignment, GuideOptions};
 use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::neighborhood::{Neighborhood, window_width};
 use crate::progress::Progress;
 
 /// How a surface is prepared.
@@ -31,8 +32,8 @@ pub struct SurfaceOptions {
     /// them.
     #[arg(long, default_value_t = SurfaceOptions::default().crease)]
     pub crease: f64,
-    /// Directions the field must take: a JSON file {"guides": [{"vertex": 7, "direction": [x,y,z]},
-    /// {"point": [x,y,z], "direction": [x,y,z]}]}. The mesh's own sx, sy, sz (PLY) count as well.
+    /// Directions the field must take: a JSON file
+    /// `{"guides": [{"vertex": 7, "direction": [x,y,z]}, {"point": [x,y,z], "direction": [x,y,z]}]}`. The mesh's own sx, sy, sz (PLY) count as well.
     #[arg(long, value_name = "FIELD.json")]
     pub guide: Option<PathBuf>,
     /// What the field follows elsewhere.
@@ -68,6 +69,20 @@ impl Default for SurfaceOptions {
 }
 
 impl SurfaceOptions {
+    /// The same options for the square windows of as many levels, finest first.
+    #[must_use]
+    pub fn with_neighborhoods(self, neighborhoods: &[Neighborhood]) -> Self {
+        let widths =
+            |of: &Neighborhood| [&of.offsets, &of.coarse_offsets].map(|all| window_width(all));
+        let [neighborhood, coarse_neighborhood] = neighborhoods.first().map_or([1; 2], widths);
+        Self {
+            levels: neighborhoods.len() as u32,
+            neighborhood,
+            coarse_neighborhood,
+            ..self
+        }
+    }
+
     /// What guides the orientation field.
     pub fn guides(&self) -> GuideOptions {
         GuideOptions {

@@ -57,11 +57,6 @@ impl Proposals {
         self.coords.len()
     }
 
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.coords.is_empty()
-    }
-
     /// The texel that holds one; `None` off the grid.
     #[inline(always)]
     pub fn texel(&self, proposal: usize) -> Option<u32> {

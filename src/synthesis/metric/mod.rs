@@ -1,13 +1,13 @@
 //! The distance of two neighbourhoods, a site's and a texel's: Σ wₚ ‖s(p) − t(p)‖² over the samples
 //! of both windows that count (Tong 2002 §5.1), not divided by their number.
 
-pub mod dense;
-pub mod embedded;
-pub mod features;
-pub mod gram;
-pub mod lower_bounds;
-pub mod of_level;
-pub mod site_values;
+pub(crate) mod dense;
+pub(crate) mod embedded;
+pub(crate) mod features;
+pub(crate) mod gram;
+mod lower_bounds;
+pub(crate) mod of_level;
+pub(crate) mod site_values;
 
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::Candidate;

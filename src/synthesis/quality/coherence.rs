@@ -96,7 +96,7 @@ mod tests {
     use crate::sites::target::{Target, TargetSurface};
     use crate::sites::vertices::surface;
     use crate::sites::vertices::surface_options::SurfaceOptions;
-    use glam::{DVec3, Vec3};
+    use glam::Vec3;
 
     const GRID: TexelGrid = TexelGrid {
         width: 16,
@@ -203,7 +203,7 @@ mod tests {
         let user = UserMesh {
             from_file: (0..2 * half as u32).collect(),
             orientation: Some(vec![Vec3::X; 2 * half]),
-            scale: Some(scale.clone()),
+            scale: Some(scale),
             mesh,
             ..UserMesh::default()
         };
@@ -214,7 +214,7 @@ mod tests {
             ..SurfaceOptions::default()
         };
         let surface = surface::prepare(&user, &options, None, Progress::silent()).unwrap();
-        Target::of_surface(surface, Some(scale), DVec3::ZERO).surface
+        Target::of_surface(surface, &user).surface
     }
 
     /// Coordinates that run over the surface at one texel a `TEXEL` times the scale.

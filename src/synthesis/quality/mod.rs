@@ -2,10 +2,10 @@
 //! along edges, energy of its neighbourhoods, and the texton histogram. Read them together: a collapsed map
 //! has low energy, a drifting one high coherence.
 
-pub mod agreement;
-pub mod coherence;
-pub mod energy;
-pub mod histogram;
+pub(crate) mod agreement;
+mod coherence;
+pub(crate) mod energy;
+mod histogram;
 
 use serde::Serialize;
 

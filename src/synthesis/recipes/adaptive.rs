@@ -10,9 +10,9 @@
 //! classes, so that a class is searched in parallel. Pixel links start from the real coordinate, so that a
 //! copied patch stays regular between texel centres.
 
-pub mod options;
-pub mod order;
-pub mod similarity;
+pub(crate) mod options;
+mod order;
+mod similarity;
 
 use rand::Rng;
 
@@ -91,10 +91,8 @@ pub fn adaptive<const N: usize, S: Sites<N>>(
             }
         };
         progress.end();
-        let grid = level.grid;
-        let centre = |&at: &TexCoord| grid.centre(grid.texel_nearest(at));
         Ok(match number {
-            0 => state.coords.iter().map(centre).collect(),
+            0 => state.at_centres(level.grid),
             _ => state.coords,
         })
     })

@@ -8,13 +8,13 @@
 //!
 //! Parts: the [`k_coherence`] rule, [`distance_floor`], [`reuse_penalty`], [`seam_repair`].
 
-pub mod adaptive;
-pub mod distance_floor;
-pub mod k_coherence;
-pub mod reuse_penalty;
-pub mod seam_repair;
-pub mod tong;
-pub mod wei_levoy;
+pub(crate) mod adaptive;
+pub(crate) mod distance_floor;
+pub(crate) mod k_coherence;
+pub(crate) mod reuse_penalty;
+pub(crate) mod seam_repair;
+pub(crate) mod tong;
+mod wei_levoy;
 
 use crate::error::Result;
 use crate::progress::Progress;

@@ -66,8 +66,7 @@ pub fn wei_levoy<const N: usize, S: Sites<N>>(
         };
         let state = with_metric(space, &exemplar, level, choice, work)??;
         progress.end();
-        let centre = |&at: &TexCoord| exemplar.grid.centre(exemplar.grid.texel_nearest(at));
-        Ok(state.coords.iter().map(centre).collect())
+        Ok(state.at_centres(exemplar.grid))
     })
 }
 

@@ -5,7 +5,7 @@
 //! changed since it was written, and [`check`] whether it can be the surface that was asked for.
 
 mod check;
-pub mod lists;
+pub(crate) mod lists;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -29,11 +29,7 @@ struct Cached {
 impl Cached {
     fn new() -> Self {
         let mesh = shapes::torus(16, 10, 1.0, 0.4);
-        let user = UserMesh {
-            from_file: (0..mesh.positions.len() as u32).collect(),
-            mesh,
-            ..UserMesh::default()
-        };
+        let user = UserMesh::from(mesh);
         let options = SurfaceOptions {
             levels: 2,
             neighborhood: 3,

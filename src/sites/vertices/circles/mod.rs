@@ -17,15 +17,15 @@
 //! [`SiteHierarchy`](crate::sites::level::SiteHierarchy) on the same vertices at every level. Marching
 //! knows nothing of the field, so another field costs none.
 
-pub mod arcs;
-pub mod cache;
-pub mod frame;
+mod arcs;
+mod cache;
+mod frame;
 mod march;
 pub mod marching;
-pub mod options;
+mod options;
 mod patch;
 pub mod sampling;
-pub mod sites;
+mod sites;
 
 #[cfg(test)]
 mod tests;

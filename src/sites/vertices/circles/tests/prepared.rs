@@ -10,11 +10,7 @@ use crate::mesh::reading::UserMesh;
 use crate::progress::Event;
 
 fn user(mesh: TriangleMesh) -> UserMesh {
-    UserMesh {
-        from_file: (0..mesh.positions.len() as u32).collect(),
-        mesh,
-        ..UserMesh::default()
-    }
+    UserMesh::from(mesh)
 }
 
 fn small_options() -> RoundOptions {

@@ -1,0 +1,48 @@
+//! A surface texton map while the light goes round, in 24 frames:
+//!
+//! ```sh
+//! cargo run --release --example sweep -- NAME.sample NAME.map.ply FOLDER
+//! ```
+//!
+//! Writes FOLDER/frame.0001.exr and further frames, each with a preview as PNG beside it. The example
+//! `surface` makes a sample and a map.
+
+#![expect(clippy::print_stdout, reason = "a program of its own")]
+
+use std::path::PathBuf;
+
+use mesotex::btf::sample::Sample;
+use mesotex::error::{Error, Result};
+use mesotex::format::id::ContentId;
+use mesotex::maps::SurfaceTextonMap;
+use mesotex::progress::Progress;
+use mesotex::render::sequence::{self, Inputs};
+use mesotex::render::{ImageSize, RenderOptions, Sweep};
+
+fn main() -> Result<()> {
+    let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
+    let [sample, map, folder] = arguments.as_slice() else {
+        return Err(
+            Error::data("arguments", format!("{} of them", arguments.len()))
+                .expected("NAME.sample NAME.map.ply FOLDER"),
+        );
+    };
+    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
+    let inputs = Inputs {
+        sample: &Sample::open(sample)?,
+        map: &SurfaceTextonMap::read(map)?,
+        map_id: &ContentId::of_file(map)?,
+        folder,
+        force: false,
+    };
+    let options = RenderOptions {
+        sweep: Sweep::LightAzimuth,
+        size: ImageSize([480, 360]),
+        ..RenderOptions::default()
+    };
+    let report = sequence::render(&inputs, &options, &Progress::silent())?;
+    for file in &report.files {
+        println!("{}  {}", file.frame.display(), file.label);
+    }
+    Ok(())
+}
