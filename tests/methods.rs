@@ -104,6 +104,12 @@ fn another_field_costs_no_marching() {
     assert_eq!(circles(&[]), "read from the cache");
     assert_eq!(circles(&["--direction", "0,1,0"]), "read from the cache");
     assert_eq!(circles(&["--rings", "2"]), "marched");
+    // Round neighbourhoods are not compared with the square windows of the exemplar.
+    let told = synth(folder.path(), &MESH, "m.map.ply", &["--method", "adaptive"]);
+    assert!(
+        told.get("energy").is_none() && told["k"].is_null(),
+        "{told}"
+    );
 }
 
 #[test]

@@ -50,8 +50,10 @@ pub struct TargetSurface {
 
 /// The sites of a target, by their kind.
 pub enum TargetSites {
-    /// Vertices of a mesh and of its pyramid, or of one mesh with round neighbourhoods.
+    /// Vertices of a mesh and of its pyramid.
     Vertices(SiteHierarchy<VertexSites>),
+    /// Vertices of one mesh with round neighbourhoods.
+    RoundVertices(SiteHierarchy<VertexSites>),
     /// A flat grid.
     Grid(SiteHierarchy<GridSites>),
     /// A flat grid with round neighbourhoods.
@@ -71,7 +73,7 @@ impl TargetSites {
     /// Does some work on the sites of all levels.
     pub fn with<W: WithSites>(&self, work: W) -> W::Found {
         match self {
-            Self::Vertices(sites) => work.run(sites),
+            Self::Vertices(sites) | Self::RoundVertices(sites) => work.run(sites),
             Self::Grid(sites) => work.run(sites),
             Self::RoundGrid(sites) => work.run(sites),
         }
@@ -143,7 +145,7 @@ impl Target {
         };
         let target = Self {
             surface,
-            sites: TargetSites::Vertices(round.hierarchy),
+            sites: TargetSites::RoundVertices(round.hierarchy),
             measured: None,
         };
         Ok((target, source))

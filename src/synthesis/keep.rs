@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn distances_below_the_noise_do_not_outweigh_a_factor() {
+    fn distances_below_the_floor_do_not_outweigh_a_factor() {
         // The other is nearer, 0 against 0.1; with κ 1.5 that counts only without floor.
         let distance = |texel: u32, _: f64| if texel == 5 { 0.1 } else { 0.0 };
         let of = |floor| smallest(&candidates(&[(5, 1.0), (3, 1.5)]), None, floor, distance);

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::cli::outcome::Outcome;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::synthesis::check::Plan;
-use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::options::{Method, SynthesisOptions};
 use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::Agreement;
 
@@ -24,7 +24,8 @@ pub struct Report {
     exemplar: [u32; 2],
     texel: f64,
     seed: u64,
-    k: usize,
+    /// Of k-coherence alone.
+    k: Option<usize>,
     levels: usize,
     method: &'static str,
     /// Whether circles were marched, where the method has them.
@@ -69,7 +70,7 @@ impl Report {
             exemplar: map.exemplar,
             texel: map.texel,
             seed: map.seed,
-            k: plan.k,
+            k: (options.method == Method::KCoherence).then_some(plan.k),
             levels: plan.levels,
             method: options.method.name(),
             circles,
@@ -86,8 +87,10 @@ impl Report {
         let Seconds { prepare, synthesis } = seconds;
         let mut outcome = Outcome::default()
             .line(format!(
-                "{} vertices, {} levels, k {}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
-                self.vertices, self.levels, self.k
+                "{} vertices, {} levels{}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
+                self.vertices,
+                self.levels,
+                self.k.map_or(String::new(), |k| format!(", k {k}"))
             ))
             .line(format!(
                 "coherence {:.3} within half a texel, {:.3} within one; mean edge {:.2} texels",
