@@ -164,6 +164,42 @@ fn pages_link_only_to_what_is_there() {
     }
 }
 
+/// The lines of a text without their indentation.
+fn unindented(text: &str) -> String {
+    text.lines()
+        .map(|line| format!("{}\n", line.trim()))
+        .collect()
+}
+
+/// All source text below a folder, unindented.
+fn sources(folder: &Path) -> String {
+    let mut all = String::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            all.push_str(&sources(&path));
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            all.push_str(&unindented(&fs::read_to_string(&path).unwrap()));
+        }
+    }
+    all
+}
+
+#[test]
+fn quoted_code_is_that_of_the_sources() {
+    let all = sources(&root().join("src"));
+    let page = fs::read_to_string(root().join("docs/extending.md")).unwrap();
+    let quotes: Vec<&str> = page.split("```rust\n").skip(1).collect();
+    assert!(quotes.len() > 5, "{}", quotes.len());
+    for quote in quotes {
+        let (code, _) = quote.split_once("```").unwrap();
+        assert!(
+            all.contains(&unindented(code)),
+            "docs/extending.md quotes no source:\n{code}"
+        );
+    }
+}
+
 fn copy_all(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
