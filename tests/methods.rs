@@ -147,6 +147,14 @@ fn what_a_method_does_not_use_is_refused() {
     refused("--grid 6x6 --method adaptive", "--grid: 6x6");
     refused("--grid 40x40 --onto vertices", "--onto: vertices");
     refused("torus.obj --onto grid", "--onto: grid");
+    refused(
+        "--grid 40x40 --direction 0,1,0",
+        "--direction: given for a flat grid",
+    );
+    refused(
+        "torus.obj --method adaptive --crease 20",
+        "--crease: given for --method adaptive",
+    );
     refused("--grid 40x40 --noise 0.1", "--distance-floor 0.1");
     refused("--grid 40x40 --mends 1", "--repair-rounds 1");
     refused("--grid 40x40 --evenness 1", "--reuse-penalty 1");

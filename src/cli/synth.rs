@@ -150,7 +150,7 @@ impl Arguments {
     pub fn check(&self) -> Result<()> {
         self.renamed.refuse()?;
         self.options.validate()?;
-        self.target.check()?;
+        self.target.check(self.options.method)?;
         self.target.surface.validate()
     }
 
@@ -172,9 +172,7 @@ impl Arguments {
         let table = NeighborTable::read(&self.table)?;
         let belongs = table.check_belongs_to(&space, self.force);
         belongs.map_err(|error| error.in_file(&self.table))?;
-        if options.method != Method::Adaptive {
-            check::complete(&space, &table, options)?;
-        }
+        check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
         Ok((space, table))
     }

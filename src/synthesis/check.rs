@@ -39,7 +39,7 @@ pub fn plan<const N: usize, S: Sites<N>>(
     Ok(plan)
 }
 
-/// Completes the options of any method.
+/// Completes the options of any method. What `synth` must know before it prepares a target.
 pub fn complete_for(
     space: &Space,
     table: &NeighborTable,
@@ -47,7 +47,7 @@ pub fn complete_for(
 ) -> Result<Plan> {
     match options.method {
         Method::Adaptive => Ok(Plan {
-            levels: options.adaptive_levels(space.levels.len()),
+            levels: round_levels(space, options)?,
             k: 1,
         }),
         Method::KCoherence | Method::WeiLevoy => complete(space, table, options),
@@ -59,12 +59,25 @@ pub fn round<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
 ) -> Result<usize> {
-    options.validate()?;
-    let most = inputs.space.levels.len().min(inputs.sites.levels.len());
-    let levels = options.adaptive_levels(most);
     for (index, level) in inputs.space.levels.iter().enumerate() {
         space_level(level, index)?;
     }
+    let levels = round_levels(inputs.space, options)?;
+    match inputs.sites.levels.len() {
+        there if there < levels => Err(Error::option(
+            "levels",
+            format!("{levels}, but the target has {there}"),
+            format!("at most {there}"),
+        )),
+        _ => Ok(levels),
+    }
+}
+
+/// The levels of a method with round neighbourhoods, on each of which they must fit the exemplar.
+fn round_levels(space: &Space, options: &SynthesisOptions) -> Result<usize> {
+    options.validate()?;
+    let most = space.levels.len();
+    let levels = options.adaptive_levels(most);
     if levels > most {
         return Err(Error::option(
             "levels",
@@ -72,19 +85,22 @@ pub fn round<const N: usize, S: Sites<N>>(
             format!("at most {most}"),
         ));
     }
-    let width = 2 * options.adaptive.rings + 1;
-    let grid = inputs.space.levels[levels - 1].grid;
-    if width > grid.width.min(grid.height) {
-        return Err(Error::option(
-            "rings",
-            format!(
-                "{}: {width} texels wide on the sample's coarsest level of {}×{}",
-                options.adaptive.rings, grid.width, grid.height
-            ),
-            "fewer rings, or fewer --levels",
-        ));
+    let Some(coarsest) = levels.checked_sub(1).map(|level| space.levels[level].grid) else {
+        return Err(Error::data("space", "no level").expected("one or more"));
+    };
+    let rings = options.adaptive.rings;
+    let width = 2 * rings + 1;
+    if width <= coarsest.width.min(coarsest.height) {
+        return Ok(levels);
     }
-    Ok(levels)
+    Err(Error::option(
+        "rings",
+        format!(
+            "{rings}: {width} texels wide on the sample's coarsest level of {}×{}",
+            coarsest.width, coarsest.height
+        ),
+        "fewer rings, or fewer --levels",
+    ))
 }
 
 /// Checks options against the exemplar alone: k, levels, neighbourhood. What `synth` must know

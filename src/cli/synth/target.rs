@@ -72,8 +72,49 @@ pub struct TargetArguments {
 }
 
 impl TargetArguments {
-    /// Refuses sites that the target does not have.
-    pub fn check(&self) -> Result<()> {
+    /// Refuses sites that the target does not have, and options that would change nothing.
+    pub fn check(&self, method: Method) -> Result<()> {
+        let (surface, default) = (&self.surface, SurfaceOptions::default());
+        let has_pyramid = self.grid.is_none() && method != Method::Adaptive;
+        let of_mesh = "a mesh; on a grid a site is a texel, and s runs along its rows";
+        let of_pyramid = "a mesh and a method that retiles it: creases are lines of coarser levels";
+        let given = [
+            (
+                "texel",
+                surface.texel.is_some(),
+                self.grid.is_none(),
+                of_mesh,
+            ),
+            (
+                "direction",
+                surface.direction.is_some(),
+                self.grid.is_none(),
+                of_mesh,
+            ),
+            (
+                "guide",
+                surface.guide.is_some(),
+                self.grid.is_none(),
+                of_mesh,
+            ),
+            (
+                "align",
+                surface.align != default.align,
+                self.grid.is_none(),
+                of_mesh,
+            ),
+            (
+                "crease",
+                surface.crease != default.crease,
+                has_pyramid,
+                of_pyramid,
+            ),
+        ];
+        let idle = given.iter().find(|(_, given, used, _)| *given && !used);
+        if let Some((name, .., expected)) = idle {
+            let found = format!("given for {}", self.named(method));
+            return Err(Error::option(*name, found, *expected));
+        }
         match (self.onto, self.grid) {
             (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH beside it")),
             (Some(Onto::Vertices), Some(_)) => Err(Error::option(
@@ -82,6 +123,13 @@ impl TargetArguments {
                 "a mesh, or --onto grid",
             )),
             _ => Ok(()),
+        }
+    }
+
+    fn named(&self, method: Method) -> String {
+        match self.grid {
+            Some(_) => "a flat grid".into(),
+            None => format!("--method {}", method.name()),
         }
     }
 
@@ -166,13 +214,6 @@ impl TargetArguments {
         let Some(grid) = self.grid else {
             return Err(Error::option("grid", "none", "WxH"));
         };
-        if self.surface.texel.is_some() {
-            return Err(Error::option(
-                "texel",
-                "a flat grid",
-                "a mesh; on a grid a site is a texel",
-            ));
-        }
         check_memory(
             "grid",
             format!("{}x{} sites", grid.width, grid.height),

@@ -16,9 +16,9 @@ pub(crate) mod seam_repair;
 pub(crate) mod tong;
 mod wei_levoy;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::progress::Progress;
-use crate::sites::level::Sites;
+use crate::sites::level::{SiteHierarchy, Sites};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::options::{Method, SynthesisOptions};
 
@@ -34,10 +34,30 @@ pub fn synthesize<const N: usize, S: Sites<N>>(
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
+    if let Some(map) = &begun {
+        check_begun(inputs.sites, map)?;
+    }
     let recipe = match options.method {
         Method::KCoherence => tong::tong,
         Method::WeiLevoy => wei_levoy::wei_levoy,
         Method::Adaptive => adaptive::adaptive,
     };
     recipe(inputs, options, begun, finished, progress)
+}
+
+/// Refuses a finished level that these sites do not have.
+fn check_begun<const N: usize, S: Sites<N>>(
+    sites: &SiteHierarchy<S>,
+    map: &LevelMap,
+) -> Result<()> {
+    let level = map.level.index();
+    let wanted = sites.levels.get(level).map(Sites::count);
+    if wanted == Some(map.coords.len()) {
+        return Ok(());
+    }
+    let expected = wanted.map_or("a level of the target".into(), |count| {
+        format!("{count} sites")
+    });
+    let found = format!("{} coordinates", map.coords.len());
+    Err(Error::data(format!("finished level {level}"), found).expected(expected))
 }

@@ -264,6 +264,17 @@ fn a_resumed_run_ends_like_an_uninterrupted_one() {
     };
     let whole = synthesize(inputs, &options, None, &mut keep, Progress::silent()).unwrap();
     assert_eq!(levels.len(), 3);
+    let mut short = levels[1].clone();
+    short.coords.pop();
+    let resumed = synthesize(
+        inputs,
+        &options,
+        Some(short),
+        &mut |_| Ok(()),
+        Progress::silent(),
+    );
+    let error = resumed.unwrap_err().to_string();
+    assert!(error.contains("finished level 1"), "{error}");
     for map in levels {
         let resumed = synthesize(
             inputs,
