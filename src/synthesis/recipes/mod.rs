@@ -26,7 +26,7 @@ use crate::synthesis::options::{Method, SynthesisOptions};
 ///
 /// `finished` is handed every level when it is done; `begun` is one that an earlier run of the same
 /// inputs and options finished. Errors: inputs and options that do not fit
-/// ([`check`](super::check)), and [`Error::Interrupted`](crate::error::Error::Interrupted).
+/// ([`check`](super::check)), and [`Error::Interrupted`].
 pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
