@@ -10,6 +10,8 @@ pub(crate) mod round;
 pub mod target;
 pub(crate) mod window;
 
+use either::Either;
+
 use crate::sites::grid::window::{GridNeighbors, GridWindow};
 use crate::sites::level::{Neighbor, Parent, SampleLocation, Sites};
 
@@ -45,9 +47,10 @@ impl Sites<1> for GridSites {
 
     #[inline(always)]
     fn parent_samples(&self, site: usize) -> impl Iterator<Item = SampleLocation<1>> + '_ {
-        self.coarse
-            .iter()
-            .flat_map(move |coarse| coarse.of_site(site))
+        match &self.coarse {
+            Some(coarse) => Either::Left(coarse.of_site(site)),
+            None => Either::Right(std::iter::empty()),
+        }
     }
 
     fn samples_per_site(&self) -> usize {

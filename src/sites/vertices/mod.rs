@@ -27,6 +27,8 @@ pub mod stretch;
 pub mod surface;
 pub mod surface_options;
 
+use either::Either;
+
 use crate::mesh::compressed_rows::Rows;
 use crate::sites::level::{Neighbor, Parent, SampleLocation, Sites};
 use crate::sites::vertices::stencil::PatchStencils;
@@ -64,9 +66,10 @@ impl Sites<3> for VertexSites {
 
     #[inline(always)]
     fn parent_samples(&self, site: usize) -> impl Iterator<Item = SampleLocation<3>> + '_ {
-        self.coarse
-            .iter()
-            .flat_map(move |coarse| coarse.of_site(site))
+        match &self.coarse {
+            Some(coarse) => Either::Left(coarse.of_site(site)),
+            None => Either::Right(std::iter::empty()),
+        }
     }
 
     fn samples_per_site(&self) -> usize {
