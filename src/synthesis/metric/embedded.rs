@@ -352,9 +352,12 @@ fn read_pattern<const N: usize, S: Sites<N>>(
     let default = metric.fine.rows as u32 - 1;
     let part = &mut pattern.fine;
     part.clear();
-    for (place, value) in site.own() {
-        part.hold(value, default);
-        part.count(deltas[place], weights[place]);
+    // A filtered iterator would be a function of its own, called for every sample.
+    for (place, sample) in site.sites.samples(site.site).enumerate() {
+        if let Some(value) = site.value(sample) {
+            part.hold(value, default);
+            part.count(deltas[place], weights[place]);
+        }
     }
     part.blend::<N>(metric.fine);
     pattern.coarse.clear();

@@ -21,7 +21,7 @@ use crate::sites::vertices::cache::lists::{self, Lists};
 /// `format` in the file's `meta.json`.
 const FORMAT: &str = "mesotex-circles";
 /// Changes whenever the same input would give other circles, or the file has another form.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 #[derive(Serialize, Deserialize)]
 struct Meta {

@@ -20,7 +20,7 @@ pub struct Manifold<'a> {
 }
 
 /// Coordinates about the normal of one vertex.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AxisFrame {
     origin: DVec3,
     x: DVec3,
@@ -45,8 +45,14 @@ impl AxisFrame {
     /// A point of space in these coordinates.
     #[inline]
     pub(super) fn place(&self, point: Vec3) -> DVec3 {
-        let arm = point.as_dvec3() - self.origin;
-        DVec3::new(arm.dot(self.x), arm.dot(self.y), arm.dot(self.z))
+        self.turned(point.as_dvec3() - self.origin)
+    }
+
+    /// A direction of space in these coordinates.
+    #[inline]
+    pub(super) fn turned(&self, direction: DVec3) -> DVec3 {
+        let [x, y, z] = [self.x, self.y, self.z].map(|axis| direction.dot(axis));
+        DVec3::new(x, y, z)
     }
 
     /// The angle of a direction from x, counter-clockwise about the normal, in turns from 0 up to 1.

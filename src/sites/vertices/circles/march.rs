@@ -17,8 +17,12 @@ use super::patch::{Facet, Patch, Way};
 use crate::mesh::topology::{next, previous};
 use crate::neighborhood::turn_of;
 
-/// No arc spans a larger angle, in radians: lengths are linear in the angle between the ends of an arc.
+/// The largest angle of an arc in radians, where the triangle rises by 45° or more: between its ends the
+/// length is linear in the angle, which is exact in a level triangle and off by h² m²/16 radians for an arc of
+/// h radians on a slope m.
 const LONGEST_ARC: f64 = TAU / 24.0;
+/// How much larger it may be in a triangle that is nearly level.
+const LEVEL_ARC: f64 = 4.0;
 /// Narrower gaps, in radians, are rounding: angles are stored to 10⁻⁴.
 const LEAST_GAP: f64 = 1e-6;
 /// Steps of a stored angle or arc length in a full turn.
@@ -62,15 +66,9 @@ pub(super) struct Marcher {
 }
 
 impl Marcher {
-    /// Marches circle `circle` of a patch whose first circle has the given radius; appends its arcs and
-    /// returns its length, gaps counted as in the plane.
-    pub(super) fn circle(
-        &mut self,
-        patch: &Patch<'_>,
-        circle: u32,
-        radius: f64,
-        out: &mut Vec<Arc>,
-    ) -> f64 {
+    /// Marches circle `circle` of a patch; appends its arcs and returns its length, gaps counted as in the
+    /// plane.
+    pub(super) fn circle(&mut self, patch: &Patch<'_>, circle: u32, out: &mut Vec<Arc>) -> f64 {
         self.spans.clear();
         self.chains.clear();
         let starts = |&&half_edge: &&u32| {
@@ -85,8 +83,7 @@ impl Marcher {
         {
             self.march(patch, circle, start);
         }
-        let radius = f64::from(circle) * radius;
-        self.lay_out(radius);
+        self.lay_out(patch.radius_of(circle));
         self.pack(out)
     }
 
@@ -97,6 +94,7 @@ impl Marcher {
         };
         let mut entry = start;
         let mut at = patch.crossing(start, facet, circle, Way::Out);
+        let radius = patch.radius_of(circle);
         self.chain = self.spans.len();
         self.angle = turn_of(at) * TAU;
         // Each half-edge leaves a circle once, so no chain has more steps.
@@ -107,7 +105,7 @@ impl Marcher {
                 .find(|&edge| patch.crosses(edge, facet, circle, Way::In));
             let Some(exit) = exit else { break };
             let to = patch.crossing(exit, facet, circle, Way::In);
-            self.add(facet, at, to);
+            self.add(facet, at, to, radius);
             at = to;
             match patch.twin(exit) {
                 Some(twin) if twin != start => entry = twin,
@@ -121,22 +119,23 @@ impl Marcher {
         self.end_chain();
     }
 
-    /// Adds the arc of a triangle between two points of the circle, in short pieces.
-    fn add(&mut self, facet: &Facet, from: DVec2, to: DVec2) {
-        let radius = from.length();
+    /// Adds the arc of a triangle between two points of a circle, in short pieces.
+    fn add(&mut self, facet: &Facet, from: DVec2, to: DVec2, radius: f64) {
         let angle = from.perp_dot(to).atan2(from.dot(to));
         if angle <= 0.0 {
             return;
         }
-        let pieces = (angle / LONGEST_ARC) as usize + 1;
+        let longest = LONGEST_ARC / facet.slope.length().clamp(1.0 / LEVEL_ARC, 1.0);
+        let pieces = (angle / longest) as usize + 1;
         let step = angle / pieces as f64;
         let turn = if pieces > 1 {
             DVec2::from_angle(step)
         } else {
             DVec2::X
         };
-        let mut at = from / radius;
         let speed = |at: DVec2| (1.0 + facet.slope.dot(at.perp()).powi(2)).sqrt();
+        let mut at = from / radius;
+        let mut speed_at = speed(at);
         for piece in 1..=pieces {
             let end = if piece < pieces {
                 turn.rotate(at)
@@ -144,14 +143,15 @@ impl Marcher {
                 to / radius
             };
             let middle = (at + end).normalize_or(at);
-            let mean = (speed(at) + 4.0 * speed(middle) + speed(end)) / 6.0;
+            let speed_end = speed(end);
+            let mean = (speed_at + 4.0 * speed(middle) + speed_end) / 6.0;
             self.push(Span {
                 triangle: facet.triangle,
                 from: self.angle,
                 to: self.angle + step,
                 length: radius * step * mean,
             });
-            at = end;
+            (at, speed_at) = (end, speed_end);
         }
     }
 

@@ -4,6 +4,7 @@
 //! Deviation: the paper takes all vertices of a neighbourhood for candidates. Here the nearest
 //! [`MOST_NEIGHBORS`] are kept.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::arcs::{Arc, Circles, NearVertex, fraction_between};
@@ -13,6 +14,7 @@ use super::options::check_circle_count;
 use super::patch::Patch;
 use crate::error::{Error, Result};
 use crate::mesh::compressed_rows::Rows;
+use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::neighborhood::turn_of;
 use crate::progress::Progress;
 
@@ -24,7 +26,7 @@ const ON_CIRCLE: f64 = 1e-5;
 
 /// The most vertices kept as neighbours of one, the nearest: on coarse levels the outermost circle holds
 /// thousands, all within a fraction of a texel of nearer ones.
-pub const MOST_NEIGHBORS: usize = 128;
+pub const MOST_NEIGHBORS: usize = 64;
 
 /// The circles of consecutive vertices.
 #[derive(Default)]
@@ -36,7 +38,7 @@ struct Block {
     near: Vec<NearVertex>,
     /// Where each vertex's neighbours end.
     near_ends: Vec<usize>,
-    /// Neighbours of one vertex: squared distance from the axis and index among the patch's corners.
+    /// Neighbours of one vertex: squared distance from the axis its index, and that among the patch's corners.
     found: Vec<(f64, u32, u32)>,
 }
 
@@ -47,25 +49,63 @@ pub fn march(
     per_vertex: u32,
     progress: Progress<'_>,
 ) -> Result<Circles> {
+    let mut circles = march_levels(surface, radii, per_vertex, &[0], progress)?;
+    Ok(circles.remove(0))
+}
+
+/// Marches the circles of some levels, given in ascending order: on level l every radius is 2^l times what
+/// `radii` says. A vertex's patch of one level grows out of that of the level before.
+pub fn march_levels(
+    surface: Manifold<'_>,
+    radii: &[f32],
+    per_vertex: u32,
+    levels: &[u32],
+    progress: Progress<'_>,
+) -> Result<Vec<Circles>> {
     check(surface, radii, per_vertex)?;
-    let blocks: Vec<Block> = radii
+    let normals = normals(surface.mesh);
+    let blocks: Vec<Vec<Block>> = radii
         .par_chunks(BLOCK)
         .enumerate()
         .map(|(block, radii)| {
-            let mut patch = Patch::new(surface, per_vertex);
+            let mut patch = Patch::new(surface, &normals);
             let mut marcher = Marcher::default();
-            let mut out = Block::default();
+            let mut out: Vec<Block> = levels.iter().map(|_| Block::default()).collect();
             for (vertex, &radius) in (block * BLOCK..).zip(radii) {
                 progress.check()?;
-                let radius = f64::from(radius);
-                patch.grow(vertex, radius);
-                out.take_circles(&patch, &mut marcher, per_vertex, radius);
-                out.take_near(&patch, vertex, per_vertex, radius);
+                patch.begin(vertex, f64::from(radius));
+                for (&level, out) in levels.iter().zip(&mut out) {
+                    let numbers = (1..=per_vertex).map(|number| number << level);
+                    patch.grow(per_vertex << level);
+                    out.take_circles(&patch, &mut marcher, numbers);
+                    out.take_near(&patch, vertex, per_vertex, level);
+                }
             }
             Ok(out)
         })
         .collect::<Result<_>>()?;
-    join(&blocks, radii, per_vertex)
+    let of_level = |(place, &level): (usize, &u32)| {
+        let scale = (1_u32 << level) as f32;
+        let radii = radii.iter().map(|radius| radius * scale).collect();
+        join(
+            blocks.iter().map(|of_levels| &of_levels[place]),
+            radii,
+            per_vertex,
+        )
+    };
+    levels.par_iter().enumerate().map(of_level).collect()
+}
+
+/// The unit normals of a mesh's triangles, 0 where they have no area.
+fn normals(mesh: &TriangleMesh) -> Vec<DVec3> {
+    let normal = |triangle| {
+        let [a, b, c] = mesh.corners(triangle).map(|corner| corner.as_dvec3());
+        (b - a).cross(c - a).normalize_or_zero()
+    };
+    (0..mesh.triangles.len())
+        .into_par_iter()
+        .map(normal)
+        .collect()
 }
 
 fn check(surface: Manifold<'_>, radii: &[f32], per_vertex: u32) -> Result<()> {
@@ -86,29 +126,30 @@ fn check(surface: Manifold<'_>, radii: &[f32], per_vertex: u32) -> Result<()> {
 }
 
 impl Block {
+    /// Takes the circles of these numbers.
     fn take_circles(
         &mut self,
         patch: &Patch<'_>,
         marcher: &mut Marcher,
-        per_vertex: u32,
-        radius: f64,
+        numbers: impl Iterator<Item = u32>,
     ) {
-        for number in 1..=per_vertex {
-            let perimeter = marcher.circle(patch, number, radius, &mut self.arcs);
+        for number in numbers {
+            let perimeter = marcher.circle(patch, number, &mut self.arcs);
             self.perimeters.push(perimeter as f32);
             self.arc_ends.push(self.arcs.len());
         }
     }
 
-    /// Takes the vertices of the patch inside the outermost circle, nearest first, ties by index.
-    fn take_near(&mut self, patch: &Patch<'_>, vertex: usize, per_vertex: u32, radius: f64) {
+    /// Takes the vertices of the patch inside the outermost circle of a level, nearest first, ties by index.
+    fn take_near(&mut self, patch: &Patch<'_>, vertex: usize, per_vertex: u32, level: u32) {
+        let radius = patch.radius * f64::from(1_u32 << level);
         let outermost = f64::from(per_vertex) * radius;
+        let farthest = (outermost * (1.0 + ON_CIRCLE)).powi(2);
         self.found.clear();
         for (place, corner) in patch.corners.iter().enumerate() {
-            let inside = corner.distance <= outermost * (1.0 + ON_CIRCLE);
-            if corner.in_patch && inside && corner.vertex as usize != vertex {
+            if corner.square <= farthest && corner.vertex as usize != vertex {
                 self.found
-                    .push((corner.distance, corner.vertex, place as u32));
+                    .push((corner.square, corner.vertex, place as u32));
             }
         }
         self.found
@@ -123,7 +164,8 @@ impl Block {
             .found
             .iter()
             .take(MOST_NEIGHBORS)
-            .map(|&(distance, vertex, place)| {
+            .map(|&(square, vertex, place)| {
+                let distance = square.sqrt();
                 let turn = turn_of(patch.corners[place as usize].place.truncate());
                 let radii = (distance / radius) as f32;
                 let turn = fraction_between(circle, per_vertex, radii, turn as f32);
@@ -134,17 +176,19 @@ impl Block {
     }
 }
 
-/// Puts the blocks together; starts are 32-bit, and more entries than that are refused.
-fn join(blocks: &[Block], radii: &[f32], per_vertex: u32) -> Result<Circles> {
+/// Puts the blocks of a level together; starts are 32-bit, and more entries than that are refused.
+fn join<'a>(
+    blocks: impl Iterator<Item = &'a Block> + Clone,
+    radii: Vec<f32>,
+    per_vertex: u32,
+) -> Result<Circles> {
+    let perimeters = blocks.clone().flat_map(|block| &block.perimeters);
     Ok(Circles {
         per_vertex,
-        radii: radii.to_vec(),
-        arcs: rows(blocks.iter().map(|block| (&block.arc_ends, &block.arcs)))?,
-        near: rows(blocks.iter().map(|block| (&block.near_ends, &block.near)))?,
-        perimeters: blocks
-            .iter()
-            .flat_map(|block| block.perimeters.iter().copied())
-            .collect(),
+        radii,
+        perimeters: perimeters.copied().collect(),
+        arcs: rows(blocks.clone().map(|block| (&block.arc_ends, &block.arcs)))?,
+        near: rows(blocks.map(|block| (&block.near_ends, &block.near)))?,
     })
 }
 

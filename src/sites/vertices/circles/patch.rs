@@ -13,18 +13,16 @@ use crate::mesh::topology::NONE;
 /// The least cosine between a triangle's normal and the axis.
 const LEAST_FACING: f64 = 0.05;
 
-/// A vertex of the mesh, seen along the axis.
+/// A vertex of the patch, seen along the axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
     pub(super) vertex: u32,
     /// Across the axis (x, y) and along it (z), in mesh units.
     pub(super) place: DVec3,
-    /// Distance from the axis, in mesh units.
-    pub(super) distance: f64,
+    /// Its squared distance from the axis, in mesh units squared.
+    pub(super) square: f64,
     /// How many circles it lies outside of.
     pub(super) band: u32,
-    /// Whether a triangle of the patch has it.
-    pub(super) in_patch: bool,
 }
 
 /// A triangle of the patch.
@@ -47,8 +45,14 @@ pub(super) enum Way {
 /// Grows patches; keeps its memory from one vertex to the next.
 pub(super) struct Patch<'a> {
     surface: Manifold<'a>,
-    circles: u32,
-    radius: f64,
+    /// Unit normals of the mesh's triangles, 0 where they have no area.
+    normals: &'a [DVec3],
+    /// The frame about the vertex's axis.
+    frame: AxisFrame,
+    /// Radius of circle 1, in mesh units.
+    pub(super) radius: f64,
+    /// Number of the outermost circle.
+    outermost: u32,
     stamp: u32,
     /// Per vertex of the mesh its place among `corners`, where the stamp says so.
     corner_of: Vec<(u32, u32)>,
@@ -62,12 +66,14 @@ pub(super) struct Patch<'a> {
 }
 
 impl<'a> Patch<'a> {
-    /// For so many circles per vertex.
-    pub(super) fn new(surface: Manifold<'a>, circles: u32) -> Self {
+    /// No patch yet.
+    pub(super) fn new(surface: Manifold<'a>, normals: &'a [DVec3]) -> Self {
         Self {
             surface,
-            circles,
+            normals,
+            frame: AxisFrame::default(),
             radius: 0.0,
+            outermost: 0,
             stamp: 0,
             corner_of: vec![(0, 0); surface.mesh.positions.len()],
             facet_of: vec![(0, 0); surface.mesh.triangles.len()],
@@ -77,63 +83,60 @@ impl<'a> Patch<'a> {
         }
     }
 
-    /// The patch round a vertex whose first circle has this radius, in mesh units.
-    pub(super) fn grow(&mut self, vertex: usize, radius: f64) {
-        self.clear(radius);
-        let frame = AxisFrame::new(self.surface, vertex);
-        for edge in self.surface.rings.edges.row(vertex) {
-            if edge.triangle != NONE {
-                self.accept(&frame, edge.triangle);
-            }
-        }
-        let mut next = 0;
-        while next < self.facets.len() {
-            let triangle = self.facets[next].triangle;
-            for half_edge in 3 * triangle..3 * triangle + 3 {
-                if self.reaches_inside(half_edge, next) {
-                    self.pass(&frame, half_edge);
-                }
-            }
-            next += 1;
-        }
-    }
-
-    fn clear(&mut self, radius: f64) {
+    /// Begins the patch round a vertex, with the triangles there; `radius` is that of circle 1, in mesh units.
+    pub(super) fn begin(&mut self, vertex: usize, radius: f64) {
         self.radius = radius;
+        self.frame = AxisFrame::new(self.surface, vertex);
         self.corners.clear();
         self.facets.clear();
-        self.border.clear();
         self.stamp = self.stamp.wrapping_add(1);
         if self.stamp == 0 {
             self.corner_of.fill((0, 0));
             self.facet_of.fill((0, 0));
             self.stamp = 1;
         }
+        for edge in self.surface.rings.edges.row(vertex) {
+            if edge.triangle != NONE {
+                self.accept(edge.triangle);
+            }
+        }
+    }
+
+    /// Grows the patch to what hangs together inside circle `outermost`; a larger one may follow.
+    pub(super) fn grow(&mut self, outermost: u32) {
+        self.outermost = outermost;
+        self.border.clear();
+        let mut next = 0;
+        while next < self.facets.len() {
+            let triangle = self.facets[next].triangle;
+            for half_edge in 3 * triangle..3 * triangle + 3 {
+                if self.reaches_inside(half_edge, next) {
+                    self.pass(half_edge);
+                }
+            }
+            next += 1;
+        }
     }
 
     /// Moves the front over a half-edge, or notes that the patch ends there.
-    fn pass(&mut self, frame: &AxisFrame, half_edge: u32) {
+    fn pass(&mut self, half_edge: u32) {
         let twin = self.surface.topology.opposite[half_edge as usize];
-        if twin == NONE || !self.accept(frame, twin / 3) {
+        if twin == NONE || !self.accept(twin / 3) {
             self.border.push(half_edge);
         }
     }
 
     /// Whether a triangle belongs to the patch; takes it in when it is new.
-    fn accept(&mut self, frame: &AxisFrame, triangle: u32) -> bool {
+    fn accept(&mut self, triangle: u32) -> bool {
         if self.facet_of[triangle as usize].0 == self.stamp {
             return true;
         }
-        let ids = self.surface.mesh.triangles[triangle as usize];
-        let corners = ids.map(|vertex| self.corner(frame, vertex));
-        let [a, b, c] = corners.map(|corner| self.corners[corner as usize].place);
-        let normal = (b - a).cross(c - a);
-        if normal.z <= 0.0 || normal.z < LEAST_FACING * normal.length() {
+        let normal = self.frame.turned(self.normals[triangle as usize]);
+        if normal.z < LEAST_FACING {
             return false;
         }
-        for corner in corners {
-            self.corners[corner as usize].in_patch = true;
-        }
+        let ids = self.surface.mesh.triangles[triangle as usize];
+        let corners = ids.map(|vertex| self.corner(vertex));
         self.facet_of[triangle as usize] = (self.stamp, self.facets.len() as u32);
         self.facets.push(Facet {
             triangle,
@@ -144,19 +147,20 @@ impl<'a> Patch<'a> {
     }
 
     /// The place of a vertex among the corners, given out when it is first met.
-    fn corner(&mut self, frame: &AxisFrame, vertex: u32) -> u32 {
+    fn corner(&mut self, vertex: u32) -> u32 {
         let entry = &mut self.corner_of[vertex as usize];
         if entry.0 != self.stamp {
             *entry = (self.stamp, self.corners.len() as u32);
-            let place = frame.place(self.surface.mesh.positions[vertex as usize]);
-            let distance = place.truncate().length();
-            let band = (distance / self.radius).min(f64::from(self.circles)) as u32;
+            let place = self
+                .frame
+                .place(self.surface.mesh.positions[vertex as usize]);
+            let square = place.truncate().length_squared();
+            let band = (square / (self.radius * self.radius)).sqrt() as u32;
             self.corners.push(Corner {
                 vertex,
                 place,
-                distance,
+                square,
                 band,
-                in_patch: false,
             });
         }
         entry.1
@@ -165,8 +169,13 @@ impl<'a> Patch<'a> {
     /// Whether part of a half-edge lies inside the outermost circle.
     fn reaches_inside(&self, half_edge: u32, facet: usize) -> bool {
         let [from, to] = self.ends(half_edge, &self.facets[facet]);
-        let outermost = self.circles;
+        let outermost = self.outermost;
         from.band < outermost || to.band < outermost || self.dips(from, to, outermost)
+    }
+
+    /// The radius of a circle, in mesh units.
+    pub(super) fn radius_of(&self, circle: u32) -> f64 {
+        f64::from(circle) * self.radius
     }
 
     /// The facet of a half-edge's triangle, if it belongs to the patch.
@@ -195,7 +204,7 @@ impl<'a> Patch<'a> {
     /// Where a half-edge crosses a circle in this direction.
     pub(super) fn crossing(&self, half_edge: u32, facet: &Facet, circle: u32, way: Way) -> DVec2 {
         let [from, to] = self.ends(half_edge, facet).map(|end| end.place.truncate());
-        let radius = f64::from(circle) * self.radius;
+        let radius = self.radius_of(circle);
         let along = to - from;
         let (square, middle) = (along.length_squared(), -from.dot(along));
         let half = (middle * middle - square * (from.length_squared() - radius * radius))
@@ -212,7 +221,7 @@ impl<'a> Patch<'a> {
     /// Whether an edge between two points outside a circle enters it. Both half-edges give the same answer,
     /// to the last bit: the ends are taken in the order of their vertices.
     fn dips(&self, from: &Corner, to: &Corner, circle: u32) -> bool {
-        let radius = f64::from(circle) * self.radius;
+        let radius = self.radius_of(circle);
         let [a, b] = if from.vertex < to.vertex {
             [from, to]
         } else {

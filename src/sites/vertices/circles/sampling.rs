@@ -19,6 +19,9 @@ use crate::sites::level::Neighbor;
 use crate::sites::vertices::sampling::SampleCounts;
 use crate::sites::vertices::stencil::{PackedSample, PatchStencils};
 
+/// Vertices that a thread takes at a time.
+const BLOCK: usize = 1024;
+
 /// A template's samples by ring and share of the ring.
 struct RingSamples {
     /// Per ring, from the innermost, the shares of its samples in turns.
@@ -174,15 +177,20 @@ pub fn neighbors(
     frames: &[Frame],
 ) -> Result<Rows<Neighbor>> {
     check_frames(circles, frames)?;
-    let entries = (0..frames.len())
-        .into_par_iter()
-        .flat_map_iter(|vertex| {
-            let place = Placement::new(circles, surface, &frames[vertex], vertex);
-            place.neighbors().collect::<Vec<_>>()
+    let blocks: Vec<Vec<Neighbor>> = frames
+        .par_chunks(BLOCK)
+        .enumerate()
+        .map(|(block, frames)| {
+            let vertices = (BLOCK * block..).zip(frames);
+            let places =
+                vertices.map(|(vertex, frame)| Placement::new(circles, surface, frame, vertex));
+            let mut entries = Vec::new();
+            places.for_each(|place| entries.extend(place.neighbors()));
+            entries
         })
         .collect();
     Ok(Rows {
         starts: circles.near.starts.clone(),
-        entries,
+        entries: blocks.concat(),
     })
 }

@@ -4,7 +4,10 @@
 
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use super::arcs::Circles;
+use super::cache::Wanted;
 use super::frame::Manifold;
 use super::options::RoundOptions;
 use super::{cache, marching, sampling};
@@ -130,27 +133,21 @@ pub fn sites(
     progress: Progress<'_>,
 ) -> Result<RoundSites> {
     options.validate()?;
-    progress.begin("circles", u64::from(options.levels));
     let template = Template::round(options.rings);
     let mut hierarchy = SiteHierarchy { levels: Vec::new() };
     let mut levels = Vec::new();
-    for number in 0..options.levels {
-        let radii: Vec<f32> = texels
-            .iter()
-            .map(|texel| texel * (1_u32 << number) as f32)
-            .collect();
-        let (circles, source) = circles(surface, &radii, options.rings, cache, progress)?;
+    progress.begin("circles", u64::from(options.levels));
+    let circles = circles(surface, texels, options, cache, progress)?;
+    for (number, (circles, source)) in (1..).zip(circles) {
         let (fine, samples) = sampling::stencils(&circles, surface, &frames, &template)?;
         let neighbors = sampling::neighbors(&circles, surface, &frames)?;
-        let is_coarsest = number + 1 == options.levels;
         hierarchy.levels.push(VertexSites {
             fine,
             coarse: None,
             neighbors,
-            parents: if is_coarsest {
-                Vec::new()
-            } else {
-                own_parents(frames.len())
+            parents: match number == options.levels {
+                true => Vec::new(),
+                false => own_parents(frames.len()),
             },
             areas: surface.mesh.vertex_areas(),
         });
@@ -177,29 +174,69 @@ fn own_parents(count: usize) -> Vec<Parent> {
     (0..count as u32).map(parent).collect()
 }
 
-/// The circles of every vertex: from the cache where it has them, else marched and kept there.
+/// The circles of every vertex, level by level: from the cache where it has them, else marched and kept
+/// there.
 pub fn circles(
     surface: Manifold<'_>,
-    radii: &[f32],
-    per_vertex: u32,
+    texels: &[f32],
+    options: &RoundOptions,
     cache: Option<&Path>,
     progress: Progress<'_>,
-) -> Result<(Circles, CircleSource)> {
-    let Some(folder) = cache else {
-        let circles = marching::march(surface, radii, per_vertex, progress)?;
-        return Ok((circles, CircleSource::Marched));
+) -> Result<Vec<(Circles, CircleSource)>> {
+    let on_level = |level: u32| -> Vec<f32> {
+        let scale = (1_u32 << level) as f32;
+        texels.iter().map(|texel| texel * scale).collect()
     };
-    let wanted = cache::Wanted::new(surface.mesh, radii, per_vertex);
-    let file = wanted.file(folder);
-    if file.exists() {
-        match cache::read(&file, &wanted) {
-            Ok(circles) => return Ok((circles, CircleSource::Read)),
-            Err(error) => progress.warn(format!("{error}; the circles are marched again")),
-        }
+    let radii: Vec<Vec<f32>> = (0..options.levels).map(on_level).collect();
+    let wanted: Vec<Wanted<'_>> = radii
+        .iter()
+        .map(|radii| Wanted::new(surface.mesh, radii, options.rings))
+        .collect();
+    let mut found: Vec<Option<Circles>> = wanted
+        .par_iter()
+        .map(|wanted| cache.and_then(|folder| read(folder, wanted, progress)))
+        .collect();
+    let missing: Vec<u32> = (0..options.levels)
+        .filter(|&level| found[level as usize].is_none())
+        .collect();
+    if missing.is_empty() {
+        let read = |circles| (circles, CircleSource::Read);
+        return Ok(found.into_iter().flatten().map(read).collect());
     }
-    let circles = marching::march(surface, radii, per_vertex, progress)?;
-    if let Err(error) = cache::write(&file, &wanted, &circles) {
+    let marched = marching::march_levels(surface, texels, options.rings, &missing, progress)?;
+    if let Some(folder) = cache {
+        let levels = missing.par_iter().zip(&marched);
+        levels.for_each(|(&level, circles)| {
+            write(folder, &wanted[level as usize], circles, progress);
+        });
+    }
+    for (&level, circles) in missing.iter().zip(marched) {
+        found[level as usize] = Some(circles);
+    }
+    let source = |level: usize| match missing.contains(&(level as u32)) {
+        true => CircleSource::Marched,
+        false => CircleSource::Read,
+    };
+    let found = found.into_iter().flatten().enumerate();
+    Ok(found
+        .map(|(level, circles)| (circles, source(level)))
+        .collect())
+}
+
+/// The circles in a cache folder, where they are there and sound.
+fn read(folder: &Path, wanted: &Wanted<'_>, progress: Progress<'_>) -> Option<Circles> {
+    let file = wanted.file(folder);
+    if !file.exists() {
+        return None;
+    }
+    let circles = cache::read(&file, wanted);
+    circles
+        .inspect_err(|error| progress.warn(format!("{error}; the circles are marched again")))
+        .ok()
+}
+
+fn write(folder: &Path, wanted: &Wanted<'_>, circles: &Circles, progress: Progress<'_>) {
+    if let Err(error) = cache::write(&wanted.file(folder), wanted, circles) {
         progress.warn(format!("the circles are not cached: {error}"));
     }
-    Ok((circles, CircleSource::Marched))
 }

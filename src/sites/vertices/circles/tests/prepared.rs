@@ -202,3 +202,22 @@ fn bad_options_and_radii_are_refused_by_name() {
     let square = Template::square(5);
     assert!(sampling::stencils(&circles, ready.surface(), &frames, &square).is_err());
 }
+
+#[test]
+fn levels_marched_together_are_those_marched_apart() {
+    let ready = Ready::new(shapes::torus(60, 36, 1.0, 0.4));
+    let radii = vec![0.05; ready.mesh.positions.len()];
+    let march = |levels: &[u32]| {
+        marching::march_levels(ready.surface(), &radii, 3, levels, Progress::silent()).unwrap()
+    };
+    let together = march(&[0, 1, 3]);
+    let apart: Vec<Circles> = [0, 1, 3].map(|level| march(&[level]).remove(0)).into();
+    assert_eq!(together[0], ready.march(0.05, 3));
+    for (together, apart) in together.iter().zip(&apart) {
+        assert_eq!(together.radii, apart.radii);
+        assert_eq!(together.perimeters.len(), apart.perimeters.len());
+        let lengths = together.perimeters.iter().zip(&apart.perimeters);
+        assert!(lengths.clone().all(|(a, b)| (a - b).abs() <= 1e-5 * b));
+        assert_eq!(together.near, apart.near);
+    }
+}
