@@ -79,7 +79,7 @@ pub struct FeaturePattern {
 struct PatternPart {
     /// The numbers of the blocks, and a pair more.
     values: Vec<Pair>,
-    /// What each weighs.
+    /// What each weighs, where some samples hold nothing; empty for the weights of the whole window.
     weights: Vec<Pair>,
 }
 
@@ -108,10 +108,9 @@ impl<'a> FeatureMetric<'a> {
     #[must_use]
     pub fn with_projected_windows(mut self, seed: u64, level: u32) -> Self {
         let texels = &self.exemplar.whole_texels;
-        let mut pattern = FeaturePattern::default();
-        self.pattern_of_texel(texels[0], &mut pattern);
-        let weights = [&pattern.fine, &pattern.coarse].map(|part| &part.weights[..]);
-        let weights: Vec<f32> = bytemuck::pod_collect_to_vec(&weights.concat());
+        let pictures = std::iter::once(&self.fine).chain(&self.coarse);
+        let weights = pictures.map(|picture| &picture.weights[..]);
+        let weights: Vec<f32> = bytemuck::pod_collect_to_vec(&weights.collect::<Vec<_>>().concat());
         let window = |texel: u32, numbers: &mut Vec<f32>| {
             let mut pattern = FeaturePattern::default();
             self.pattern_of_texel(texel, &mut pattern);
@@ -172,7 +171,10 @@ fn corners(exemplar: &ExemplarLevel<'_>, depth: usize) -> Vec<[u32; 2]> {
 impl FeaturePattern {
     /// All numbers of the blocks, the fine window's first.
     fn parts(&self) -> [&[f32]; 2] {
-        let counted = [&self.fine, &self.coarse].map(|part| &part.values[..part.weights.len()]);
+        let counted = [&self.fine, &self.coarse].map(|part| match &part.values[..] {
+            [] => &[],
+            [counted @ .., _] => counted,
+        });
         counted.map(bytemuck::cast_slice)
     }
 }
@@ -237,7 +239,7 @@ impl Picture {
     /// Reads the window that begins at a number of the bordered image.
     fn read_window(&self, corner: u32, part: &mut PatternPart) {
         let window = &self.numbers[corner as usize..];
-        part.weights.clone_from(&self.weights);
+        part.weights.clear();
         part.values.resize(self.weights.len() + 1, Pair::zeroed());
         for (values, begins) in part.values.iter_mut().zip(&self.blocks) {
             for (values, &begin) in values.0.iter_mut().zip(begins) {
@@ -253,22 +255,30 @@ impl Picture {
         samples: impl Iterator<Item = Option<SampleValue<N>>>,
         part: &mut PatternPart,
     ) {
-        part.weights.clone_from(&self.weights);
+        part.weights.clear();
         // The last sample's last step may reach beyond the last block.
         part.values.resize(self.weights.len() + 1, Pair::zeroed());
         let default = self.vectors.len() / self.steps - 1;
         let values: &mut [f32] = bytemuck::cast_slice_mut(&mut part.values);
-        let weights: &mut [f32] = bytemuck::cast_slice_mut(&mut part.weights);
         for (value, &place) in samples.zip(&self.places) {
             let place = place as usize;
             let values = &mut values[place..][..self.steps * STEP];
             match value {
-                None => weights[place..][..self.depth].fill(0.0),
+                None => self.leave_out(place, &mut part.weights),
                 Some(SampleValue::Default) => self.copy(default, values),
                 Some(SampleValue::One(row)) => self.copy(row as usize, values),
                 Some(SampleValue::Blend(rows, blend)) => self.blend(rows, blend, values),
             }
         }
+    }
+
+    /// Lets the sample at a place weigh nothing.
+    fn leave_out(&self, place: usize, weights: &mut Vec<Pair>) {
+        if weights.is_empty() {
+            weights.clone_from(&self.weights);
+        }
+        let weights: &mut [f32] = bytemuck::cast_slice_mut(weights);
+        weights[place..][..self.depth].fill(0.0);
     }
 
     /// The vector of a feature row. What fills it up is overwritten by the next sample, or weighs nothing.
@@ -307,7 +317,11 @@ impl Picture {
     ) {
         let numbers = &self.numbers[corner as usize..];
         let pattern = part.values[pairs.clone()].iter();
-        let pattern = pattern.zip(&part.weights[pairs.clone()]);
+        let weights = match part.weights.is_empty() {
+            true => &self.weights,
+            false => &part.weights,
+        };
+        let pattern = pattern.zip(&weights[pairs.clone()]);
         for (begins, (Pair(value), Pair(weight))) in self.blocks[pairs].iter().zip(pattern) {
             for half in 0..2 {
                 let window = &numbers[begins[half] as usize..][..LANES];
