@@ -72,6 +72,8 @@ pub mod sites;
 pub mod maps;
 pub mod synthesis;
 
+pub mod textures;
+
 pub mod render;
 pub mod report;
 

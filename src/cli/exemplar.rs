@@ -20,7 +20,7 @@ pub use crate::cli::exemplar::describe::describe_channels;
 
 use crate::btf::direction::Direction;
 use crate::btf::sample::{DType, Description, Layout};
-use crate::btf::writer::SampleWriter;
+use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
 use crate::cli::exemplar::reading::ImageReader;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -39,7 +39,7 @@ impl Arguments {
         Files::default()
             .read(&self.images)
             .read(self.control_files())
-            .write("output", [&sample], Product::Sample)
+            .write("output", [&sample], Product::Folder(&SAMPLE_FOLDER))
             .write("output", [&space, &table], Product::File(Format::Archive))
     }
 

@@ -11,6 +11,7 @@
 //! | [`field`] | the orientation field |
 //! | [`chart`] | the (s, t) chart round a point |
 //! | [`surface_bvh`], [`point_tree`] | nearest points and crossings, and points in a triangle |
+//! | [`tangents`], [`tessellation`] | tangents of textured triangles; triangles cut to a length |
 //! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
 //! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
 
@@ -30,6 +31,8 @@ pub mod retile;
 pub mod rings;
 pub mod shapes;
 pub(crate) mod surface_bvh;
+pub(crate) mod tangents;
+pub(crate) mod tessellation;
 mod texture_charts;
 pub mod topology;
 pub mod triangle_mesh;

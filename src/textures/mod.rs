@@ -1,0 +1,23 @@
+//! Texture maps: the channels of a sample carried onto a surface that synthesis has decorated, and their files.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`channel`] | a channel of the sample: linear light, unit normals, or numbers as they stand |
+//! | [`texture`] | an image of numbers on an atlas, its borders padded |
+//! | [`transfer`] | a channel onto an atlas or onto vertices |
+//! | [`frames`] | the frames that normals are turned between |
+//! | [`growth`] | the texel of its own chart that each texel beyond a border is nearest to |
+//! | [`image_file`] | a texture as PNG or OpenEXR |
+//! | [`relief`] | the surface moved along its normals |
+//! | [`model`] | the surface with its textures as GLB |
+//! | [`folder`] | all of them in one folder |
+
+pub mod channel;
+mod frames;
+mod growth;
+mod image_file;
+pub mod texture;
+pub mod transfer;
+
+pub use channel::SampleChannel;
+pub use texture::Texture;
