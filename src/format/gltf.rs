@@ -12,8 +12,10 @@ mod buffers;
 pub(crate) mod companions;
 mod description;
 mod extensions;
+mod material;
 mod nodes;
 mod room;
+mod split;
 mod writing;
 
 use std::path::Path;
@@ -22,6 +24,7 @@ use glam::{DMat3, DMat4, Vec3};
 use gltf::accessor::Accessor;
 use gltf::mesh::{Mode, Primitive, Semantic};
 
+pub use crate::format::gltf::material::{AlphaMode, GltfMaterial};
 pub use crate::format::gltf::writing::{GltfMesh, write};
 
 use crate::error::{Error, Result};
@@ -272,6 +275,7 @@ mod tests {
             normals: &[[0., 0., 1.]; 4],
             triangles: &[[0, 1, 2], [0, 2, 3]],
             uvs: None,
+            ..GltfMesh::default()
         }
     }
 

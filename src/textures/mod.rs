@@ -13,9 +13,12 @@
 //! | [`folder`] | all of them in one folder |
 
 pub mod channel;
+pub mod folder;
 mod frames;
 mod growth;
 mod image_file;
+pub mod model;
+mod relief;
 pub mod texture;
 pub mod transfer;
 

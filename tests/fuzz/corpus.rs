@@ -384,6 +384,7 @@ pub fn glb() -> Vec<u8> {
         positions: &CORNERS,
         normals: &[[0., 0., 1.]; 4],
         triangles: &FACES,
+        ..GltfMesh::default()
     };
     file_bytes("a.glb", |path| gltf::write(path, &mesh).unwrap())
 }

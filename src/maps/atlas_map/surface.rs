@@ -51,7 +51,10 @@ pub(super) fn write(path: &Path, map: &AtlasMap) -> Result<ContentId> {
         ] {
             file.array(
                 name,
-                view([height, width, 3], bytemuck::cast_slice::<Vec3, f32>(vectors))?,
+                view(
+                    [height, width, 3],
+                    bytemuck::cast_slice::<Vec3, f32>(vectors),
+                )?,
             )?;
         }
         file.array("chart", view([height, width], &map.chart)?)?;

@@ -1,0 +1,118 @@
+//! The surface moved along its normals by a height channel.
+//!
+//! Triangles are cut to the length of a texel first, so that the relief has a vertex per texel. A vertex on a
+//! border of charts has a height in each: it takes their mean, so that the surface stays closed.
+
+use crate::error::Result;
+use crate::mesh::rings::vertex_normals;
+use crate::mesh::tessellation::{TexturedMesh, affordable_edge, tessellate};
+use crate::progress::Progress;
+use crate::textures::texture::Texture;
+
+/// The most triangles of a displaced surface: about 150 MB of GLB.
+const MOST_TRIANGLES: usize = 1 << 21;
+
+/// A surface in relief.
+pub(super) struct Relief {
+    /// Cut and moved; normals are still those of the smooth surface.
+    pub(super) surface: TexturedMesh,
+    /// The longest edge that the smooth surface was cut to, in mesh units.
+    pub(super) edge: f64,
+}
+
+/// Cuts a surface into edges of at most `texel` mesh units, or longer ones where there would be too many
+/// triangles, and moves each vertex by its height times `amount` mesh units.
+pub(super) fn displaced(
+    surface: TexturedMesh,
+    heights: &Texture,
+    amount: f64,
+    texel: f64,
+    progress: Progress<'_>,
+) -> Result<Relief> {
+    let edge = affordable_edge(&surface.mesh, texel, MOST_TRIANGLES);
+    let mut surface = tessellate(surface, edge, MOST_TRIANGLES, progress)?;
+    let offsets = vertex_heights(&surface, heights);
+    let vertices = surface.mesh.positions.iter_mut().zip(&surface.normals);
+    for ((position, normal), height) in vertices.zip(offsets) {
+        *position += *normal * (height * amount) as f32;
+    }
+    Ok(Relief { surface, edge })
+}
+
+/// The normals of a moved surface's own shape.
+pub(super) fn own_normals(surface: &mut TexturedMesh) {
+    surface.normals = vertex_normals(&surface.mesh);
+}
+
+/// The mean height of each vertex' corners; 0 for a vertex in no triangle.
+fn vertex_heights(surface: &TexturedMesh, heights: &Texture) -> Vec<f64> {
+    let mut sums = vec![(0.0_f64, 0_u32); surface.mesh.positions.len()];
+    let triangles = surface.mesh.triangles.iter().zip(&surface.corner_uvs);
+    for (&vertex, &uv) in triangles.flat_map(|(corners, uvs)| corners.iter().zip(uvs)) {
+        let (sum, count) = &mut sums[vertex as usize];
+        *sum += f64::from(heights.at_uv(uv));
+        *count += 1;
+    }
+    let mean = |(sum, count): (f64, u32)| sum / f64::from(count.max(1));
+    sums.into_iter().map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exemplar::channels::ChannelKind;
+    use crate::mesh::shapes::icosphere;
+    use crate::mesh::topology::Topology;
+    use crate::textures::texture::tests::texture;
+    use glam::Vec2;
+
+    #[test]
+    fn a_ball_of_constant_height_grows() {
+        let mesh = icosphere(2);
+        let surface = TexturedMesh {
+            normals: mesh.positions.clone(),
+            corner_uvs: vec![[Vec2::splat(0.5); 3]; mesh.triangles.len()],
+            mesh,
+        };
+        let half = texture(ChannelKind::Height, 1, vec![0.5; 4]);
+        let moved = displaced(surface.clone(), &half, 0.3, 10.0, Progress::silent()).unwrap();
+        for position in &moved.surface.mesh.positions {
+            assert!((position.length() - 1.15).abs() < 1e-5);
+        }
+        let fine = displaced(surface, &half, 0.3, 0.1, Progress::silent()).unwrap();
+        assert!(fine.surface.mesh.triangles.len() > 4 * moved.surface.mesh.triangles.len());
+        let topology = Topology::new(&fine.surface.mesh.triangles);
+        assert_eq!(topology.boundary_half_edges().count(), 0);
+    }
+
+    #[test]
+    fn vertices_on_a_border_of_charts_take_the_mean() {
+        let mesh = crate::mesh::shapes::grid(2, 1, 1.0);
+        // The left cells show the left of the image, the right cells the right.
+        let left = |t: usize| mesh.corners(t).iter().all(|p| p.x < 1.5);
+        let uv = |t| {
+            if left(t) {
+                Vec2::new(0.25, 0.5)
+            } else {
+                Vec2::new(0.75, 0.5)
+            }
+        };
+        let surface = TexturedMesh {
+            normals: vertex_normals(&mesh),
+            corner_uvs: (0..mesh.triangles.len()).map(|t| [uv(t); 3]).collect(),
+            mesh,
+        };
+        let steps = texture(ChannelKind::Height, 1, vec![0.0, 1.0, 0.0, 1.0]);
+        let heights = vertex_heights(&surface, &steps);
+        for (p, height) in surface.mesh.positions.iter().zip(heights) {
+            let wanted = if p.x < 0.5 {
+                0.0..=0.0
+            } else if p.x < 1.5 {
+                0.2..=0.8
+            } else {
+                1.0..=1.0
+            };
+            assert!(wanted.contains(&height), "{p}: {height}");
+        }
+    }
+}
