@@ -2,11 +2,11 @@
 //! a neighbour table out, so that `synth` and `render` decorate meshes with ordinary textures.
 
 mod arguments;
-mod channels;
+pub(super) mod channels;
 mod controls;
 mod describe;
-mod option_values;
-mod reading;
+pub(super) mod option_values;
+pub(super) mod reading;
 mod weights;
 
 use std::f32::consts::PI;
@@ -53,7 +53,7 @@ impl Arguments {
         let _locks = self.files().claim()?;
         let outputs = self.outputs();
         let [sample_path, space_path, table_path] = &outputs;
-        let mut reader = ImageReader::new(self);
+        let mut reader = ImageReader::new(self.orientation, self.alpha, self.layer.clone());
         let images = channels::read(self, &mut reader)?;
         let colors = &images[0].image;
         let controls = controls::read(self, [colors.width, colors.height], &mut reader)?;
