@@ -12,9 +12,12 @@
 //! | [`chart`] | the (s, t) chart round a point |
 //! | [`surface_bvh`], [`point_tree`] | nearest points and crossings, and points in a triangle |
 //! | [`tangents`], [`tessellation`] | tangents of textured triangles; triangles cut to a length |
+//! | [`geodesic`] | straight lines on a surface |
+//! | [`atlas`] | texture coordinates cut into charts, and where texels lie on the surface |
 //! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
 //! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
 
+pub mod atlas;
 pub mod builtin;
 pub(crate) mod chart;
 mod cleaning;
@@ -24,6 +27,7 @@ pub mod field;
 pub(crate) mod frame;
 pub(crate) mod origin;
 pub(crate) mod pictures;
+pub mod geodesic;
 mod point_tree;
 pub(crate) mod quality;
 pub mod reading;
