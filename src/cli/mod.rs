@@ -22,6 +22,7 @@ mod session;
 mod synth;
 mod terminal;
 mod textons;
+mod transfer;
 
 use std::process::ExitCode;
 
@@ -59,6 +60,7 @@ enum Command {
     Mesh(mesh::Arguments),
     Synth(synth::Arguments),
     Render(render::Arguments),
+    Transfer(transfer::Arguments),
     Run(run::Arguments),
 }
 
@@ -83,6 +85,7 @@ impl Command {
             Self::Mesh(arguments) => &arguments.common,
             Self::Synth(arguments) => &arguments.common,
             Self::Render(arguments) => &arguments.common,
+            Self::Transfer(arguments) => &arguments.common,
             Self::Run(arguments) => &arguments.common,
         }
     }
@@ -97,6 +100,7 @@ impl Command {
             Self::Mesh(arguments) => arguments.check(),
             Self::Synth(arguments) => arguments.check(),
             Self::Render(arguments) => arguments.options.validate(),
+            Self::Transfer(arguments) => arguments.check(),
             Self::Demo(_) | Self::Import(_) | Self::Info(_) | Self::Gram(_) | Self::Run(_) => {
                 Ok(())
             }
@@ -115,6 +119,7 @@ impl Command {
             Self::Mesh(arguments) => arguments.files(),
             Self::Synth(arguments) => arguments.files(),
             Self::Render(arguments) => Ok(arguments.files()),
+            Self::Transfer(arguments) => Ok(arguments.files()),
             Self::Demo(_) | Self::Info(_) | Self::Run(_) => Ok(Files::default()),
         }
     }
@@ -132,7 +137,8 @@ impl Command {
             | Self::Gram(_)
             | Self::Knn(_)
             | Self::Exemplar(_)
-            | Self::Mesh(_) => STAGE_IF_INTERRUPTED,
+            | Self::Mesh(_)
+            | Self::Transfer(_) => STAGE_IF_INTERRUPTED,
         }
     }
 
@@ -149,6 +155,7 @@ impl Command {
             Self::Mesh(arguments) => arguments.run(session),
             Self::Synth(arguments) => arguments.run(session),
             Self::Render(arguments) => arguments.run(session),
+            Self::Transfer(arguments) => arguments.run(session),
             Self::Run(arguments) => arguments.run(session),
         }
     }

@@ -8,41 +8,44 @@ use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::maps::atlas_map::AtlasMap;
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::mesh::topology::NONE;
+use crate::mesh::atlas::{TexelPoints, padding};
 use crate::textures::channel::{SampleChannel, unit_vector};
 use crate::textures::frames::{TangentFrames, in_frame, sample_frame};
 use crate::textures::growth::grown;
 use crate::textures::texture::Texture;
 
 /// How far the nearest chart's tangent frame is looked for, in texels: farther than images are padded.
-const FRAMES_REACH: u32 = 64;
+const FRAMES_REACH: u32 = 2 * PADDED;
+
+/// How far images are padded across the borders of charts, in texels.
+pub const PADDED: u32 = 8;
 
 /// An atlas ready to take channels.
 pub struct Canvas<'a> {
     map: &'a AtlasMap,
-    /// Per texel the triangle, [`NONE`] outside.
-    triangle: &'a [u32],
-    /// Per texel the barycentric weights of its centre.
-    weights: &'a [[f32; 3]],
+    points: TexelPoints,
     /// Texels outside charts, each with the texel inside that it repeats.
-    padding: &'a [(u32, u32)],
+    padding: Vec<(u32, u32)>,
 }
 
 impl<'a> Canvas<'a> {
-    /// Of a map, where its texels lie on its mesh, and how it is padded.
-    pub fn new(
-        map: &'a AtlasMap,
-        triangle: &'a [u32],
-        weights: &'a [[f32; 3]],
-        padding: &'a [(u32, u32)],
-    ) -> Self {
-        debug_assert!(triangle.len() == map.len() && weights.len() == map.len());
-        Self {
-            map,
-            triangle,
-            weights,
-            padding,
+    /// Of a map, whose texels are found on its mesh again.
+    pub fn new(map: &'a AtlasMap) -> Result<Self> {
+        let atlas = map.atlas();
+        let points = TexelPoints::new(&map.mesh, &atlas, map.width, map.height)?;
+        let charts = map.chart.iter().enumerate();
+        let strange = charts.filter(|(texel, chart)| points.is_inside(*texel) != (**chart >= 0));
+        if let Some((texel, chart)) = strange.min_by_key(|(texel, _)| *texel) {
+            let width = map.width as usize;
+            let place = format!("chart, row {}, column {}", texel / width, texel % width);
+            return Err(Error::data(place, chart.to_string())
+                .expected("charts that cover the texels whose centres they contain"));
         }
+        Ok(Self {
+            padding: padding(&points, &atlas, &map.mesh, PADDED),
+            map,
+            points,
+        })
     }
 
     /// Carries a channel onto the atlas; its grid is that of the map's sample.
@@ -59,7 +62,7 @@ impl<'a> Canvas<'a> {
         };
         check_alpha(&texture, self.map)?;
         let mut filled: Vec<bool> = self.map.chart.iter().map(|&chart| chart >= 0).collect();
-        for &(outside, _) in self.padding {
+        for &(outside, _) in &self.padding {
             filled[outside as usize] = true;
         }
         texture.fill_rest(&filled);
@@ -88,7 +91,7 @@ impl<'a> Canvas<'a> {
                 texel.copy_from_slice(&channel.at(*coord)[..channel.count]);
             }
         });
-        texture.copy(self.padding);
+        texture.copy(&self.padding);
         texture
     }
 
@@ -100,27 +103,27 @@ impl<'a> Canvas<'a> {
         let frames = TangentFrames::new(&map.mesh, &map.vertex_normals, &map.corner_uvs);
         let turned = |from: usize, shown: usize| {
             let coord = map.coords[from]?;
-            let triangle = self.triangle[shown];
+            let triangle = self.points.triangle[shown];
             let own = sample_frame(map.normal[from], map.orientation[from]);
             let normal = own * Vec3::from(unit_vector(channel.at(coord)));
-            let frame = frames.at(triangle, self.weights[shown]);
+            let frame = frames.at(triangle, self.points.weights[shown]);
             Some(in_frame(&frame, normal).to_array())
         };
         let texels = texture.numbers.par_chunks_exact_mut(channel.count);
         texels.enumerate().for_each(|(at, texel)| {
-            if self.triangle[at] != NONE
+            if self.points.is_inside(at)
                 && let Some(normal) = turned(at, at)
             {
                 texel.copy_from_slice(&normal);
             }
         });
-        let is_inside = |texel: usize| self.triangle[texel] != NONE;
+        let is_inside = |texel: usize| self.points.is_inside(texel);
         let near = grown([map.width, map.height], is_inside, FRAMES_REACH);
         let mut shown_by: Vec<u32> = (0..map.len() as u32).collect();
         for (outside, inside) in near {
             shown_by[outside as usize] = inside;
         }
-        for &(outside, inside) in self.padding {
+        for &(outside, inside) in &self.padding {
             let shown = shown_by[outside as usize] as usize;
             if is_inside(shown)
                 && let Some(normal) = turned(inside as usize, shown)
@@ -172,19 +175,6 @@ mod tests {
     use crate::format::image::{Encoding, FloatImage, Precision};
     use crate::maps::atlas_map::tests::square;
 
-    /// The square of `maps::atlas_map` with its texels' triangles and weights.
-    fn placed(map: &AtlasMap) -> (Vec<u32>, Vec<[f32; 3]>) {
-        let place = |texel: usize| {
-            let p = map.position[texel];
-            match (map.chart[texel] < 0, p.x >= p.y) {
-                (true, _) => (NONE, [0.0; 3]),
-                (_, true) => (0, [1.0 - p.x, p.x - p.y, p.y]),
-                (_, false) => (1, [1.0 - p.y, p.x, p.y - p.x]),
-            }
-        };
-        (0..16).map(place).unzip()
-    }
-
     fn channel(kind: ChannelKind, of: impl Fn(usize) -> Vec<f32>) -> SampleChannel {
         let data: Vec<f32> = (0..32).flat_map(of).collect();
         let image = FloatImage {
@@ -201,21 +191,14 @@ mod tests {
     #[test]
     fn texels_take_the_value_at_their_coordinate() {
         let map = square();
-        let (triangle, weights) = placed(&map);
-        let pairs = [(0, 4), (3, 6), (7, 6)];
-        let canvas = Canvas::new(&map, &triangle, &weights, &pairs);
+        let canvas = Canvas::new(&map).unwrap();
         let texture = canvas
             .carry(&channel(ChannelKind::Height, |at| vec![at as f32 / 64.0]))
             .unwrap();
         for (texel, &number) in texture.numbers.iter().enumerate() {
-            let (row, col) = (texel / 4, texel % 4);
-            let wanted = (row * 8 + col) as f32 / 64.0;
-            match texel {
-                0 => assert_eq!(number, 8.0 / 64.0),
-                3 | 7 => assert_eq!(number, 10.0 / 64.0),
-                _ if map.chart[texel] >= 0 => assert_eq!(number, wanted),
-                _ => assert!(number > 0.1 && number < 0.5, "{number}"),
-            }
+            // Beyond the surface's border its nearest texel is repeated.
+            let (row, col) = ((texel / 4).max(1), (texel % 4).min(2));
+            assert_eq!(number, (row * 8 + col) as f32 / 64.0);
         }
     }
 
@@ -237,7 +220,7 @@ mod tests {
         assert!((at(&map) - Vec3::new(0.0, x, z)).length() < 1e-5);
         // A chart that lies turned by a quarter: u runs along −y.
         let mut turned = square();
-        let quarter = |uv: glam::Vec2| glam::Vec2::new(1.0 - uv.y, uv.x);
+        let quarter = |uv: glam::Vec2| glam::Vec2::new(0.75 - uv.y, uv.x);
         turned
             .corner_uvs
             .iter_mut()
@@ -246,7 +229,7 @@ mod tests {
         assert!((at(&turned) - Vec3::new(0.0, x, z)).length() < 1e-5);
         // A mirrored chart: u runs along −x.
         let mut mirrored = square();
-        let mirror = |uv: glam::Vec2| glam::Vec2::new(1.0 - uv.x, uv.y);
+        let mirror = |uv: glam::Vec2| glam::Vec2::new(0.75 - uv.x, uv.y);
         mirrored
             .corner_uvs
             .iter_mut()
@@ -256,25 +239,26 @@ mod tests {
     }
 
     #[test]
-    fn padded_normals_stand_in_the_frame_of_the_chart_they_lie_beside() {
+    fn normals_are_padded_and_charts_must_fit() {
         let map = square();
-        let (triangle, weights) = placed(&map);
-        let pairs = [(7, 6), (0, 4)];
-        let canvas = Canvas::new(&map, &triangle, &weights, &pairs);
+        let canvas = Canvas::new(&map).unwrap();
         let leaning = channel(ChannelKind::Normal, |at| {
             vec![0.3 + 0.01 * at as f32, 0.5, 0.9]
         });
         let texture = canvas.carry(&leaning).unwrap();
         assert_eq!(texture.texel(7), texture.texel(6));
         assert_eq!(texture.texel(0), texture.texel(4));
-        assert_eq!(texture.texel(1), [0.0, 0.0, 1.0]);
+        assert_ne!(texture.texel(0), texture.texel(7));
+        let mut other = square();
+        other.chart[4] = -1;
+        let text = Canvas::new(&other).err().unwrap().to_string();
+        assert!(text.contains("chart, row 1, column 0: -1"), "{text}");
     }
 
     #[test]
     fn alpha_that_hides_everything_and_other_samples_are_refused() {
         let map = square();
-        let (triangle, weights) = placed(&map);
-        let canvas = Canvas::new(&map, &triangle, &weights, &[]);
+        let canvas = Canvas::new(&map).unwrap();
         let refused = |channel: &SampleChannel| canvas.carry(channel).unwrap_err().to_string();
         assert!(refused(&channel(ChannelKind::Alpha, |_| vec![0.0])).contains("0 at every texel"));
         let mut other = channel(ChannelKind::Mask, |_| vec![0.5]);

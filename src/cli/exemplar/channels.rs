@@ -191,7 +191,11 @@ fn first_coloured(image: &FloatImage) -> Option<usize> {
 }
 
 /// The image with as many numbers per texel as its kind has.
-pub(in crate::cli) fn shaped(image: FloatImage, kind: ChannelKind, path: &Path) -> Result<FloatImage> {
+pub(in crate::cli) fn shaped(
+    image: FloatImage,
+    kind: ChannelKind,
+    path: &Path,
+) -> Result<FloatImage> {
     if kind.counts().contains(&image.channels) {
         return Ok(image);
     }

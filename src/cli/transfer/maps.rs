@@ -29,7 +29,9 @@ impl FromStr for MapFile {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let stated = text.split_once(':').and_then(|(word, file)| {
-            let kind = ChannelKind::ALL.into_iter().find(|kind| kind.name() == word)?;
+            let kind = ChannelKind::ALL
+                .into_iter()
+                .find(|kind| kind.name() == word)?;
             Some((kind, file))
         });
         let (kind, file) = match stated {
@@ -37,7 +39,9 @@ impl FromStr for MapFile {
             None => (None, text),
         };
         match file.is_empty() {
-            true => Err(format!("`{text}` names no file; expected FILE or KIND:FILE")),
+            true => Err(format!(
+                "`{text}` names no file; expected FILE or KIND:FILE"
+            )),
             false => Ok(Self {
                 kind,
                 path: file.into(),
@@ -67,7 +71,13 @@ pub(super) fn read(
             let channel = SampleChannel::of_image(name, kind, image, grid);
             channel.map_err(|error| error.in_file(path))
         };
-        let alpha = alpha.map(|alpha| made(named.take(&format!("{name}-alpha")), ChannelKind::Alpha, alpha));
+        let alpha = alpha.map(|alpha| {
+            made(
+                named.take(&format!("{name}-alpha")),
+                ChannelKind::Alpha,
+                alpha,
+            )
+        });
         channels.push(made(name, kind, image)?);
         channels.extend(alpha.transpose()?);
     }
@@ -119,7 +129,10 @@ mod tests {
     fn kinds_stand_before_a_colon() {
         let parsed = |text: &str| text.parse::<MapFile>().unwrap();
         let map = parsed("normal:maps/n.png");
-        assert_eq!((map.kind, map.path), (Some(ChannelKind::Normal), "maps/n.png".into()));
+        assert_eq!(
+            (map.kind, map.path),
+            (Some(ChannelKind::Normal), "maps/n.png".into())
+        );
         for plain in ["n.png", "c:/n.png", "normals:n.png"] {
             let map = parsed(plain);
             assert_eq!((map.kind, map.path), (None, plain.into()));

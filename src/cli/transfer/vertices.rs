@@ -37,24 +37,37 @@ pub(super) fn write(
 ) -> Result<Vec<String>> {
     let mut properties = Vec::new();
     for (at, channel) in channels.iter().enumerate() {
-        let is_first = !channels[..at].iter().any(|other| other.kind == channel.kind);
-        properties.extend(properties_of(channel, is_first, &onto_vertices(channel, map)));
+        let is_first = !channels[..at]
+            .iter()
+            .any(|other| other.kind == channel.kind);
+        properties.extend(properties_of(
+            channel,
+            is_first,
+            &onto_vertices(channel, map),
+        ));
     }
     let geometry = [["x", "y", "z"], ["nx", "ny", "nz"]]
         .into_iter()
         .zip([&map.mesh.positions, &map.normals])
         .flat_map(|(names, vectors)| names.into_iter().zip(axes(vectors)));
     let geometry: Vec<(&str, Vec<f32>)> = geometry.collect();
-    let shape = geometry.iter().map(|(name, numbers)| (*name, Column::Float(numbers)));
-    let carried = properties.iter().map(|Property { name, numbers }| match numbers {
-        Numbers::Float(numbers) => (name.as_str(), Column::Float(numbers)),
-        Numbers::Byte(numbers) => (name.as_str(), Column::UChar(numbers)),
-    });
+    let shape = geometry
+        .iter()
+        .map(|(name, numbers)| (*name, Column::Float(numbers)));
+    let carried = properties
+        .iter()
+        .map(|Property { name, numbers }| match numbers {
+            Numbers::Float(numbers) => (name.as_str(), Column::Float(numbers)),
+            Numbers::Byte(numbers) => (name.as_str(), Column::UChar(numbers)),
+        });
     let columns: Vec<(&str, Column<'_>)> = shape.chain(carried).collect();
     let mut comments: Vec<String> = vec![MESH_MARK.into()];
     comments.extend(origin_comment(map.origin));
     ply::write(path, &comments, &columns, &map.mesh.triangles)?;
-    Ok(properties.into_iter().map(|property| property.name).collect())
+    Ok(properties
+        .into_iter()
+        .map(|property| property.name)
+        .collect())
 }
 
 fn axes(vectors: &[Vec3]) -> [Vec<f32>; 3] {
@@ -90,14 +103,21 @@ fn properties_of(channel: &SampleChannel, is_first: bool, values: &[[f32; 3]]) -
         _ => return vec![float(name, 0)],
     };
     let named = endings.into_iter().enumerate();
-    named.map(|(at, ending)| float(format!("{name}_{ending}"), at)).collect()
+    named
+        .map(|(at, ending)| float(format!("{name}_{ending}"), at))
+        .collect()
 }
 
 /// A name without blanks, none of those that the geometry and its colours have.
 fn property_name(name: &str) -> String {
-    const TAKEN: [&str; 10] = ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha"];
+    const TAKEN: [&str; 10] = [
+        "x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha",
+    ];
     let is_fine = |sign: char| sign.is_ascii_alphanumeric() || sign == '_';
-    let plain: String = name.chars().map(|sign| if is_fine(sign) { sign } else { '_' }).collect();
+    let plain: String = name
+        .chars()
+        .map(|sign| if is_fine(sign) { sign } else { '_' })
+        .collect();
     match TAKEN.contains(&plain.as_str()) {
         true => format!("map_{plain}"),
         false => plain,

@@ -5,6 +5,7 @@ use glam::{DVec3, Vec2, Vec3};
 use crate::format::id::ContentId;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
+use crate::mesh::atlas::Atlas;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// A surface whose texture atlas is decorated. All lists per texel have height · width entries, row by row
@@ -62,6 +63,19 @@ impl AtlasMap {
     /// Whether there is no texel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The charts of the mesh.
+    pub fn atlas(&self) -> Atlas {
+        Atlas {
+            corner_uvs: self.corner_uvs.clone(),
+            charts: self
+                .chart_of
+                .iter()
+                .max()
+                .map_or(0, |last| *last as usize + 1),
+            chart_of: self.chart_of.clone(),
+        }
     }
 
     /// The sample's grid at level 0.
