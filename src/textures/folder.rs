@@ -121,7 +121,8 @@ fn write_images(
     Ok(channels)
 }
 
-fn surface_of(map: &AtlasMap) -> TexturedMesh {
+/// The surface of an atlas map.
+pub(super) fn surface_of(map: &AtlasMap) -> TexturedMesh {
     TexturedMesh {
         mesh: map.mesh.clone(),
         normals: map.vertex_normals.clone(),
@@ -139,7 +140,7 @@ fn subject_of<'a>(map: &AtlasMap, surface: &'a TexturedMesh) -> Subject<'a> {
 }
 
 /// The side of a texel of the atlas, in mesh units: the root of the area that one inside a chart stands for.
-fn texel_of(map: &AtlasMap) -> f64 {
+pub(super) fn texel_of(map: &AtlasMap) -> f64 {
     let inside = map.chart.iter().filter(|chart| **chart >= 0).count();
     (map.mesh.area() / inside.max(1) as f64).sqrt()
 }

@@ -7,10 +7,10 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::format::exr::{self, Attribute, Compression, ExrImage, Numbers};
-use crate::format::image::{PngImage, PngNumbers, Precision, encode_srgb};
+use crate::format::image::{self, PngImage, PngNumbers, Precision, ReadOptions, encode_srgb};
 use crate::maps::atlas_map::ChannelFile;
 use crate::textures::texture::Texture;
 
@@ -70,6 +70,54 @@ pub(super) fn write(
         file,
         low,
         high,
+    })
+}
+
+/// Reads a texture back from a folder, on an atlas of `width` × `height` texels.
+pub(super) fn read(folder: &Path, file: &ChannelFile, size: [u32; 2]) -> Result<Texture> {
+    let path = folder.join(&file.file);
+    let place = |found: String| Error::data(format!("channel `{}`", file.name), found);
+    let Some(kind) = ChannelKind::named(&file.kind) else {
+        return Err(place(format!("kind `{}`", file.kind))
+            .expected("color, height, mask, alpha or normal")
+            .in_file(folder));
+    };
+    let options = match kind {
+        ChannelKind::Color => ReadOptions::default(),
+        _ => ReadOptions::data(),
+    };
+    let image = image::read_with(&path, &options)?.image;
+    let (found, wanted) = ([image.width, image.height], size);
+    if found != wanted {
+        return Err(place(format!("{} × {} texels", found[0], found[1]))
+            .expected(format!("{} × {}", wanted[0], wanted[1]))
+            .in_file(&path));
+    }
+    image.check_finite().map_err(|error| error.in_file(&path))?;
+    let is_stored_whole = image.precision == Precision::Float || kind == ChannelKind::Color;
+    let precision = image.precision;
+    let (low, range) = match is_stored_whole {
+        true => (0.0, 1.0),
+        false => (file.low as f32, (file.high - file.low) as f32),
+    };
+    let image = match kind {
+        ChannelKind::Color => image.into_linear(),
+        _ => image,
+    };
+    Ok(Texture {
+        name: file.name.clone(),
+        kind,
+        count: image.channels as usize,
+        low: file.low,
+        high: file.high,
+        precision,
+        width: size[0],
+        height: size[1],
+        numbers: image
+            .data
+            .iter()
+            .map(|number| low + number * range)
+            .collect(),
     })
 }
 

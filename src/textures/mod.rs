@@ -9,13 +9,17 @@
 //! | [`growth`] | the texel of its own chart that each texel beyond a border is nearest to |
 //! | [`image_file`] | a texture as PNG or OpenEXR |
 //! | [`relief`] | the surface moved along its normals |
+//! | [`holes`] | the surface without what is transparent |
+//! | [`decorated_mesh`] | an atlas as a surface texton map, to be rendered |
 //! | [`model`] | the surface with its textures as GLB |
 //! | [`folder`] | all of them in one folder |
 
 pub mod channel;
+pub mod decorated_mesh;
 pub mod folder;
 mod frames;
 mod growth;
+mod holes;
 mod image_file;
 pub mod model;
 mod relief;

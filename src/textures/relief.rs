@@ -10,7 +10,7 @@ use crate::progress::Progress;
 use crate::textures::texture::Texture;
 
 /// The most triangles of a displaced surface: about 150 MB of GLB.
-const MOST_TRIANGLES: usize = 1 << 21;
+pub(super) const MOST_TRIANGLES: usize = 1 << 21;
 
 /// A surface in relief.
 pub(super) struct Relief {
@@ -31,12 +31,17 @@ pub(super) fn displaced(
 ) -> Result<Relief> {
     let edge = affordable_edge(&surface.mesh, texel, MOST_TRIANGLES);
     let mut surface = tessellate(surface, edge, MOST_TRIANGLES, progress)?;
-    let offsets = vertex_heights(&surface, heights);
+    moved(&mut surface, heights, amount);
+    Ok(Relief { surface, edge })
+}
+
+/// Moves each vertex along its normal by its height times `amount` mesh units.
+pub(super) fn moved(surface: &mut TexturedMesh, heights: &Texture, amount: f64) {
+    let offsets = vertex_means(surface, heights);
     let vertices = surface.mesh.positions.iter_mut().zip(&surface.normals);
     for ((position, normal), height) in vertices.zip(offsets) {
-        *position += *normal * (height * amount) as f32;
+        *position += *normal * (f64::from(height) * amount) as f32;
     }
-    Ok(Relief { surface, edge })
 }
 
 /// The normals of a moved surface's own shape.
@@ -44,16 +49,16 @@ pub(super) fn own_normals(surface: &mut TexturedMesh) {
     surface.normals = vertex_normals(&surface.mesh);
 }
 
-/// The mean height of each vertex' corners; 0 for a vertex in no triangle.
-fn vertex_heights(surface: &TexturedMesh, heights: &Texture) -> Vec<f64> {
+/// The mean number of each vertex' corners; 0 for a vertex in no triangle.
+pub(super) fn vertex_means(surface: &TexturedMesh, texture: &Texture) -> Vec<f32> {
     let mut sums = vec![(0.0_f64, 0_u32); surface.mesh.positions.len()];
     let triangles = surface.mesh.triangles.iter().zip(&surface.corner_uvs);
     for (&vertex, &uv) in triangles.flat_map(|(corners, uvs)| corners.iter().zip(uvs)) {
         let (sum, count) = &mut sums[vertex as usize];
-        *sum += f64::from(heights.at_uv(uv));
+        *sum += f64::from(texture.at_uv(uv));
         *count += 1;
     }
-    let mean = |(sum, count): (f64, u32)| sum / f64::from(count.max(1));
+    let mean = |(sum, count): (f64, u32)| (sum / f64::from(count.max(1))) as f32;
     sums.into_iter().map(mean).collect()
 }
 
@@ -103,7 +108,7 @@ mod tests {
             mesh,
         };
         let steps = texture(ChannelKind::Height, 1, vec![0.0, 1.0, 0.0, 1.0]);
-        let heights = vertex_heights(&surface, &steps);
+        let heights = vertex_means(&surface, &steps);
         for (p, height) in surface.mesh.positions.iter().zip(heights) {
             let wanted = if p.x < 0.5 {
                 0.0..=0.0
