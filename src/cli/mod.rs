@@ -5,6 +5,7 @@
 //! 143: stopped by SIGHUP, SIGINT, SIGTERM.
 
 mod bake;
+mod bake_maps;
 mod demo;
 mod exemplar;
 mod gram;
@@ -60,6 +61,7 @@ enum Command {
     Mesh(mesh::Arguments),
     Synth(synth::Arguments),
     Render(render::Arguments),
+    BakeMaps(bake_maps::Arguments),
     Transfer(transfer::Arguments),
     Run(run::Arguments),
 }
@@ -85,6 +87,7 @@ impl Command {
             Self::Mesh(arguments) => &arguments.common,
             Self::Synth(arguments) => &arguments.common,
             Self::Render(arguments) => &arguments.common,
+            Self::BakeMaps(arguments) => &arguments.common,
             Self::Transfer(arguments) => &arguments.common,
             Self::Run(arguments) => &arguments.common,
         }
@@ -100,6 +103,7 @@ impl Command {
             Self::Mesh(arguments) => arguments.check(),
             Self::Synth(arguments) => arguments.check(),
             Self::Render(arguments) => arguments.options.validate(),
+            Self::BakeMaps(arguments) => arguments.check(),
             Self::Transfer(arguments) => arguments.check(),
             Self::Demo(_) | Self::Import(_) | Self::Info(_) | Self::Gram(_) | Self::Run(_) => {
                 Ok(())
@@ -119,6 +123,7 @@ impl Command {
             Self::Mesh(arguments) => arguments.files(),
             Self::Synth(arguments) => arguments.files(),
             Self::Render(arguments) => Ok(arguments.files()),
+            Self::BakeMaps(arguments) => arguments.files(),
             Self::Transfer(arguments) => Ok(arguments.files()),
             Self::Demo(_) | Self::Info(_) | Self::Run(_) => Ok(Files::default()),
         }
@@ -138,6 +143,7 @@ impl Command {
             | Self::Knn(_)
             | Self::Exemplar(_)
             | Self::Mesh(_)
+            | Self::BakeMaps(_)
             | Self::Transfer(_) => STAGE_IF_INTERRUPTED,
         }
     }
@@ -155,6 +161,7 @@ impl Command {
             Self::Mesh(arguments) => arguments.run(session),
             Self::Synth(arguments) => arguments.run(session),
             Self::Render(arguments) => arguments.run(session),
+            Self::BakeMaps(arguments) => arguments.run(session),
             Self::Transfer(arguments) => arguments.run(session),
             Self::Run(arguments) => arguments.run(session),
         }

@@ -28,7 +28,7 @@ impl Coding {
         match (texture.kind, texture.precision) {
             (ChannelKind::Normal, Precision::Bits8) => Self::Png8,
             (ChannelKind::Normal, _) => Self::Png16,
-            (ChannelKind::Height, Precision::Float) => Self::Exr,
+            (_, Precision::Float) => Self::Exr,
             _ if !fits => Self::Exr,
             // Heights between those of two texels have finer steps than the texels'.
             (ChannelKind::Height, _) => Self::Png16,

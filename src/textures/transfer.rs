@@ -205,10 +205,9 @@ mod tests {
     #[test]
     fn normals_turn_with_the_field_and_the_chart() {
         let mut map = square();
-        let (triangle, weights) = placed(&map);
         let leaning = channel(ChannelKind::Normal, |_| vec![0.8, 0.5, 0.9]);
         let at = |map: &AtlasMap| {
-            let canvas = Canvas::new(map, &triangle, &weights, &[]);
+            let canvas = Canvas::new(map).unwrap();
             Vec3::from_slice(canvas.carry(&leaning).unwrap().texel(5))
         };
         // Along s; the texture's u runs along x, as s does.
