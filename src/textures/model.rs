@@ -208,10 +208,9 @@ fn write_mesh(
         normals,
         corner_uvs,
     } = surface;
-    let tangents = match material.normal_map {
-        Some(_) => Some(corner_tangents(mesh, normals, corner_uvs)),
-        None => None,
-    };
+    let tangents = material
+        .normal_map
+        .map(|_| corner_tangents(mesh, normals, corner_uvs));
     gltf::write(
         path,
         &GltfMesh {

@@ -3,6 +3,8 @@
 //! Triangles are cut to the length of a texel first, so that the relief has a vertex per texel. A vertex on a
 //! border of charts has a height in each: it takes their mean, so that the surface stays closed.
 
+use std::f64::consts::SQRT_2;
+
 use crate::error::Result;
 use crate::mesh::rings::vertex_normals;
 use crate::mesh::tessellation::{TexturedMesh, affordable_edge, tessellate};
@@ -20,8 +22,8 @@ pub(super) struct Relief {
     pub(super) edge: f64,
 }
 
-/// Cuts a surface into edges of at most `texel` mesh units, or longer ones where there would be too many
-/// triangles, and moves each vertex by its height times `amount` mesh units.
+/// Cuts a surface into edges of at most the diagonal of a texel, whose side is `texel` mesh units, or longer ones
+/// where there would be too many triangles, and moves each vertex by its height times `amount` mesh units.
 pub(super) fn displaced(
     surface: TexturedMesh,
     heights: &Texture,
@@ -29,7 +31,7 @@ pub(super) fn displaced(
     texel: f64,
     progress: Progress<'_>,
 ) -> Result<Relief> {
-    let edge = affordable_edge(&surface.mesh, texel, MOST_TRIANGLES);
+    let edge = affordable_edge(&surface.mesh, texel * SQRT_2, MOST_TRIANGLES);
     let mut surface = tessellate(surface, edge, MOST_TRIANGLES, progress)?;
     moved(&mut surface, heights, amount);
     Ok(Relief { surface, edge })

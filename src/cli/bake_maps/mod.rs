@@ -33,7 +33,7 @@ use crate::textures::transfer::PADDED;
 /// Columns and rows that a texture map may have.
 const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=16384;
 /// Bytes that a texel takes at the peak.
-const TEXEL: u64 = 120;
+const TEXEL: u64 = 160;
 
 /// Options of rendering that a texture map has no use for.
 const IDLE: [&str; 20] = [

@@ -74,6 +74,21 @@ pub struct ChannelFile {
     pub high: f64,
 }
 
+/// The part of a description that every folder of textures has.
+#[derive(Deserialize)]
+struct Listing {
+    width: u32,
+    height: u32,
+    channels: Vec<ChannelFile>,
+}
+
+/// Reads the size and the images that the description of a folder of textures states.
+pub fn read_channels(path: &Path) -> Result<([u32; 2], Vec<ChannelFile>)> {
+    let listing: Listing = json::read(path)?;
+    check_channels(&listing.channels).map_err(|error| error.in_file(path))?;
+    Ok(([listing.width, listing.height], listing.channels))
+}
+
 impl Description {
     /// Reads and checks the description in a folder; the other files are not looked at.
     pub fn read(folder: &Path) -> Result<Self> {
