@@ -11,7 +11,7 @@
 //! | [`field`] | the orientation field |
 //! | [`chart`] | the (s, t) chart round a point |
 //! | [`surface_bvh`], [`point_tree`] | nearest points and crossings, and points in a triangle |
-//! | [`geodesic`] | straight lines on a surface |
+//! | [`geodesic`], [`smoothing`] | straight lines on a surface, and a surface without its finest detail |
 //! | [`atlas`] | texture coordinates cut into charts, and where texels lie on the surface |
 //! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
 //! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
@@ -24,15 +24,16 @@ pub(crate) mod compressed_rows;
 pub mod connection;
 pub mod field;
 pub(crate) mod frame;
+pub mod geodesic;
 pub(crate) mod origin;
 pub(crate) mod pictures;
-pub mod geodesic;
 mod point_tree;
 pub(crate) mod quality;
 pub mod reading;
 pub mod retile;
 pub mod rings;
 pub mod shapes;
+pub mod smoothing;
 pub(crate) mod surface_bvh;
 mod texture_charts;
 pub mod topology;
