@@ -17,7 +17,7 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::renamed::RenamedOptions;
-use crate::cli::synth::report::{Report, Seconds};
+use crate::cli::synth::report::{AtlasFigures, Report, Seconds};
 use crate::cli::synth::target::TargetArguments;
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
@@ -51,7 +51,8 @@ Examples:
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply --levels 3 --texel 0.01
   mesotex synth bark.space.npz bark.knn.npz --grid 256x256 -o flat.map.ply --pictures flat
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o full.map.ply --search full --report full.json
-  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive")]
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive
+  mesotex synth bark.space.npz bark.knn.npz spot.obj -o spot.map.ply --onto atlas --resolution 512 --unwrap")]
 pub struct Arguments {
     /// The surface texton space, NAME.space.npz
     pub space: PathBuf,
@@ -112,7 +113,7 @@ impl Arguments {
             &done.map,
             &options,
             &plan,
-            circles,
+            (circles, AtlasFigures::of(&target)),
             done.measured.quality,
             done.measured.agreement,
         );
