@@ -20,6 +20,7 @@ use crate::sites::vertices::circles::{CircleSource, RoundOptions};
 use crate::sites::vertices::memory::{bytes_to_march, bytes_to_prepare};
 use crate::sites::vertices::surface;
 use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
+use crate::synthesis::check::neighborhoods;
 use crate::synthesis::memory;
 use crate::synthesis::options::{Method, SynthesisOptions};
 
@@ -75,7 +76,8 @@ impl TargetArguments {
     /// Refuses sites that the target does not have, and options that would change nothing.
     pub fn check(&self, method: Method) -> Result<()> {
         let (surface, default) = (&self.surface, SurfaceOptions::default());
-        let has_pyramid = self.grid.is_none() && method != Method::Adaptive;
+        let has_one_mesh = matches!(method, Method::Adaptive | Method::Coherent);
+        let has_pyramid = self.grid.is_none() && !has_one_mesh;
         let of_mesh = "a mesh; on a grid a site is a texel, and s runs along its rows";
         let of_pyramid = "a mesh and a method that retiles it: creases are lines of coarser levels";
         let given = [
@@ -142,66 +144,66 @@ impl TargetArguments {
         session: &Session,
     ) -> Result<Prepared> {
         let exemplar = memory::exemplar_bytes(space, table);
-        let levels = options
-            .levels
-            .map_or(table.levels.len(), |levels| levels as usize);
-        let of_table = |target| Prepared {
-            target,
-            circles: None,
+        let windows = Windows {
+            own: neighborhoods(space, table, options)?,
+            measured: table.neighborhoods().swap_remove(0),
         };
-        let neighborhoods = table.neighborhoods();
-        let is_round = options.method == Method::Adaptive;
-        let levels_of_round = options.adaptive_levels(space.levels.len());
+        let round = (options.method == Method::Adaptive).then(|| RoundOptions {
+            rings: options.adaptive.rings,
+            levels: options.adaptive_levels(space.levels.len()) as u32,
+            texel: self.surface.texel,
+            guides: self.surface.guides(),
+            seed: session.seed(),
+        });
         match (&self.mesh, self.grid) {
-            (_, Some(_)) => {
-                let grid = self.checked_grid(exemplar)?;
-                Ok(of_table(match is_round {
-                    true => {
-                        let width = window_width(&neighborhoods[0].offsets);
-                        let rings = (options.adaptive.rings, levels_of_round);
-                        Target::round_grid(grid, rings, Neighborhood::square(width, 0))?
-                    }
-                    false => Target::grid(grid, &neighborhoods[..levels])?,
-                }))
-            }
-            (Some(path), None) if is_round => {
-                let user = crate::mesh::reading::read(path, session.progress())?;
-                let round = RoundOptions {
-                    rings: options.adaptive.rings,
-                    levels: levels_of_round as u32,
-                    texel: self.surface.texel,
-                    guides: self.surface.guides(),
-                    seed: session.seed(),
-                };
-                let round = RoundMesh {
-                    path,
-                    user: &user,
-                    options: &round,
-                    exemplar,
-                };
-                let mut prepared = round.prepare(session)?;
-                if is_measured {
-                    let options = self.surface_options(&neighborhoods[..1], session);
-                    let target = &mut prepared.target;
-                    target.measured =
-                        Some(measured_sites(path, &user, &options, exemplar, session)?);
-                }
-                Ok(prepared)
-            }
+            (_, Some(_)) => Ok(Prepared {
+                target: self.grid_target(&windows, round.as_ref(), exemplar)?,
+                circles: None,
+            }),
             (Some(path), None) => {
                 let user = crate::mesh::reading::read(path, session.progress())?;
-                let options = self.surface_options(&neighborhoods[..levels], session);
-                check_mesh(path, &user, &options, exemplar)?;
-                let cache = cache::folder_of(path);
-                Target::mesh(&user, &options, Some(&cache), session.progress())
-                    .map(of_table)
-                    .map_err(|error| error.in_file(path))
+                let mesh = MeshTarget {
+                    path,
+                    user: &user,
+                    exemplar,
+                    session,
+                };
+                let mut prepared = match &round {
+                    Some(round) => mesh.prepare_round(round)?,
+                    None => mesh.prepare(&self.surface_options(&windows.own, session))?,
+                };
+                if is_measured && windows.are_others_measured() {
+                    let measured = std::slice::from_ref(&windows.measured);
+                    let options = self.surface_options(measured, session);
+                    prepared.target.measured = Some(mesh.measured_sites(&options)?);
+                }
+                Ok(prepared)
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
         }
     }
 
-    /// How a mesh is prepared for the neighbourhoods of a table.
+    /// A flat grid, round neighbourhoods on it if asked for.
+    fn grid_target(
+        &self,
+        windows: &Windows,
+        round: Option<&RoundOptions>,
+        exemplar: u64,
+    ) -> Result<Target> {
+        let grid = self.checked_grid(exemplar)?;
+        let width = window_width(&windows.measured.offsets);
+        let measured = Neighborhood::square(width, 0);
+        if let Some(round) = round {
+            return Target::round_grid(grid, (round.rings, round.levels as usize), measured);
+        }
+        let mut target = Target::grid(grid, &windows.own)?;
+        if windows.are_others_measured() {
+            target.measured = Some(TargetSites::Grid(grid.hierarchy(&[measured])?));
+        }
+        Ok(target)
+    }
+
+    /// How a mesh is prepared for square windows.
     fn surface_options(&self, neighborhoods: &[Neighborhood], session: &Session) -> SurfaceOptions {
         SurfaceOptions {
             seed: session.seed(),
@@ -227,17 +229,46 @@ impl TargetArguments {
     }
 }
 
-/// A mesh that gets round neighbourhoods.
-struct RoundMesh<'a> {
-    path: &'a Path,
-    user: &'a UserMesh,
-    options: &'a RoundOptions,
-    exemplar: u64,
+/// The square windows of a target.
+struct Windows {
+    /// What the method compares, level by level; none where its neighbourhoods are round.
+    own: Vec<Neighborhood>,
+    /// The table's on level 0, in which a map is measured.
+    measured: Neighborhood,
 }
 
-impl RoundMesh<'_> {
-    fn prepare(&self, session: &Session) -> Result<Prepared> {
-        let (user, options) = (self.user, self.options);
+impl Windows {
+    /// Whether a map is measured in another window than the method compares on level 0.
+    fn are_others_measured(&self) -> bool {
+        let own = self.own.first().map(|own| &own.offsets);
+        own != Some(&self.measured.offsets)
+    }
+}
+
+/// A mesh that becomes a target.
+struct MeshTarget<'a> {
+    path: &'a Path,
+    user: &'a UserMesh,
+    exemplar: u64,
+    session: &'a Session,
+}
+
+impl MeshTarget<'_> {
+    /// With square windows.
+    fn prepare(&self, options: &SurfaceOptions) -> Result<Prepared> {
+        check_mesh(self.path, self.user, options, self.exemplar)?;
+        let cache = cache::folder_of(self.path);
+        let target = Target::mesh(self.user, options, Some(&cache), self.session.progress())
+            .map_err(|error| error.in_file(self.path))?;
+        Ok(Prepared {
+            target,
+            circles: None,
+        })
+    }
+
+    /// With round neighbourhoods.
+    fn prepare_round(&self, options: &RoundOptions) -> Result<Prepared> {
+        let user = self.user;
         let texel = texel_on(&user.mesh, options.texel)?;
         check_memory(
             "rings",
@@ -249,28 +280,24 @@ impl RoundMesh<'_> {
             "fewer --rings or --levels, a smaller --texel, or a mesh of fewer vertices",
         )?;
         let cache = cache::folder_of(self.path);
-        let (target, source) = Target::round_mesh(user, options, Some(&cache), session.progress())
+        let progress = self.session.progress();
+        let (target, source) = Target::round_mesh(user, options, Some(&cache), progress)
             .map_err(|error| error.in_file(self.path))?;
         Ok(Prepared {
             target,
             circles: Some(source),
         })
     }
-}
 
-/// The vertices of a mesh with square windows on one level, in which a map is measured.
-fn measured_sites(
-    path: &Path,
-    user: &UserMesh,
-    options: &SurfaceOptions,
-    exemplar: u64,
-    session: &Session,
-) -> Result<TargetSites> {
-    check_mesh(path, user, options, exemplar)?;
-    let cache = cache::folder_of(path);
-    let surface = surface::prepare(user, options, Some(&cache), session.progress())
-        .map_err(|error| error.in_file(path))?;
-    Ok(TargetSites::Vertices(surface.hierarchy))
+    /// Its vertices with square windows on one level, in which a map is measured.
+    fn measured_sites(&self, options: &SurfaceOptions) -> Result<TargetSites> {
+        check_mesh(self.path, self.user, options, self.exemplar)?;
+        let cache = cache::folder_of(self.path);
+        let progress = self.session.progress();
+        let surface = surface::prepare(self.user, options, Some(&cache), progress)
+            .map_err(|error| error.in_file(self.path))?;
+        Ok(TargetSites::Vertices(surface.hierarchy))
+    }
 }
 
 /// Refuses a mesh whose scale makes no texel, and one that this machine has too little memory for.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::exemplar::embedding::{Block, LANES};
 use crate::random;
 use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Pick, Preference, smallest};
+use crate::synthesis::keep::{Keep, Pick, smallest};
 
 /// Candidates from which on it pays to project a pattern for their bounds. That of textons has so many
 /// numbers that it does not: their bounds are for full searches alone.
@@ -310,33 +310,27 @@ pub fn smallest_within(
     })
 }
 
-/// The better of `first` and every texel of a list, none of them preferred, skipping those whose lower
-/// bound is above the best so far; the most promising comes first.
+/// Compares the texels of a list whose lower bounds do not rule them out; the most promising comes first.
 #[inline(always)]
-pub fn best_within(
+pub fn search_within(
     bounds: &[f32],
     texels: &[u32],
-    first: Option<Pick>,
-    preference: Preference,
+    keep: &mut impl Keep,
     mut distance: impl FnMut(u32, f64) -> f64,
-) -> Option<Pick> {
-    let Preference { coherence, floor } = preference;
-    let mut best = first;
-    let mut consider = |texel: u32| {
-        let limit = Pick::limit(best, coherence, floor);
-        let pick = Pick::new(texel, distance(texel, limit), coherence, floor);
-        if best.is_none_or(|best| pick.beats(&best)) {
-            best = Some(pick);
-        }
-        Pick::limit(best, coherence, floor) as f32
+) {
+    let Some(promising) = least(bounds) else {
+        return;
     };
-    let mut limit = consider(texels[least(bounds)?]);
-    for (&texel, &bound) in texels.iter().zip(bounds) {
-        if bound <= limit {
-            limit = consider(texel);
+    let mut compare = |texel: u32| {
+        keep.offer(texel, distance(texel, keep.limit()));
+        keep.limit() as f32
+    };
+    let mut limit = compare(texels[promising]);
+    for (at, (&texel, &bound)) in texels.iter().zip(bounds).enumerate() {
+        if bound <= limit && at != promising {
+            limit = compare(texel);
         }
     }
-    best
 }
 
 /// Where the first of the least numbers is; `None` when there are none.
