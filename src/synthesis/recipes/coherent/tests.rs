@@ -76,7 +76,7 @@ fn flat(width: u32, height: u32, toroidal: bool) -> SiteHierarchy<crate::sites::
 
 #[test]
 fn a_checkerboard_is_continued_without_error() {
-    let exemplar = grid(8, 6, true);
+    let exemplar = grid(8, 4, true);
     let space = picture(exemplar, 1, |row, col, _| ((row / 2 + col / 2) % 2) as f32);
     for seed in 0..4 {
         let coords = run(&space, &flat(32, 20, seed % 2 == 0), seed);
@@ -106,8 +106,8 @@ fn value_at(space: &Space, at: [f64; 2]) -> Option<Vec<f64>> {
         return None;
     }
     let mut value = vec![0.0; vectors.dim().2];
-    for row in -3..i64::from(grid.height) + 3 {
-        for col in -3..i64::from(grid.width) + 3 {
+    for row in -6..i64::from(grid.height) + 6 {
+        for col in -6..i64::from(grid.width) + 6 {
             let [right, down] = [s - 0.5 - col as f64, height - t - 0.5 - row as f64];
             let weight = (1.0 - right.abs()).max(0.0) * (1.0 - down.abs()).max(0.0);
             let place = |at: i64, side: u32| match grid.tileable {
