@@ -36,7 +36,6 @@ pub struct EmbeddedPattern {
     coarse: PatternPart,
     /// Whether every sample of the windows counts.
     complete: bool,
-    bounds: Vec<f32>,
 }
 
 /// The samples of one window that count.
@@ -319,12 +318,7 @@ impl Metric for EmbeddedMetric<'_> {
 
     fn search(&self, pattern: &mut EmbeddedPattern, keep: &mut impl Keep) {
         match &self.projected {
-            Some(projected) if pattern.complete => {
-                let mut bounds = std::mem::take(&mut pattern.bounds);
-                projected.bounds(pattern.parts(), &mut bounds);
-                search_bounded(self, pattern, &bounds, keep);
-                pattern.bounds = bounds;
-            }
+            Some(windows) if pattern.complete => search_bounded(self, windows, pattern, keep),
             _ => search_all(self, pattern, keep),
         }
     }
@@ -406,7 +400,7 @@ fn search_all<K: Keep>(metric: &EmbeddedMetric<'_>, pattern: &EmbeddedPattern, k
     });
 }
 
-/// As [`search_all`], skipping texels whose lower bound is above the limit.
+/// Compares the whole texels that lower bounds do not rule out.
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
@@ -414,12 +408,11 @@ fn search_all<K: Keep>(metric: &EmbeddedMetric<'_>, pattern: &EmbeddedPattern, k
 ))]
 fn search_bounded<K: Keep>(
     metric: &EmbeddedMetric<'_>,
+    windows: &ProjectedWindows,
     pattern: &EmbeddedPattern,
-    bounds: &[f32],
     keep: &mut K,
 ) {
-    let texels = &metric.exemplar.whole_texels;
-    search_within(bounds, texels, keep, |texel, limit| {
+    search_within(windows, pattern.parts(), keep, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
     });
 }

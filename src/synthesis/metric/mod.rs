@@ -1,12 +1,14 @@
 //! The distance of two neighbourhoods, a site's and a texel's: Σ wₚ ‖s(p) − t(p)‖² over the samples
 //! of both windows that count (Tong 2002 §5.1), not divided by their number.
 
+mod bound_tree;
 pub(crate) mod dense;
 pub(crate) mod embedded;
 pub(crate) mod features;
 pub(crate) mod gram;
 mod lower_bounds;
 pub(crate) mod of_level;
+mod projection;
 pub(crate) mod site_values;
 
 use crate::sites::level::Sites;
