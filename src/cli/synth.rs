@@ -52,7 +52,8 @@ Examples:
   mesotex synth bark.space.npz bark.knn.npz --grid 256x256 -o flat.map.ply --pictures flat
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o full.map.ply --search full --report full.json
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive
-  mesotex synth bark.space.npz bark.knn.npz spot.obj -o spot.map.ply --onto atlas --resolution 512 --unwrap")]
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o copied.map.ply --method coherent
+  mesotex synth bark.space.npz bark.knn.npz spot.obj -o spot.atlas --onto atlas --resolution 512 --method multiscale")]
 pub struct Arguments {
     /// The surface texton space, NAME.space.npz
     pub space: PathBuf,
@@ -232,14 +233,9 @@ impl WithSites for Job<'_> {
             map: &map,
             edges: &edges,
         });
-        let areas = sites.levels[0].areas();
         let measured = match measured {
             Some(measured) => measured?,
-            None => Measured {
-                quality: quality::measure_edges(self.space, &map.coords, &edges, areas),
-                energies: Vec::new(),
-                agreement: None,
-            },
+            None => self.measure_edges(&map, &edges, sites),
         };
         Ok(Done {
             map,
@@ -282,13 +278,17 @@ impl WithSites for Measure<'_> {
             sites,
         };
         let (coords, progress) = (&self.map.coords, session.progress());
+        let window = table.levels[0].neighborhood.offsets.len();
+        if sites.levels[0].samples_per_site() != window {
+            return Ok(self.job.measure_edges(self.map, self.edges, sites));
+        }
         let (quality, energies) = rayon::join(
             || quality::measure(inputs, coords, self.edges, options.seed, progress),
             || arguments.pictures.energies(inputs, coords, progress),
         );
         let agreement = match options.method {
             Method::KCoherence => agreement::measure(inputs, coords, options, progress)?,
-            Method::WeiLevoy | Method::Adaptive => None,
+            _ => None,
         };
         Ok(Measured {
             quality: quality?,
@@ -299,6 +299,21 @@ impl WithSites for Measure<'_> {
 }
 
 impl Job<'_> {
+    /// Measures what needs no windows, where the target has not those of the table.
+    fn measure_edges<const N: usize, S: Sites<N>>(
+        &self,
+        map: &SurfaceTextonMap,
+        edges: &[SiteEdge],
+        sites: &SiteHierarchy<S>,
+    ) -> Measured {
+        let areas = sites.levels[0].areas();
+        Measured {
+            quality: quality::measure_edges(self.space, &map.coords, edges, areas),
+            energies: Vec::new(),
+            agreement: None,
+        }
+    }
+
     /// Synthesizes level after level, each kept for a run that is interrupted. A level that cannot be
     /// kept is told: the work goes on.
     fn synthesize<const N: usize, S: Sites<N>>(

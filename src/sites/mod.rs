@@ -7,14 +7,15 @@
 //! | a flat grid | 1 site | [`grid`] |
 //! | the texels of a texture atlas | 4 texels | [`atlas`] |
 //!
-//! [`level`] has what a target must tell; [`order`] and [`coloring`] say in which order its sites are
-//! visited. A [`Target`] is any of them.
+//! [`level`] has what a target must tell; [`order`], [`scan_order`] and [`coloring`] say in which order its
+//! sites are visited. A [`Target`] is any of them.
 
 pub mod atlas;
 pub(crate) mod coloring;
 pub mod grid;
 pub(crate) mod level;
 pub(crate) mod order;
+pub(crate) mod scan_order;
 pub(crate) mod target;
 pub mod vertices;
 

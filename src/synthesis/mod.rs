@@ -40,10 +40,12 @@ pub mod recipes;
 mod rule;
 pub(crate) mod state;
 
+pub use check::neighborhoods;
 pub use inputs::{Inputs, LevelMap};
 pub use map::synthesize_map;
 pub use options::{KCoherenceOptions, Method, MetricKind, SynthesisOptions};
 pub use recipes::adaptive::options::{AdaptiveOptions, Similarity};
+pub use recipes::multiscale::options::MultiscaleOptions;
 pub use recipes::synthesize;
 
 #[cfg(test)]
