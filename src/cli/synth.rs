@@ -1,6 +1,7 @@
 //! `mesotex synth`: space, neighbour table and a mesh (or a flat grid) in, surface texton map out.
 
 mod pictures;
+mod product;
 mod renamed;
 mod report;
 mod target;
@@ -27,6 +28,7 @@ use crate::format::json;
 use crate::format::ours::Format;
 use crate::grid::TexCoord;
 use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
@@ -38,6 +40,7 @@ use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::{self, Agreement};
 use crate::synthesis::recipes::synthesize;
 use crate::synthesis::{check, quality};
+use crate::textures::model::ModelOptions;
 
 /// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str =
@@ -61,11 +64,13 @@ pub struct Arguments {
     pub table: PathBuf,
     #[command(flatten)]
     pub target: TargetArguments,
-    /// The surface texton map to write, NAME.map.ply
+    /// The surface texton map to write, NAME.map.ply; with --onto atlas the folder NAME.atlas of textures
     #[arg(long, short)]
     pub output: PathBuf,
     #[command(flatten)]
     pub options: SynthesisOptions,
+    #[command(flatten)]
+    pub model: ModelOptions,
     #[command(flatten)]
     pub renamed: RenamedOptions,
     /// Write the options and the quality figures as JSON
@@ -119,9 +124,18 @@ impl Arguments {
             done.measured.agreement,
         );
         let plane = Plane::of(&target);
-        // The target is big and not needed any more: it is given back meanwhile.
-        rayon::spawn(move || drop(target));
-        let drawn = self.write(&done.map, &report, &plane, &done.measured.energies)?;
+        let atlas = target.surface.atlas;
+        // The sites are big and not needed any more: they are given back meanwhile.
+        rayon::spawn(move || drop(target.sites));
+        let finished = Finished {
+            map: &done.map,
+            atlas: atlas.as_deref(),
+            space: &space,
+            report: &report,
+            plane: &plane,
+            energies: &done.measured.energies,
+        };
+        let drawn = self.write(&finished, session)?;
         // Until here an interrupted or failed run is continued with --resume.
         if let Err(error) = done.checkpoint.remove() {
             session.progress().warn(error.to_string());
@@ -130,20 +144,15 @@ impl Arguments {
     }
 
     /// Writes the map, the report and the pictures; returns the files beside map and report.
-    fn write(
-        &self,
-        map: &SurfaceTextonMap,
-        report: &Report,
-        plane: &Plane,
-        energies: &[f64],
-    ) -> Result<Vec<PathBuf>> {
+    fn write(&self, done: &Finished<'_>, session: &Session) -> Result<Vec<PathBuf>> {
         let (written, drawn) = rayon::join(
             || {
-                map.write(&self.output)?;
+                let textures = (done.space, &self.model);
+                product::write(&self.output, done.map, done.atlas, textures, session)?;
                 let report_file = self.report.as_ref();
-                report_file.map_or(Ok(()), |path| json::write(path, report))
+                report_file.map_or(Ok(()), |path| json::write(path, done.report))
             },
-            || self.pictures.draw(plane, map, energies),
+            || self.pictures.draw(done.plane, done.map, done.energies),
         );
         written.and(drawn)
     }
@@ -153,6 +162,7 @@ impl Arguments {
         self.renamed.refuse()?;
         self.options.validate()?;
         self.target.check(self.options.method)?;
+        product::check(&self.output, self.target.is_atlas(), &self.model)?;
         self.target.surface.validate()
     }
 
@@ -161,7 +171,11 @@ impl Arguments {
         let mut files = Files::default()
             .read([&self.space, &self.table])
             .read(&self.target.surface.guide)
-            .write("output", [&self.output], Product::File(Format::Mesh))
+            .write(
+                "output",
+                [&self.output],
+                product::kind(self.target.is_atlas()),
+            )
             .write("report", &self.report, Product::File(Format::Json));
         if let Some(mesh) = &self.target.mesh {
             files = files.read([mesh]).read(&companions(mesh)?);
@@ -176,6 +190,7 @@ impl Arguments {
         belongs.map_err(|error| error.in_file(&self.table))?;
         check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
+        product::check_channels(&space, &self.model)?;
         Ok((space, table))
     }
 
@@ -189,6 +204,16 @@ impl Arguments {
             self.output.display()
         ))
     }
+}
+
+/// What is written of a finished run.
+struct Finished<'a> {
+    map: &'a SurfaceTextonMap,
+    atlas: Option<&'a AtlasSurface>,
+    space: &'a Space,
+    report: &'a Report,
+    plane: &'a Plane,
+    energies: &'a [f64],
 }
 
 /// The work on a target's sites.
