@@ -227,6 +227,24 @@ fn larger_maps_are_reduced() {
 }
 
 #[test]
+fn larger_maps_keep_their_detail_on_finer_textures() {
+    let folder = folder();
+    run(
+        folder.path(),
+        "transfer ball.atlas --maps mask:fine.png --finer 2 -o a",
+    );
+    let fine = read_with(&folder.path().join("a/fine.png"), &ReadOptions::data())
+        .unwrap()
+        .image;
+    assert_eq!((fine.width, fine.height), (2 * SIDE, 2 * SIDE));
+    let share = |of: &dyn Fn(f32) -> bool| {
+        fine.data.iter().filter(|v| of(**v)).count() as f32 / fine.data.len() as f32
+    };
+    // Stripes of 0 and 200, where the reduced map is 100 everywhere.
+    assert!(share(&|v| v < 0.2) > 0.1 && share(&|v| v > 0.6) > 0.1);
+}
+
+#[test]
 fn what_cannot_be_carried_is_refused() {
     let folder = folder();
     let refused = |line: &str, code: i32| {
@@ -254,6 +272,8 @@ fn what_cannot_be_carried_is_refused() {
     assert!(refused("ball.atlas --maps color.png --displace 1", 2).contains("--displace"));
     assert!(refused("ball.atlas --maps height.png --displace nan", 2).contains("--displace"));
     assert!(refused("ball.atlas --maps height.png --tile", 2).contains("--tile"));
+    assert!(refused("ball.atlas --maps height.png --finer 0", 2).contains("--finer"));
+    assert!(refused("ball.atlas --maps height.png --finer 171", 2).contains("1 to 170"));
     assert!(refused("ball.atlas --maps normal:height.png", 1).contains("red, green and blue"));
     assert!(refused("ball.atlas --maps color.png color.png", 2).contains("twice"));
     assert!(refused("ball.atlas --maps missing.png", 1).contains("missing.png"));

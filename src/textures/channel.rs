@@ -29,7 +29,9 @@ pub struct SampleChannel {
     pub precision: Precision,
     /// The sample's texels.
     pub grid: TexelGrid,
-    /// [`grid`](Self::grid) · [`count`](Self::count) numbers.
+    /// How many texels of the channel stand for the side of one of the sample.
+    detail: u32,
+    /// [`detail`](Self::detail)² · [`grid`](Self::grid) · [`count`](Self::count) numbers.
     numbers: Vec<f32>,
 }
 
@@ -61,12 +63,15 @@ impl SampleChannel {
         channels.filter_map(channel).collect()
     }
 
-    /// A channel from an image of the sample's size or a multiple of it; `name` is the channel's.
+    /// A channel from an image of the sample's size or a multiple of it; `name` is the channel's. Where the image
+    /// has more than `detail` texels for the side of one of the sample, which is 1 or more, it is reduced to
+    /// as few as that, or the next more that divide it.
     pub fn of_image(
         name: String,
         kind: ChannelKind,
         image: FloatImage,
         grid: TexelGrid,
+        detail: u32,
     ) -> Result<Self> {
         image.check_finite()?;
         let factor = factor_of(&image, grid)?;
@@ -82,27 +87,18 @@ impl SampleChannel {
         let range = range_of_image(kind, &image);
         let (width, count) = (image.width as usize, image.channels as usize);
         let (precision, encoding) = (image.precision, image.encoding);
-        let mut channel = Self::new(
-            name,
-            kind,
-            range,
-            precision,
-            TexelGrid {
-                width: image.width,
-                height: image.height,
-                tileable: grid.tileable,
-            },
-            Stored {
-                count,
-                encoding,
-                numbers: image.data,
-            },
-        );
-        if factor > 1 {
-            channel.numbers = block_means(&channel.numbers, width, channel.count, factor);
+        let stored = Stored {
+            count,
+            encoding,
+            numbers: image.data,
+        };
+        let mut channel = Self::new(name, kind, range, precision, grid, stored);
+        channel.detail = kept_detail(factor, detail);
+        let block = (factor / channel.detail) as usize;
+        if block > 1 {
+            channel.numbers = block_means(&channel.numbers, width, channel.count, block);
             channel.renormalize();
         }
-        channel.grid = grid;
         Ok(channel)
     }
 
@@ -127,6 +123,7 @@ impl SampleChannel {
             high,
             precision,
             grid,
+            detail: 1,
             numbers,
         }
     }
@@ -145,7 +142,9 @@ impl SampleChannel {
     /// Beyond the sample's border its other side follows where it is tileable, else the border is repeated.
     /// Normals come out of any length; unused entries are 0.
     pub fn at(&self, coord: TexCoord) -> [f32; 3] {
-        let (column, row) = (coord.s - 0.5, self.grid.height as f32 - coord.t - 0.5);
+        let scale = self.detail as f32;
+        let column = coord.s * scale - 0.5;
+        let row = (self.grid.height as f32 - coord.t) * scale - 0.5;
         let (left, top) = (column.floor(), row.floor());
         let (right, down) = (column - left, row - top);
         let mut value = [0.0; 3];
@@ -164,12 +163,13 @@ impl SampleChannel {
     }
 
     fn texel(&self, row: i64, col: i64) -> &[f32] {
-        let side = |at: i64, side: u32| match self.grid.tileable {
-            true => at.rem_euclid(i64::from(side)),
-            false => at.clamp(0, i64::from(side) - 1),
+        let [width, height] =
+            [self.grid.width, self.grid.height].map(|side| i64::from(side * self.detail));
+        let side = |at: i64, side: i64| match self.grid.tileable {
+            true => at.rem_euclid(side),
+            false => at.clamp(0, side - 1),
         };
-        let (row, col) = (side(row, self.grid.height), side(col, self.grid.width));
-        let texel = (row * i64::from(self.grid.width) + col) as usize;
+        let texel = (side(row, height) * width + side(col, width)) as usize;
         &self.numbers[texel * self.count..][..self.count]
     }
 }
@@ -214,11 +214,17 @@ pub(super) fn unit_vector([x, y, z]: [f32; 3]) -> [f32; 3] {
         .to_array()
 }
 
+/// The least divisor of `factor` that is not below `detail`; `factor` where that is less.
+fn kept_detail(factor: u32, detail: u32) -> u32 {
+    let mut divisors = (detail.max(1)..factor).filter(|divisor| factor.is_multiple_of(*divisor));
+    divisors.next().unwrap_or(factor)
+}
+
 /// How many texels of an image stand for the side of one of the sample's.
-fn factor_of(image: &FloatImage, grid: TexelGrid) -> Result<usize> {
+fn factor_of(image: &FloatImage, grid: TexelGrid) -> Result<u32> {
     let factor = image.width / grid.width;
     if factor > 0 && image.width == factor * grid.width && image.height == factor * grid.height {
-        return Ok(factor as usize);
+        return Ok(factor);
     }
     Err(
         Error::data("size", format!("{}×{}", image.width, image.height))
@@ -292,7 +298,7 @@ mod tests {
 
     fn heights(grid: TexelGrid) -> SampleChannel {
         let image = image(3, 2, 1, vec![0.0, 0.25, 0.5, 0.75, 1.0, 0.125]);
-        SampleChannel::of_image("height".into(), ChannelKind::Height, image, grid).unwrap()
+        SampleChannel::of_image("height".into(), ChannelKind::Height, image, grid, 1).unwrap()
     }
 
     #[test]
@@ -326,7 +332,8 @@ mod tests {
             height: 1,
             tileable: false,
         };
-        let channel = SampleChannel::of_image("c".into(), ChannelKind::Color, two, grid).unwrap();
+        let channel =
+            SampleChannel::of_image("c".into(), ChannelKind::Color, two, grid, 1).unwrap();
         assert_eq!(channel.at(TexCoord { s: 1.0, t: 0.5 })[0], 0.5);
     }
 
@@ -334,13 +341,23 @@ mod tests {
     fn larger_images_are_reduced_and_others_refused() {
         let data = (0..24).map(|at| (at % 6) as f32).collect();
         let large = image(6, 4, 1, data);
-        let made = |image| SampleChannel::of_image("m".into(), ChannelKind::Mask, image, GRID);
+        let made = |image| SampleChannel::of_image("m".into(), ChannelKind::Mask, image, GRID, 1);
         assert_eq!(made(large).unwrap().numbers, [0.5, 2.5, 4.5, 0.5, 2.5, 4.5]);
         for (width, height) in [(6, 2), (4, 4), (2, 1)] {
             let other = image(width, height, 1, vec![0.5; (width * height) as usize]);
             let text = made(other).unwrap_err().to_string();
             assert!(text.contains("3×2") && text.contains("multiple"), "{text}");
         }
+    }
+
+    #[test]
+    fn as_much_detail_is_kept_as_asked_for() {
+        let kept = |detail| kept_detail(12, detail);
+        assert_eq!([1, 2, 3, 5, 7, 12, 13].map(kept), [1, 2, 3, 6, 12, 12, 12]);
+        let large = image(6, 4, 1, (0..24).map(|at| at as f32).collect());
+        let made = SampleChannel::of_image("m".into(), ChannelKind::Mask, large, GRID, 2).unwrap();
+        // The centre of the image's texel in row 1, column 2.
+        assert_eq!(made.at(TexCoord { s: 1.25, t: 1.25 })[0], 8.0);
     }
 
     #[test]
@@ -352,7 +369,7 @@ mod tests {
         };
         let at = |channels, data: Vec<f32>| {
             let image = image(1, 1, channels, data);
-            let made = SampleChannel::of_image("n".into(), ChannelKind::Normal, image, grid);
+            let made = SampleChannel::of_image("n".into(), ChannelKind::Normal, image, grid, 1);
             made.unwrap().at(TexCoord { s: 0.5, t: 0.5 })
         };
         assert_eq!(at(3, vec![0.5, 0.5, 1.0]), [0.0, 0.0, 1.0]);

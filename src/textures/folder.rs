@@ -74,7 +74,10 @@ pub fn write_textures(
     progress: Progress<'_>,
 ) -> Result<Written> {
     let surface = surface_of(map);
-    let subject = subject_of(map, &surface);
+    let mut subject = subject_of(map, &surface);
+    if let Some(texture) = textures.first() {
+        subject.texel *= f64::from(map.width) / f64::from(texture.width);
+    }
     write_set(target, &subject, &map.sample, textures, options, progress)
 }
 
@@ -143,4 +146,79 @@ fn subject_of<'a>(map: &AtlasMap, surface: &'a TexturedMesh) -> Subject<'a> {
 pub(super) fn texel_of(map: &AtlasMap) -> f64 {
     let inside = map.chart.iter().filter(|chart| **chart >= 0).count();
     (map.mesh.area() / inside.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exemplar::channels::ChannelKind;
+    use crate::exemplar::controls::Controls;
+    use crate::exemplar::plain_images::{ChannelImage, space_of_images};
+    use crate::format::image::{Encoding, FloatImage, Precision, ReadOptions, read, read_with};
+    use crate::maps::atlas_map::Description;
+    use crate::maps::atlas_map::tests::square;
+    use crate::textures::channel::SampleChannel;
+    use crate::textures::transfer::Canvas;
+
+    /// A colour, and heights that weigh half as much.
+    fn images() -> Vec<ChannelImage> {
+        let image = |channels: usize, encoding| FloatImage {
+            width: 8,
+            height: 4,
+            channels: channels as u32,
+            data: (0..32 * channels)
+                .map(|at| (2 * at) as f32 / 255.0)
+                .collect(),
+            encoding,
+            precision: Precision::Bits8,
+        };
+        let mut heights = ChannelImage::new(ChannelKind::Height, image(1, Encoding::Data));
+        heights.weight = 0.25;
+        vec![
+            ChannelImage::new(ChannelKind::Color, image(3, Encoding::Srgb)),
+            heights,
+        ]
+    }
+
+    #[test]
+    fn the_channels_of_a_space_become_the_images_of_an_atlas() {
+        let root = tempfile::tempdir().unwrap();
+        let target = root.path().join("x.atlas");
+        let map = square();
+        let space = space_of_images(&images(), Controls::default(), 1, true, &map.sample).unwrap();
+        let canvas = Canvas::new(&map, 1).unwrap();
+        let quiet = Progress::silent();
+        let textures = canvas
+            .carry_all(&SampleChannel::of_space(&space), quiet)
+            .unwrap();
+        let options = ModelOptions::default();
+        // A second run replaces the first.
+        for _ in 0..2 {
+            let written = write_atlas(&target, &map, &textures, &options, quiet).unwrap();
+            assert_eq!(
+                written.channels,
+                Description::read(&target).unwrap().channels
+            );
+        }
+        assert_eq!(AtlasMap::read(&target).unwrap(), map);
+        let color = read(&target.join("color.png")).unwrap();
+        let height = read_with(&target.join("height.png"), &ReadOptions::data())
+            .unwrap()
+            .image;
+        let grid = map.grid();
+        for (texel, coord) in map.coords.iter().enumerate() {
+            let Some(coord) = coord else { continue };
+            let from = grid.texel_nearest(*coord).index();
+            let stored = |number: usize| (2 * number) as f32 / 255.0;
+            assert!((height.data[texel] - stored(from)).abs() < 1e-4);
+            for channel in 0..3 {
+                let wanted = stored(3 * from + channel);
+                assert!((color.data[3 * texel + channel] - wanted).abs() < 0.6 / 255.0);
+            }
+        }
+        std::fs::write(target.join("notes.txt"), "mine").unwrap();
+        let refused = write_atlas(&target, &map, &textures, &options, quiet).unwrap_err();
+        assert!(refused.to_string().contains("notes.txt"), "{refused}");
+        assert!(AtlasMap::read(&target).is_ok());
+    }
 }

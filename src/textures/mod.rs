@@ -5,6 +5,7 @@
 //! | [`channel`] | a channel of the sample: linear light, unit normals, or numbers as they stand |
 //! | [`texture`] | an image of numbers on an atlas, its borders padded |
 //! | [`transfer`] | a channel onto an atlas or onto vertices |
+//! | [`fine_texels`] | the texture coordinates of texels as fine as the atlas', or finer |
 //! | [`frames`] | the frames that normals are turned between |
 //! | [`growth`] | the texel of its own chart that each texel beyond a border is nearest to |
 //! | [`image_file`] | a texture as PNG or OpenEXR |
@@ -16,6 +17,7 @@
 
 pub mod channel;
 pub mod decorated_mesh;
+mod fine_texels;
 pub mod folder;
 mod frames;
 mod growth;

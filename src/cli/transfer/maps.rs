@@ -50,10 +50,11 @@ impl FromStr for MapFile {
     }
 }
 
-/// Reads maps as channels of a sample's grid, each named after its file.
+/// Reads maps as channels of a sample's grid, each named after its file, with so much detail per texel as is
+/// wanted.
 pub(super) fn read(
     maps: &[MapFile],
-    grid: TexelGrid,
+    (grid, detail): (TexelGrid, u32),
     encoding: ImageEncoding,
     reader: &mut ImageReader,
 ) -> Result<Vec<SampleChannel>> {
@@ -68,7 +69,7 @@ pub(super) fn read(
         let image = shaped(read.image, kind, path)?;
         let name = named.take(&stem_of(path));
         let made = |name: String, kind, image: FloatImage| {
-            let channel = SampleChannel::of_image(name, kind, image, grid);
+            let channel = SampleChannel::of_image(name, kind, image, grid, detail);
             channel.map_err(|error| error.in_file(path))
         };
         let alpha = alpha.map(|alpha| {

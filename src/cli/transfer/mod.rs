@@ -19,6 +19,7 @@ use crate::error::{Error, Result};
 use crate::format::image::Orientation;
 use crate::format::ours::Format;
 use crate::grid::TexelGrid;
+use crate::maps::atlas_map::description::LARGEST;
 use crate::maps::atlas_map::{ATLAS_FOLDER, AtlasMap};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::textures::channel::SampleChannel;
@@ -35,6 +36,7 @@ use crate::textures::transfer::Canvas;
 Examples:
   mesotex transfer bunny.atlas --maps color.png height.png normal:bumps.png -o bunny.textures
   mesotex transfer bunny.atlas --maps color.png height:relief.exr -o relief.textures --displace 0.02
+  mesotex transfer bunny.atlas --maps color-4k.png --finer 4 -o fine.textures
   mesotex transfer bunny.map.ply --maps color.png mask:wear.png -o bunny.colors.ply")]
 pub struct Arguments {
     /// What was synthesized: NAME.atlas or NAME.map.ply
@@ -49,6 +51,10 @@ pub struct Arguments {
     /// Opposite borders of the maps continue each other (for a surface texton map; an atlas knows)
     #[arg(long)]
     pub tile: bool,
+    /// Texture maps with N times the columns and rows of the atlas, so that maps larger than the sample keep their
+    /// detail
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub finer: u32,
     /// How the numbers of colours stand for light
     #[arg(long, value_enum, default_value = "auto")]
     pub encoding: ImageEncoding,
@@ -71,6 +77,13 @@ impl Arguments {
     /// Refuses options that no input could satisfy.
     pub fn check(&self) -> Result<()> {
         maps::check(&self.maps)?;
+        if !(1..=LARGEST).contains(&self.finer) {
+            return Err(Error::option(
+                "finer",
+                self.finer.to_string(),
+                format!("1 to {LARGEST}"),
+            ));
+        }
         self.model.validate()?;
         let is_atlas = self.is_atlas();
         if !is_atlas && self.input.is_dir() {
@@ -144,18 +157,14 @@ impl Arguments {
         let channels = self.channels(map.grid(), session)?;
         self.model
             .check_kinds(channels.iter().map(|channel| channel.kind))?;
-        let canvas = Canvas::new(&map).map_err(|error| error.in_file(&self.input))?;
-        let textures = channels.iter().map(|channel| {
-            progress.check()?;
-            canvas.carry(channel)
-        });
-        let textures = textures.collect::<Result<Vec<_>>>()?;
+        let canvas = Canvas::new(&map, self.finer).map_err(|error| error.in_file(&self.input))?;
+        let textures = canvas.carry_all(&channels, progress)?;
         let written = write_textures(&self.output, &map, &textures, &self.model, progress)?;
         Ok(describe(&written, &self.output).line(format!(
             "{} maps on {}×{} texels",
             textures.len(),
-            map.width,
-            map.height
+            self.finer * map.width,
+            self.finer * map.height
         )))
     }
 
@@ -173,7 +182,7 @@ impl Arguments {
 
     fn channels(&self, grid: TexelGrid, session: &Session) -> Result<Vec<SampleChannel>> {
         let mut reader = ImageReader::new(self.orientation, self.alpha, self.layer.clone());
-        let channels = maps::read(&self.maps, grid, self.encoding, &mut reader)?;
+        let channels = maps::read(&self.maps, (grid, self.finer), self.encoding, &mut reader)?;
         reader.finish(&session.progress())?;
         Ok(channels)
     }
