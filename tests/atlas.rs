@@ -192,3 +192,46 @@ fn what_no_atlas_can_be_is_refused_by_name() {
     let text = refused(&[&atlas[..], &["-o", "x.atlas"]].concat(), 2);
     assert!(text.contains("mine.txt"), "{text}");
 }
+
+#[test]
+fn methods_beat_chance_and_report_how_the_atlas_was_sampled() {
+    let folder = prepared();
+    for more in [
+        &["--method", "k-coherence"][..],
+        &["--method", "k-coherence", "--sampling", "marching"],
+        &["--method", "wei-levoy", "--passes", "1"],
+    ] {
+        let more = [more, &["--report", "r.json"]].concat();
+        let told = synth(folder.path(), "m.atlas", &more);
+        let figure = |name: &str| told[name].as_f64().unwrap();
+        assert!(figure("energy") < 0.75, "{more:?}: {told}");
+        assert!(figure("coherence_one") > 0.3, "{more:?}: {told}");
+        assert!((figure("mean_edge") - 1.0).abs() < 0.1, "{told}");
+        assert!(figure("stretch_mean") < 0.1, "{more:?}: {told}");
+        assert_eq!(figure("samples_outside"), 0.0);
+    }
+}
+
+#[test]
+fn options_that_an_atlas_does_not_have_are_refused() {
+    let folder = prepared();
+    let refused = |more: &str, code: i32, said: &str| {
+        let more: Vec<&str> = more.split(' ').collect();
+        let begin = ["synth", "a.space.npz", "a.knn.npz", "torus.obj"];
+        let error = refuse(folder.path(), &[&begin[..], &more].concat(), code);
+        assert!(error.contains(said), "{more:?}: {error}");
+    };
+    let atlas = "-o m.atlas --onto atlas";
+    for (more, code, said) in [
+        ("", 1, "no texture coordinates"),
+        (" --unwrap --texel 0.1", 2, "--texel: given for --onto atlas"),
+        (" --unwrap --crease 20", 2, "--crease: given for --onto atlas"),
+        (" --resolution 0", 2, "--resolution: 0"),
+        (" --texture-scale nan", 2, "--texture-scale: NaN"),
+    ] {
+        refused(&format!("{atlas}{more}"), code, said);
+    }
+    refused("-o m.map.ply --unwrap", 2, "--unwrap: given for");
+    refused("-o m.map.ply --onto vertices --sampling marching", 2, "--sampling: given for");
+    refused("-o m.map.ply --resolution 512", 2, "--resolution: given for");
+}

@@ -79,10 +79,7 @@ pub fn write(
     };
     let atlas = atlas_map(space, surface, map);
     let progress = session.progress();
-    let canvas = Canvas::new(&atlas)?;
-    let textures = SampleChannel::of_space(space)
-        .iter()
-        .map(|channel| progress.check().and_then(|()| canvas.carry(channel)))
-        .collect::<Result<Vec<_>>>()?;
+    let channels = SampleChannel::of_space(space);
+    let textures = Canvas::new(&atlas, 1)?.carry_all(&channels, progress)?;
     write_atlas(path, &atlas, &textures, model, progress).map(Some)
 }
