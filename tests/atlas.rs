@@ -224,14 +224,30 @@ fn options_that_an_atlas_does_not_have_are_refused() {
     let atlas = "-o m.atlas --onto atlas";
     for (more, code, said) in [
         ("", 1, "no texture coordinates"),
-        (" --unwrap --texel 0.1", 2, "--texel: given for --onto atlas"),
-        (" --unwrap --crease 20", 2, "--crease: given for --onto atlas"),
+        (
+            " --unwrap --texel 0.1",
+            2,
+            "--texel: given for --onto atlas",
+        ),
+        (
+            " --unwrap --crease 20",
+            2,
+            "--crease: given for --onto atlas",
+        ),
         (" --resolution 0", 2, "--resolution: 0"),
         (" --texture-scale nan", 2, "--texture-scale: NaN"),
     ] {
         refused(&format!("{atlas}{more}"), code, said);
     }
     refused("-o m.map.ply --unwrap", 2, "--unwrap: given for");
-    refused("-o m.map.ply --onto vertices --sampling marching", 2, "--sampling: given for");
-    refused("-o m.map.ply --resolution 512", 2, "--resolution: given for");
+    refused(
+        "-o m.map.ply --onto vertices --sampling marching",
+        2,
+        "--sampling: given for",
+    );
+    refused(
+        "-o m.map.ply --resolution 512",
+        2,
+        "--resolution: given for",
+    );
 }
