@@ -71,7 +71,7 @@ fn ball() -> AtlasMap {
         normal,
         exemplar: [SAMPLE; 2],
         tileable: true,
-        texel: 0.1,
+        texel: std::f64::consts::TAU / f64::from(SAMPLE),
         seed: 3,
         method: "coherent".into(),
         sample: id.clone(),
