@@ -7,10 +7,10 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::format::exr::{self, Attribute, Compression, ExrImage, Numbers};
-use crate::format::image::{PngImage, PngNumbers, Precision, encode_srgb};
+use crate::format::image::{PngImage, PngNumbers, Precision, ReadOptions, encode_srgb, read_with};
 use crate::maps::atlas_map::ChannelFile;
 use crate::textures::texture::Texture;
 
@@ -70,6 +70,38 @@ pub(super) fn write(
         file,
         low,
         high,
+    })
+}
+
+/// Reads the image of a height, mask or alpha back from a folder.
+pub fn read(folder: &Path, file: &ChannelFile, kind: ChannelKind) -> Result<Texture> {
+    let path = folder.join(&file.file);
+    let image = read_with(&path, &ReadOptions::data())?.image;
+    image.check_finite().map_err(|error| error.in_file(&path))?;
+    if image.channels != 1 {
+        return Err(Error::data("channels", image.channels.to_string())
+            .expected("a grey image")
+            .in_file(&path));
+    }
+    let (low, high) = (file.low as f32, file.high as f32);
+    let numbers = match image.precision {
+        Precision::Float => image.data,
+        _ => image
+            .data
+            .iter()
+            .map(|share| low + share * (high - low))
+            .collect(),
+    };
+    Ok(Texture {
+        name: file.name.clone(),
+        kind,
+        count: 1,
+        low: file.low,
+        high: file.high,
+        precision: image.precision,
+        width: image.width,
+        height: image.height,
+        numbers,
     })
 }
 
@@ -158,7 +190,7 @@ fn encode_exr(texture: &Texture) -> Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::image::{ReadOptions, read, read_with};
+    use crate::format::image::read;
     use crate::textures::texture::tests::texture;
 
     #[test]
@@ -190,6 +222,8 @@ mod tests {
         assert_eq!((file.low, file.high), (-1.0, 1.0));
         let heights = texture(ChannelKind::Height, 1, vec![0.0, 1.0 / 4096.0, 0.5, 1.0]);
         let file = write(&heights, folder.path(), &[]).unwrap();
+        let back = super::read(folder.path(), &file, ChannelKind::Height).unwrap();
+        assert!((back.numbers[1] - 1.0 / 4096.0).abs() < 1e-5);
         let image = read_with(&folder.path().join(file.file), &ReadOptions::data())
             .unwrap()
             .image;
