@@ -5,12 +5,14 @@ mod program;
 use std::fs;
 use std::path::Path;
 
+use mesotex::exemplar::channels::ChannelKind;
 use mesotex::format::image::write_png;
-use mesotex::maps::atlas_map::AtlasMap;
+use mesotex::maps::atlas_map::{AtlasMap, Description};
 use mesotex::mesh::shapes;
 use mesotex::mesh::writing::write_mesh;
 use mesotex::progress::Progress;
-use mesotex::textures::decorated_mesh::read_decorated;
+use mesotex::textures::decorated::{Shape, decorated};
+use mesotex::textures::folder::read_channel;
 use program::{files, refuse, succeed};
 use serde_json::Value;
 
@@ -119,11 +121,19 @@ fn frames_show_holes_and_relief() {
         fs::read(folder.path().join("frames/frame.0001.exr")).unwrap()
     };
     assert!(frame(&[]) != frame(&["--displace", "0.5"]));
-    let shown = |displace| {
-        let atlas = folder.path().join("a.atlas");
-        read_decorated(&atlas, displace, Progress::silent()).unwrap()
+    let atlas = folder.path().join("a.atlas");
+    let map = AtlasMap::read(&atlas).unwrap();
+    let told = Description::read(&atlas).unwrap();
+    let channel = |kind| read_channel(&atlas, &told, kind).unwrap().unwrap();
+    let [alpha, heights] = [ChannelKind::Alpha, ChannelKind::Height].map(channel);
+    let shown = |relief| {
+        let shape = Shape {
+            relief,
+            alpha: Some(&alpha),
+        };
+        decorated(&map, shape, Progress::silent()).unwrap()
     };
-    let (level, moved) = (shown(None), shown(Some(0.5)));
+    let (level, moved) = (shown(None), shown(Some((&heights, 0.5))));
     let torus = shapes::torus(30, 16, 1.0, 0.4);
     let share = level.mesh.area() / torus.area();
     // Discs of 25 texels in squares of 16 × 16.
@@ -145,7 +155,7 @@ fn frames_show_holes_and_relief() {
         2,
     );
     assert!(
-        refused.contains("--displace") && refused.contains("NAME.atlas"),
+        refused.contains("--displace") && refused.contains("an atlas"),
         "{refused}"
     );
 }

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use image::{GrayImage, Luma, Rgb, RgbImage};
+use mesotex::exemplar::ChannelKind;
 use mesotex::format::id::ContentId;
 use mesotex::format::image::{Precision, ReadOptions, decode_srgb, read, read_with};
 use mesotex::grid::TexCoord;
@@ -16,8 +17,10 @@ use mesotex::mesh::reading;
 use mesotex::mesh::rings::vertex_normals;
 use mesotex::mesh::shapes::icosphere;
 use mesotex::progress::Progress;
+use mesotex::textures::channel::SampleChannel;
 use mesotex::textures::folder::write_atlas;
 use mesotex::textures::model::ModelOptions;
+use mesotex::textures::transfer::Canvas;
 use program::{copy_of, files, mesotex, refuse, succeed};
 use serde_json::Value;
 
@@ -71,7 +74,7 @@ fn ball() -> AtlasMap {
         normal,
         exemplar: [SAMPLE; 2],
         tileable: true,
-        texel: 0.1,
+        texel: std::f64::consts::TAU / f64::from(SAMPLE),
         seed: 3,
         method: "coherent".into(),
         sample: id.clone(),
@@ -468,4 +471,83 @@ fn another_mesh_of_the_same_surface_takes_the_bake() {
         help.contains("--light-azimuth") && !help.contains("--sweep "),
         "{help}"
     );
+}
+
+/// `relief.atlas`: the ball with the channels of `height.png` and `holes.png`, and `x.sample` beside it.
+fn with_channels() -> tempfile::TempDir {
+    let folder = folder();
+    let map = ball();
+    let channel = |name: &str, kind| {
+        let image = read_with(&folder.path().join(name), &ReadOptions::data())
+            .unwrap()
+            .image;
+        SampleChannel::of_image(name.into(), kind, image, map.grid(), 1).unwrap()
+    };
+    let channels = [
+        channel("height.png", ChannelKind::Height),
+        channel("holes.png", ChannelKind::Alpha),
+    ];
+    let quiet = Progress::silent();
+    let textures = Canvas::new(&map, 1)
+        .unwrap()
+        .carry_all(&channels, quiet)
+        .unwrap();
+    let target = folder.path().join("relief.atlas");
+    write_atlas(&target, &map, &textures, &ModelOptions::default(), quiet).unwrap();
+    run(
+        folder.path(),
+        "exemplar color.png -o x --tile --levels 2 --k 2 --neighborhood 3",
+    );
+    folder
+}
+
+/// The alpha of a frame: 1 where the surface covers a pixel.
+fn coverage(frame: &Path) -> f32 {
+    let options = ReadOptions {
+        layer: Some("A".into()),
+        ..ReadOptions::data()
+    };
+    let alpha = read_with(frame, &options).unwrap().image.data;
+    alpha.iter().sum::<f32>() / alpha.len() as f32
+}
+
+#[test]
+fn atlases_are_rendered_with_relief_and_holes() {
+    let folder = with_channels();
+    let camera = "--size 64x64 --force --camera-position 0,0,6";
+    let drawn = |atlas: &str, more: &str| {
+        run(
+            folder.path(),
+            &format!("render x.sample {atlas} -o f {camera} {more}"),
+        );
+        coverage(&folder.path().join("f/frame.0001.exr"))
+    };
+    let whole = drawn("ball.atlas", "");
+    let holed = drawn("relief.atlas", "");
+    let raised = drawn("relief.atlas", "--displace 0.5");
+    // Through holes of the front those of the back are seen through, here and there.
+    assert!(
+        holed < 0.95 * whole && holed > 0.3 * whole,
+        "{holed} of {whole}"
+    );
+    assert!(raised > 1.1 * holed, "{raised} after {holed}");
+    // Frames of another relief are made anew.
+    let kept = |more: &str| {
+        let line =
+            format!("render x.sample relief.atlas -o f {camera} --skip-existing --json {more}");
+        let told: Value = serde_json::from_str(&run(folder.path(), &line)).unwrap();
+        told["kept"].as_u64().unwrap()
+    };
+    assert_eq!([kept("--displace 0.5"), kept("--displace 0.4")], [1, 0]);
+    let refused = |line: &str, code| {
+        refuse(
+            folder.path(),
+            &line.split_whitespace().collect::<Vec<_>>(),
+            code,
+        )
+    };
+    let line = format!("render x.sample ball.atlas -o g {camera} --displace 0.5");
+    assert!(refused(&line, 2).contains("no channel of heights"));
+    fs::write(folder.path().join("relief.atlas/holes-png.png"), "damaged").unwrap();
+    assert!(refused(&line.replace("ball", "relief"), 1).contains("holes-png.png"));
 }

@@ -102,7 +102,7 @@ impl Command {
             Self::Exemplar(arguments) => arguments.check(),
             Self::Mesh(arguments) => arguments.check(),
             Self::Synth(arguments) => arguments.check(),
-            Self::Render(arguments) => arguments.options.validate(),
+            Self::Render(arguments) => arguments.check(),
             Self::BakeMaps(arguments) => arguments.check(),
             Self::Transfer(arguments) => arguments.check(),
             Self::Demo(_) | Self::Import(_) | Self::Info(_) | Self::Gram(_) | Self::Run(_) => {

@@ -75,7 +75,7 @@ impl<'a> FineTexels<'a> {
         };
         let seen = shares.into_iter().filter(|(_, share)| *share > 0.0);
         seen.filter_map(move |(texel, share)| {
-            let coord = self.continued(texel, point)?;
+            let coord = continued(self.map, texel, point)?;
             Some(Source {
                 texel,
                 coord,
@@ -129,17 +129,16 @@ impl<'a> FineTexels<'a> {
         near.min()
             .map_or(self.first[chart as usize], |(_, texel)| texel)
     }
+}
 
-    /// The texture coordinate of a texel of the atlas, continued to a point of the surface.
-    fn continued(&self, texel: usize, point: Vec3) -> Option<TexCoord> {
-        let map = self.map;
-        let coord = map.coords[texel]?;
-        let (s, n) = (map.orientation[texel], map.normal[texel]);
-        let offset = (point - map.position[texel]).as_dvec3();
-        let along = |axis: Vec3| (offset.dot(axis.as_dvec3()) / map.texel) as f32;
-        Some(TexCoord {
-            s: coord.s + along(s),
-            t: coord.t + along(n.cross(s)),
-        })
-    }
+/// The texture coordinate of a texel of an atlas, continued to a point of the surface.
+pub(super) fn continued(map: &AtlasMap, texel: usize, point: Vec3) -> Option<TexCoord> {
+    let coord = map.coords[texel]?;
+    let (s, n) = (map.orientation[texel], map.normal[texel]);
+    let offset = (point - map.position[texel]).as_dvec3();
+    let along = |axis: Vec3| (offset.dot(axis.as_dvec3()) / map.texel) as f32;
+    Some(TexCoord {
+        s: coord.s + along(s),
+        t: coord.t + along(n.cross(s)),
+    })
 }

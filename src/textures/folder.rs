@@ -4,14 +4,18 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::exemplar::channels::ChannelKind;
 use crate::format::atomic::folder::FolderInProgress;
 use crate::format::id::ContentId;
 use crate::format::json;
 use crate::format::own_folder::OwnFolder;
-use crate::maps::atlas_map::{ATLAS_FOLDER, AtlasMap, ChannelFile, MODEL};
+use crate::maps::atlas_map::{
+    ATLAS_FOLDER, AtlasMap, ChannelFile, Description as AtlasDescription, MODEL,
+};
 use crate::mesh::tessellation::TexturedMesh;
 use crate::progress::Progress;
+use crate::textures::atlas_surface::{surface_of, texel_of};
 use crate::textures::image_file;
 use crate::textures::model::{self, ModelFacts, ModelOptions, Subject};
 use crate::textures::texture::Texture;
@@ -109,6 +113,30 @@ pub fn write_set(
     Ok(Written { channels, model })
 }
 
+/// The first image of a kind that an atlas lists, a height, mask or alpha; of the atlas' size.
+pub fn read_channel(
+    folder: &Path,
+    description: &AtlasDescription,
+    kind: ChannelKind,
+) -> Result<Option<Texture>> {
+    let mut files = description.channels.iter();
+    let Some(file) = files.find(|file| file.kind == kind.name()) else {
+        return Ok(None);
+    };
+    let texture = image_file::read(folder, file, kind)?;
+    if [texture.width, texture.height] == [description.width, description.height] {
+        return Ok(Some(texture));
+    }
+    Err(
+        Error::data("size", format!("{}×{}", texture.width, texture.height))
+            .expected(format!(
+                "{}×{}, as the atlas has",
+                description.width, description.height
+            ))
+            .in_file(&folder.join(&file.file)),
+    )
+}
+
 fn write_images(
     folder: &Path,
     textures: &[Texture],
@@ -124,15 +152,6 @@ fn write_images(
     Ok(channels)
 }
 
-/// The surface of an atlas map.
-pub(super) fn surface_of(map: &AtlasMap) -> TexturedMesh {
-    TexturedMesh {
-        mesh: map.mesh.clone(),
-        normals: map.vertex_normals.clone(),
-        corner_uvs: map.corner_uvs.clone(),
-    }
-}
-
 fn subject_of<'a>(map: &AtlasMap, surface: &'a TexturedMesh) -> Subject<'a> {
     Subject {
         surface,
@@ -142,16 +161,9 @@ fn subject_of<'a>(map: &AtlasMap, surface: &'a TexturedMesh) -> Subject<'a> {
     }
 }
 
-/// The side of a texel of the atlas, in mesh units: the root of the area that one inside a chart stands for.
-pub(super) fn texel_of(map: &AtlasMap) -> f64 {
-    let inside = map.chart.iter().filter(|chart| **chart >= 0).count();
-    (map.mesh.area() / inside.max(1) as f64).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exemplar::channels::ChannelKind;
     use crate::exemplar::controls::Controls;
     use crate::exemplar::plain_images::{ChannelImage, space_of_images};
     use crate::format::image::{Encoding, FloatImage, Precision, ReadOptions, read, read_with};

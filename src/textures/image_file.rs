@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::format::exr::{self, Attribute, Compression, ExrImage, Numbers};
-use crate::format::image::{self, PngImage, PngNumbers, Precision, ReadOptions, encode_srgb};
+use crate::format::image::{PngImage, PngNumbers, Precision, ReadOptions, encode_srgb, read_with};
 use crate::maps::atlas_map::ChannelFile;
 use crate::textures::texture::Texture;
 
@@ -73,51 +73,35 @@ pub(super) fn write(
     })
 }
 
-/// Reads a texture back from a folder, on an atlas of `width` × `height` texels.
-pub(super) fn read(folder: &Path, file: &ChannelFile, size: [u32; 2]) -> Result<Texture> {
+/// Reads the image of a height, mask or alpha back from a folder.
+pub fn read(folder: &Path, file: &ChannelFile, kind: ChannelKind) -> Result<Texture> {
     let path = folder.join(&file.file);
-    let place = |found: String| Error::data(format!("channel `{}`", file.name), found);
-    let Some(kind) = ChannelKind::named(&file.kind) else {
-        return Err(place(format!("kind `{}`", file.kind))
-            .expected("color, height, mask, alpha or normal")
-            .in_file(folder));
-    };
-    let options = match kind {
-        ChannelKind::Color => ReadOptions::default(),
-        _ => ReadOptions::data(),
-    };
-    let image = image::read_with(&path, &options)?.image;
-    let (found, wanted) = ([image.width, image.height], size);
-    if found != wanted {
-        return Err(place(format!("{} × {} texels", found[0], found[1]))
-            .expected(format!("{} × {}", wanted[0], wanted[1]))
+    let image = read_with(&path, &ReadOptions::data())?.image;
+    image.check_finite().map_err(|error| error.in_file(&path))?;
+    if image.channels != 1 {
+        return Err(Error::data("channels", image.channels.to_string())
+            .expected("a grey image")
             .in_file(&path));
     }
-    image.check_finite().map_err(|error| error.in_file(&path))?;
-    let is_stored_whole = image.precision == Precision::Float || kind == ChannelKind::Color;
-    let precision = image.precision;
-    let (low, range) = match is_stored_whole {
-        true => (0.0, 1.0),
-        false => (file.low as f32, (file.high - file.low) as f32),
-    };
-    let image = match kind {
-        ChannelKind::Color => image.into_linear(),
-        _ => image,
+    let (low, high) = (file.low as f32, file.high as f32);
+    let numbers = match image.precision {
+        Precision::Float => image.data,
+        _ => image
+            .data
+            .iter()
+            .map(|share| low + share * (high - low))
+            .collect(),
     };
     Ok(Texture {
         name: file.name.clone(),
         kind,
-        count: image.channels as usize,
+        count: 1,
         low: file.low,
         high: file.high,
-        precision,
-        width: size[0],
-        height: size[1],
-        numbers: image
-            .data
-            .iter()
-            .map(|number| low + number * range)
-            .collect(),
+        precision: image.precision,
+        width: image.width,
+        height: image.height,
+        numbers,
     })
 }
 
@@ -206,7 +190,7 @@ fn encode_exr(texture: &Texture) -> Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::image::{ReadOptions, read, read_with};
+    use crate::format::image::read;
     use crate::textures::texture::tests::texture;
 
     #[test]
@@ -238,6 +222,8 @@ mod tests {
         assert_eq!((file.low, file.high), (-1.0, 1.0));
         let heights = texture(ChannelKind::Height, 1, vec![0.0, 1.0 / 4096.0, 0.5, 1.0]);
         let file = write(&heights, folder.path(), &[]).unwrap();
+        let back = super::read(folder.path(), &file, ChannelKind::Height).unwrap();
+        assert!((back.numbers[1] - 1.0 / 4096.0).abs() < 1e-5);
         let image = read_with(&folder.path().join(file.file), &ReadOptions::data())
             .unwrap()
             .image;

@@ -8,15 +8,17 @@
 //! | [`fine_texels`] | the texture coordinates of texels as fine as the atlas', or finer |
 //! | [`frames`] | the frames that normals are turned between |
 //! | [`growth`] | the texel of its own chart that each texel beyond a border is nearest to |
+//! | [`atlas_surface`] | the surface of an atlas map |
+//! | [`decorated`] | an atlas map on a mesh of about a vertex per texel, as it is rendered |
 //! | [`image_file`] | a texture as PNG or OpenEXR |
 //! | [`relief`] | the surface moved along its normals |
 //! | [`holes`] | the surface without what is transparent |
-//! | [`decorated_mesh`] | an atlas as a surface texton map, to be rendered |
 //! | [`model`] | the surface with its textures as GLB |
 //! | [`folder`] | all of them in one folder |
 
+mod atlas_surface;
 pub mod channel;
-pub mod decorated_mesh;
+pub mod decorated;
 mod fine_texels;
 pub mod folder;
 mod frames;

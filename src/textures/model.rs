@@ -14,7 +14,7 @@ use crate::mesh::tangents::corner_tangents;
 use crate::mesh::tessellation::TexturedMesh;
 use crate::progress::Progress;
 use crate::textures::image_file::bits8;
-use crate::textures::relief::{Relief, displaced, own_normals};
+use crate::textures::relief::{Cut, cut, displace, own_normals};
 use crate::textures::texture::Texture;
 
 /// What becomes of texels that are not opaque.
@@ -150,9 +150,9 @@ fn relief(
     amount: f64,
     normals: Option<&Texture>,
     progress: Progress<'_>,
-) -> Result<Relief> {
-    let surface = subject.surface.clone();
-    let mut relief = displaced(surface, heights, amount, subject.texel, progress)?;
+) -> Result<Cut> {
+    let mut relief = cut(subject.surface.clone(), subject.texel, progress)?;
+    displace(&mut relief.surface, heights, amount);
     if normals.is_none() {
         own_normals(&mut relief.surface);
     }

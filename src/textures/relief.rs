@@ -12,33 +12,27 @@ use crate::progress::Progress;
 use crate::textures::texture::Texture;
 
 /// The most triangles of a displaced surface: about 150 MB of GLB.
-pub(super) const MOST_TRIANGLES: usize = 1 << 21;
+const MOST_TRIANGLES: usize = 1 << 21;
 
-/// A surface in relief.
-pub(super) struct Relief {
-    /// Cut and moved; normals are still those of the smooth surface.
+/// A surface with about a vertex per texel.
+pub(super) struct Cut {
+    /// It.
     pub(super) surface: TexturedMesh,
-    /// The longest edge that the smooth surface was cut to, in mesh units.
+    /// The longest edge that it was cut to, in mesh units.
     pub(super) edge: f64,
 }
 
 /// Cuts a surface into edges of at most the diagonal of a texel, whose side is `texel` mesh units, or longer ones
-/// where there would be too many triangles, and moves each vertex by its height times `amount` mesh units.
-pub(super) fn displaced(
-    surface: TexturedMesh,
-    heights: &Texture,
-    amount: f64,
-    texel: f64,
-    progress: Progress<'_>,
-) -> Result<Relief> {
+/// where there would be too many triangles.
+pub(super) fn cut(surface: TexturedMesh, texel: f64, progress: Progress<'_>) -> Result<Cut> {
     let edge = affordable_edge(&surface.mesh, texel * SQRT_2, MOST_TRIANGLES);
-    let mut surface = tessellate(surface, edge, MOST_TRIANGLES, progress)?;
-    moved(&mut surface, heights, amount);
-    Ok(Relief { surface, edge })
+    let surface = tessellate(surface, edge, MOST_TRIANGLES, progress)?;
+    Ok(Cut { surface, edge })
 }
 
-/// Moves each vertex along its normal by its height times `amount` mesh units.
-pub(super) fn moved(surface: &mut TexturedMesh, heights: &Texture, amount: f64) {
+/// Moves each vertex along its normal by its height times `amount` mesh units; the normals stay those of the
+/// smooth surface.
+pub(super) fn displace(surface: &mut TexturedMesh, heights: &Texture, amount: f64) {
     let offsets = vertex_means(surface, heights);
     let vertices = surface.mesh.positions.iter_mut().zip(&surface.normals);
     for ((position, normal), height) in vertices.zip(offsets) {
@@ -82,13 +76,19 @@ mod tests {
             mesh,
         };
         let half = texture(ChannelKind::Height, 1, vec![0.5; 4]);
-        let moved = displaced(surface.clone(), &half, 0.3, 10.0, Progress::silent()).unwrap();
-        for position in &moved.surface.mesh.positions {
+        let moved = |texel| {
+            let cut = cut(surface.clone(), texel, Progress::silent()).unwrap();
+            let mut moved = cut.surface;
+            displace(&mut moved, &half, 0.3);
+            moved.mesh
+        };
+        let coarse = moved(10.0);
+        for position in &coarse.positions {
             assert!((position.length() - 1.15).abs() < 1e-5);
         }
-        let fine = displaced(surface, &half, 0.3, 0.1, Progress::silent()).unwrap();
-        assert!(fine.surface.mesh.triangles.len() > 4 * moved.surface.mesh.triangles.len());
-        let topology = Topology::new(&fine.surface.mesh.triangles);
+        let fine = moved(0.1);
+        assert!(fine.triangles.len() > 4 * coarse.triangles.len());
+        let topology = Topology::new(&fine.triangles);
         assert_eq!(topology.boundary_half_edges().count(), 0);
     }
 
