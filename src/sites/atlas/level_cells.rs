@@ -180,14 +180,6 @@ impl<'a> LevelCells<'a> {
         cell.map_or([site as u32; 4], |cell| self.cells[cell])
     }
 
-    /// The sites of the cells that lie in one chart.
-    pub fn whole(&self) -> impl Iterator<Item = [u32; 4]> + '_ {
-        let cells = self.cells.iter().zip(&self.on_border);
-        cells
-            .filter(|(_, on_border)| !**on_border)
-            .map(|(sites, _)| *sites)
-    }
-
     /// The cell of which a site is the first.
     fn cell_from(&self, site: usize) -> Option<usize> {
         let texel = self.level.texels[site];

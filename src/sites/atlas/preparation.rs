@@ -214,7 +214,7 @@ impl Pyramid<'_> {
             scale: self.geometry.scale.map(scale),
             texel: self.texel,
             edges: edges::edges(level, cells),
-            triangles: edges::mesh(level, cells).triangles,
+            triangles: edges::triangles(level, cells),
             counts: Vec::new(),
         }
     }
@@ -239,6 +239,15 @@ impl Pyramid<'_> {
 }
 
 impl AtlasSurface {
+    /// A list of the sites laid out as the image, row by row from the top; `outside` where no chart lies.
+    pub fn image<T: Copy>(&self, of_sites: &[T], outside: T) -> Vec<T> {
+        let mut image = vec![outside; self.points.triangle.len()];
+        for (&texel, &value) in self.texels.iter().zip(of_sites) {
+            image[texel as usize] = value;
+        }
+        image
+    }
+
     /// How much the samples of each site stretch the texture, as
     /// [`stretch`](crate::sites::vertices::stretch::stretch) measures it; `sites` is the finest level with
     /// square windows.

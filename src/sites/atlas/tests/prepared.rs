@@ -125,6 +125,11 @@ fn every_chart_has_a_site_at_every_level() {
     charts.sort_unstable();
     charts.dedup();
     assert_eq!(charts.len(), surface.atlas.charts);
+    let image = surface.image(&surface.charts, u32::MAX);
+    for (texel, &chart) in image.iter().enumerate() {
+        let expected = surface.points.chart(&surface.atlas, texel);
+        assert_eq!(expected.unwrap_or(u32::MAX), chart);
+    }
     assert!(
         sites
             .levels
