@@ -96,8 +96,9 @@ impl BoundTree {
                 self.leaves[node - inner].search(pattern, keep, &mut distance);
                 continue;
             }
-            let below = [2 * node + 1, 2 * node + 2];
-            let [left, right] = below.map(|node| (node, self.boxes[node].bound(pattern)));
+            let (left, right) = (2 * node + 1, 2 * node + 2);
+            let left = (left, self.boxes[left].bound(pattern));
+            let right = (right, self.boxes[right].bound(pattern));
             let (far, near) = match left.1 < right.1 {
                 true => (right, left),
                 false => (left, right),
@@ -251,8 +252,13 @@ impl Leaf {
                 promising = lane;
             }
         }
-        let others = (0..self.count).filter(|&lane| lane != promising);
-        for lane in (promising..self.count).take(1).chain(others) {
+        for turn in 0..self.count {
+            // The first and the most promising change places.
+            let lane = match turn {
+                0 => promising,
+                _ if turn == promising => 0,
+                _ => turn,
+            };
             let limit = keep.limit();
             if bounds[lane] <= limit as f32 {
                 let texel = self.texels[lane];

@@ -10,6 +10,7 @@ use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::feature_rows;
 use crate::exemplar::space::SpaceLevel;
 use crate::grid::{TexCoord, TexelGrid};
+use crate::index::TexelIndex;
 use crate::sites::level::Neighbor;
 
 /// Numbers that are blended and compared at once; values are filled up to as many with zeros.
@@ -23,14 +24,18 @@ pub struct ContinuousExemplar {
     grid: TexelGrid,
     /// Steps per value.
     steps: usize,
-    /// The values at texel centres.
+    /// The values at texel centres, of one texel more on every side.
     values: Vec<Step>,
+    /// Steps per row of them.
+    stride: usize,
 }
 
-/// The texels that a place blends, and its way from the first of them, right and down.
+/// Where a place lies among texel centres.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
-    texels: [usize; 4],
+    /// Where the value of the centre up left of it begins.
+    first: usize,
+    /// How far right and down of that centre it lies.
     right: f32,
     down: f32,
 }
@@ -40,17 +45,27 @@ impl ContinuousExemplar {
     pub fn new(level: &SpaceLevel, embedding: &Embedding) -> Self {
         let steps = embedding.dimensions.div_ceil(STEP).max(1);
         let vectors = flat_vectors(embedding);
-        let mut values = Vec::with_capacity(level.grid.len() * steps);
-        for row in feature_rows(level) {
+        let value = |row: u32| -> Vec<Step> {
             let vector = &vectors[row as usize * embedding.dimensions..][..embedding.dimensions];
             let mut filled_up = vector.to_vec();
             filled_up.resize(steps * STEP, 0.0);
-            values.extend_from_slice(filled_up.as_chunks().0);
+            filled_up.as_chunks().0.to_vec()
+        };
+        let (grid, rows) = (level.grid, feature_rows(level));
+        let mut values = Vec::new();
+        for row in -1..=i64::from(grid.height) {
+            for col in -1..=i64::from(grid.width) {
+                let texel = grid
+                    .texel_at(row, col)
+                    .unwrap_or_else(|| nearest(grid, row, col));
+                values.extend(value(rows[texel.index()]));
+            }
         }
         Self {
-            grid: level.grid,
+            grid,
             steps,
             values,
+            stride: (grid.width as usize + 2) * steps,
         }
     }
 
@@ -140,30 +155,25 @@ impl ContinuousExemplar {
         }
     }
 
+    /// The cell of a coordinate on the exemplar.
     #[inline(always)]
     fn cell(&self, at: TexCoord) -> Cell {
-        let TexelGrid {
-            width,
-            height,
-            tileable,
-        } = self.grid;
-        let [(left, beside, right), (above, below, down)] = [
-            around(at.s - 0.5, width as usize, tileable),
-            around(height as f32 - at.t - 0.5, height as usize, tileable),
-        ];
-        let (above, below) = (above * width as usize, below * width as usize);
+        // Counted from the first centre of the texels more on the left and above.
+        let (across, below) = (at.s + 0.5, self.grid.height as f32 - at.t + 0.5);
+        let (col, row) = (across as i32, below as i32);
         Cell {
-            texels: [above + left, above + beside, below + left, below + beside],
-            right,
-            down,
+            first: row as usize * self.stride + col as usize * self.steps,
+            right: across - col as f32,
+            down: below - row as f32,
         }
     }
 
     #[inline(always)]
     fn blended(&self, cell: &Cell, step: usize) -> Step {
-        let [a, b, c, d] = cell
-            .texels
-            .map(|texel| &self.values[texel * self.steps + step]);
+        let above = &self.values[cell.first + step..][..=self.steps];
+        let below = &self.values[cell.first + self.stride + step..][..=self.steps];
+        let (a, b) = (&above[0], &above[self.steps]);
+        let (c, d) = (&below[0], &below[self.steps]);
         let mut blend = [0.0; STEP];
         for lane in 0..STEP {
             let above = a[lane] + cell.right * (b[lane] - a[lane]);
@@ -174,24 +184,10 @@ impl ContinuousExemplar {
     }
 }
 
-/// The two texels of a line round a place, −½ ≤ place ≤ length − ½ from the first one's centre, and how far the place
-/// is on the way from the one to the other.
-#[inline(always)]
-fn around(place: f32, length: usize, is_circle: bool) -> (usize, usize, f32) {
-    let last = length - 1;
-    if place < 0.0 {
-        return match is_circle {
-            true => (last, 0, place + 1.0),
-            false => (0, 0, 0.0),
-        };
-    }
-    let first = (place as usize).min(last);
-    let way = place - first as f32;
-    match (first == last, is_circle) {
-        (false, _) => (first, first + 1, way),
-        (true, true) => (last, 0, way),
-        (true, false) => (last, last, 0.0),
-    }
+/// The texel of the border that is nearest to a place one texel off the grid.
+fn nearest(grid: TexelGrid, row: i64, col: i64) -> TexelIndex {
+    let clamped = |at: i64, side: u32| at.clamp(0, i64::from(side) - 1) as u32;
+    grid.texel(clamped(row, grid.height), clamped(col, grid.width))
 }
 
 #[inline(always)]
