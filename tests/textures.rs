@@ -72,6 +72,7 @@ fn ball() -> AtlasMap {
         textons: vec![TextonLabel::NONE; position.len()],
         position,
         normal,
+        scale: None,
         exemplar: [SAMPLE; 2],
         tileable: true,
         texel: std::f64::consts::TAU / f64::from(SAMPLE),

@@ -56,6 +56,10 @@ pub fn decorated(
             coord.map_or(TexCoord { s: 0.5, t: 0.5 }, |coord| on_grid(map, coord))
         });
     let coords = coords.collect();
+    let scale = map.scale.as_ref().map(|scale| {
+        let at = |texel: &Option<usize>| texel.map_or(1.0, |texel| scale[texel]);
+        texels.iter().map(at).collect()
+    });
     let label = |texel: &Option<usize>| texel.map_or(TextonLabel::NONE, |texel| map.textons[texel]);
     let textons = texels.iter().map(label).collect();
     if let Some((heights, amount)) = shape.relief {
@@ -76,7 +80,7 @@ pub fn decorated(
             .collect(),
         normals: surface.normals,
         mesh: surface.mesh,
-        scale: None,
+        scale,
         coords,
         textons,
         exemplar: map.exemplar,

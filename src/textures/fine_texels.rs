@@ -136,7 +136,7 @@ pub(super) fn continued(map: &AtlasMap, texel: usize, point: Vec3) -> Option<Tex
     let coord = map.coords[texel]?;
     let (s, n) = (map.orientation[texel], map.normal[texel]);
     let offset = (point - map.position[texel]).as_dvec3();
-    let along = |axis: Vec3| (offset.dot(axis.as_dvec3()) / map.texel) as f32;
+    let along = |axis: Vec3| (offset.dot(axis.as_dvec3()) / map.texel_at(texel)) as f32;
     Some(TexCoord {
         s: coord.s + along(s),
         t: coord.t + along(n.cross(s)),

@@ -391,6 +391,7 @@ pub fn atlas() -> [(&'static str, Vec<u8>); 4] {
             TextonLabel(1),
             TextonLabel(0),
         ],
+        scale: None,
         exemplar: [8, 8],
         tileable: false,
         texel: 0.5,

@@ -110,6 +110,7 @@ impl AtlasMap {
             position: surface.position,
             normal: surface.normal,
             orientation: surface.orientation,
+            scale: surface.scale,
             coords,
             textons,
             exemplar: description.exemplar,
@@ -143,6 +144,12 @@ impl AtlasMap {
             ("corner uvs", self.corner_uvs.len(), triangles),
             ("chart of", self.chart_of.len(), triangles),
         ];
+        let scaled = self.scale.as_ref().map_or(texels, Vec::len);
+        if scaled != texels {
+            return Err(
+                Error::data("scale", format!("{scaled} entries")).expected(texels.to_string())
+            );
+        }
         match lengths.iter().find(|(_, found, wanted)| found != wanted) {
             None => Ok(()),
             Some((name, found, wanted)) => {

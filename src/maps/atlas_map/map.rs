@@ -34,6 +34,8 @@ pub struct AtlasMap {
     pub normal: Vec<Vec3>,
     /// The orientation field: unit tangents s; zero outside charts.
     pub orientation: Vec<Vec3>,
+    /// Factor on the sample's texel at each texel, above 0; `None` for 1 everywhere. 1 outside charts.
+    pub scale: Option<Vec<f32>>,
     /// Texture coordinates, in texels of the sample; `None` outside charts.
     pub coords: Vec<Option<TexCoord>>,
     /// Texton labels; [`TextonLabel::NONE`] outside charts, and for plain images.
@@ -42,7 +44,7 @@ pub struct AtlasMap {
     pub exemplar: [u32; 2],
     /// Whether opposite borders of the sample continue each other.
     pub tileable: bool,
-    /// Mesh units that a texel of the sample's finest level covers.
+    /// Mesh units that a texel of the sample's finest level covers where the scale is 1.
     pub texel: f64,
     /// The seed it was synthesized with.
     pub seed: u64,
@@ -63,6 +65,15 @@ impl AtlasMap {
     /// Whether there is no texel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Mesh units that a texel of the sample covers at a texel, its scale included.
+    #[inline]
+    pub fn texel_at(&self, texel: usize) -> f64 {
+        match &self.scale {
+            Some(scale) => self.texel * f64::from(scale[texel]),
+            None => self.texel,
+        }
     }
 
     /// The charts of the mesh.

@@ -35,6 +35,7 @@ pub(super) struct Surface {
     pub(super) position: Vec<Vec3>,
     pub(super) normal: Vec<Vec3>,
     pub(super) orientation: Vec<Vec3>,
+    pub(super) scale: Option<Vec<f32>>,
 }
 
 /// Writes the file; returns its id.
@@ -56,6 +57,9 @@ pub(super) fn write(path: &Path, map: &AtlasMap) -> Result<ContentId> {
                     bytemuck::cast_slice::<Vec3, f32>(vectors),
                 )?,
             )?;
+        }
+        if let Some(scale) = &map.scale {
+            file.array("scale", view([height, width], scale)?)?;
         }
         file.array("chart", view([height, width], &map.chart)?)?;
         let positions: &[f32] = bytemuck::cast_slice(&map.mesh.positions);
@@ -90,6 +94,10 @@ pub(super) fn read(path: &Path, sides: [usize; 2], wanted: &ContentId) -> Result
     let normal = array::<f32, Ix3>(&mut file, "normal", &[height, width, 3])?;
     let orientation = array::<f32, Ix3>(&mut file, "orientation", &[height, width, 3])?;
     let chart = array::<i32, Ix2>(&mut file, "chart", &[height, width])?;
+    let scale = match file.has("scale") {
+        true => Some(array::<f32, Ix2>(&mut file, "scale", &[height, width])?),
+        false => None,
+    };
     let vertices = file.array::<f32, Ix2>("vertices")?;
     let count = vertices.nrows();
     let vertices = shaped(&file, "vertices", vertices, &[count, 3])?;
@@ -114,6 +122,7 @@ pub(super) fn read(path: &Path, sides: [usize; 2], wanted: &ContentId) -> Result
         position: vectors(&position),
         normal: vectors(&normal),
         orientation: vectors(&orientation),
+        scale,
     })
 }
 
@@ -185,6 +194,11 @@ impl Surface {
             }
             if chart < 0 {
                 continue;
+            }
+            if !(1.0 / FARTHEST..=FARTHEST).contains(&map.texel_at(texel)) {
+                let expected = "above 0, and a texel of 1e-15 to 1e15 mesh units".into();
+                let scale = map.scale.as_ref().map_or(1.0, |scale| scale[texel]);
+                return fault("scale", scale.to_string(), expected);
             }
             if !is_near(map.position[texel]) {
                 let found = map.position[texel].to_string();

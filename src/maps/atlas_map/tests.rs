@@ -54,6 +54,7 @@ pub(crate) fn square() -> AtlasMap {
             .collect(),
         normal: per_texel(Vec3::Z),
         orientation: per_texel(Vec3::X),
+        scale: None,
         coords: (0..16)
             .map(|texel| {
                 let (s, t) = ((texel % 4) as f32 + 0.5, (4 - texel / 4) as f32 - 0.5);
@@ -99,8 +100,10 @@ fn maps_round_trip() {
     assert_eq!(told["channels"][0]["file"], "color.png");
     let plain = AtlasMap {
         textons: vec![TextonLabel::NONE; 16],
+        scale: Some((1..17).map(|at| at as f32).collect()),
         ..map
     };
+    assert_eq!(plain.texel_at(2), 1.0);
     let other = tempfile::tempdir().unwrap();
     assert_eq!(written(&plain, other.path()).unwrap(), plain);
     assert!(!other.path().join("texton.npy").exists());
@@ -114,7 +117,7 @@ fn impossible_maps_are_refused_by_place() {
         change(&mut map);
         written(&map, folder.path()).unwrap_err().to_string()
     };
-    let cases: [(&dyn Fn(&mut AtlasMap), &str); 14] = [
+    let cases: [(&dyn Fn(&mut AtlasMap), &str); 15] = [
         (&|m| m.coords[4] = None, "row 1, column 0"),
         (&|m| m.coords[0] = m.coords[4], "row 0, column 0"),
         (
@@ -140,7 +143,11 @@ fn impossible_maps_are_refused_by_place() {
         (&|m| m.corner_uvs[1][0].x = 1.5, "corner_uvs, row 1"),
         (&|m| m.chart_of[1] = 2, "triangle_chart, row 1"),
         (&|m| m.textons[0] = TextonLabel(1), "texton.npy, row 0"),
-        (&|m| m.texel = 0.0, "texel"),
+        (
+            &|m| m.scale = Some(vec![-1.0; 16]),
+            "scale, row 1, column 0: -1",
+        ),
+        (&|m| m.texel = 0.0, "scale"),
         (&|m| m.method = "A b".into(), "method"),
         (&|m| m.width = 5, "chart: 16 entries; expected 20"),
     ];
