@@ -267,7 +267,12 @@ impl TargetArguments {
             exemplar + atlas::memory::bytes_to_prepare(&user, &options),
             "a lower --resolution, or a table of a smaller knn --neighborhood",
         )?;
-        Target::atlas(&user, &options, session.progress()).map_err(|error| error.in_file(path))
+        let in_file = |error: Error| error.in_file(path);
+        let target = Target::atlas(&user, &options, session.progress()).map_err(in_file)?;
+        if let Some(scale) = &target.surface.scale {
+            check_scale(scale, target.surface.texel).map_err(in_file)?;
+        }
+        Ok(target)
     }
 
     /// How a mesh is prepared for the neighbourhoods of a table.
