@@ -111,6 +111,7 @@ pub fn atlas_map(space: &Space, surface: &AtlasSurface, map: &SurfaceTextonMap) 
         textons: vec![TextonLabel::NONE; texels],
         exemplar: map.exemplar,
         tileable: space.levels[0].grid.tileable,
+        scale: surface.scale.as_ref().map(|_| vec![1.0; texels]),
         texel: map.texel,
         seed: map.seed,
         method: map.method.clone(),
@@ -125,6 +126,9 @@ pub fn atlas_map(space: &Space, surface: &AtlasSurface, map: &SurfaceTextonMap) 
         atlas.orientation[texel] = surface.orientations[site];
         atlas.coords[texel] = Some(map.coords[site]);
         atlas.textons[texel] = map.textons[site];
+        if let (Some(to), Some(from)) = (&mut atlas.scale, &surface.scale) {
+            to[texel] = from[site];
+        }
     }
     atlas
 }

@@ -350,8 +350,12 @@ impl MeshTarget<'_> {
             self.exemplar + atlas::memory::bytes_to_prepare(self.user, options),
             "a lower --resolution, or a table of a smaller knn --neighborhood",
         )?;
-        Target::atlas(self.user, options, self.session.progress())
-            .map_err(|error| error.in_file(self.path))
+        let in_file = |error: Error| error.in_file(self.path);
+        let target = Target::atlas(self.user, options, self.session.progress()).map_err(in_file)?;
+        if let Some(scale) = &target.surface.scale {
+            check_scale(scale, target.surface.texel).map_err(in_file)?;
+        }
+        Ok(target)
     }
 
     /// With round neighbourhoods.

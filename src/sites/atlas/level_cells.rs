@@ -12,11 +12,16 @@ use rayon::prelude::*;
 use super::cells::{PackedSample, bilinear};
 use super::geometry::Geometry;
 use super::texels::LevelTexels;
+use crate::error::Result;
 use crate::mesh::atlas::Across;
 use crate::mesh::surface_bvh::SurfacePoint;
+use crate::progress::Progress;
 
 /// A place this near a cell's corner, in texels, is the corner: more than rounding moves it.
 const SNAP: f64 = 2e-3;
+/// A place in a cell whose blended position is as near as this to the sample's, as a share of the cell's
+/// diagonal, is good enough.
+const CLOSE: f32 = 0.01;
 /// Steps of Newton's method to a place in a cell that is no square.
 const NEWTON_STEPS: usize = 6;
 
@@ -50,7 +55,12 @@ struct Cell {
 
 impl<'a> LevelCells<'a> {
     /// The cells of a level.
-    pub fn new(geometry: &'a Geometry<'a>, level: &'a LevelTexels) -> Self {
+    pub fn new(
+        geometry: &'a Geometry<'a>,
+        level: &'a LevelTexels,
+        progress: Progress<'_>,
+    ) -> Result<Self> {
+        progress.check()?;
         let across = Across::new(
             &level.points,
             geometry.atlas,
@@ -73,14 +83,15 @@ impl<'a> LevelCells<'a> {
         let rows: Vec<(Vec<u32>, Vec<Cell>)> = (-1..height)
             .into_par_iter()
             .map(|row| {
+                progress.check()?;
                 let (mut ends, mut cells) = (Vec::with_capacity(width as usize + 1), Vec::new());
                 for column in -1..width {
                     of_level.add_block([row, column], &mut cells);
                     ends.push(cells.len() as u32);
                 }
-                (ends, cells)
+                Ok((ends, cells))
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let mut sites = Vec::new();
         for (ends, cells) in rows {
             let base = sites.len() as u32;
@@ -92,7 +103,7 @@ impl<'a> LevelCells<'a> {
             }
         }
         of_level.cells = Arc::new(sites);
-        of_level
+        Ok(of_level)
     }
 
     /// The sites of each cell.
@@ -159,10 +170,7 @@ impl<'a> LevelCells<'a> {
             });
         };
         let flat = place - place.floor();
-        let place = match self.on_border[cell] {
-            true => self.place_in_cell(cell, point.position, flat.as_vec2()),
-            false => flat,
-        };
+        let place = self.place_in_cell(cell, point.position, flat);
         PackedSample::new(cell as u32, place.to_array().map(snapped))
     }
 
@@ -198,24 +206,29 @@ impl<'a> LevelCells<'a> {
         cells.find(|&cell| self.charts[cell] == chart)
     }
 
-    /// The place in a cell that blends its sites' positions to a point as nearly as can be, from a first guess
-    /// on: sites across a border do not lie on a square grid with the others.
-    fn place_in_cell(&self, cell: usize, point: Vec3, guess: Vec2) -> DVec2 {
+    /// The place in a cell that blends its sites' positions to a point as nearly as can be, from that in the
+    /// texture on. They differ where texels across a border do not lie on a square grid with the others, and
+    /// where the texture is bent within the cell.
+    fn place_in_cell(&self, cell: usize, point: Vec3, in_texture: DVec2) -> DVec2 {
         let corners = self.cells[cell].map(|site| self.level.positions[site as usize]);
-        let blend = |place: Vec2| -> Vec3 {
+        let apart = |place: Vec2| -> Vec3 {
             let weights = bilinear(place.to_array());
             (0..4).map(|k| (corners[k] - point) * weights[k]).sum()
         };
-        let (mut best, mut least) = (guess, blend(guess).length_squared());
-        let mut place = guess;
+        let mut place = in_texture.as_vec2();
+        let (mut best, mut least) = (in_texture, apart(place).length_squared());
+        let size = corners[0].distance_squared(corners[3]);
+        if !self.on_border[cell] && least <= CLOSE * CLOSE * size {
+            return in_texture;
+        }
         for _ in 0..NEWTON_STEPS {
-            place = newton_step(&corners, place, blend(place)).clamp(Vec2::ZERO, Vec2::ONE);
-            let distance = blend(place).length_squared();
+            place = newton_step(&corners, place, apart(place)).clamp(Vec2::ZERO, Vec2::ONE);
+            let distance = apart(place).length_squared();
             if distance < least {
-                (best, least) = (place, distance);
+                (best, least) = (place.as_dvec2(), distance);
             }
         }
-        best.as_dvec2()
+        best
     }
 }
 

@@ -74,10 +74,7 @@ pub fn prepare(
     let levels: Vec<LevelTexels> = (0_u32..).zip(points).map(on_level).collect();
     let cells: Vec<LevelCells<'_>> = levels
         .iter()
-        .map(|level| {
-            progress.check()?;
-            Ok(LevelCells::new(&geometry, level))
-        })
+        .map(|level| LevelCells::new(&geometry, level, progress))
         .collect::<Result<_>>()?;
     let pyramid = Pyramid {
         geometry: &geometry,
