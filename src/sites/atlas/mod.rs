@@ -13,6 +13,7 @@
 //! | [`cells`], [`level_cells`] | samples between four texels, across charts' borders too |
 //! | [`vertex_charts`], [`marching`], [`paths`] | where samples lie: in planar charts, or along straight paths |
 //! | [`collecting`], [`neighbors`] | samples and neighbours of all sites, packed |
+//! | [`scan_lines`] | the order in which texels are visited one by one |
 //! | [`parents`], [`edges`] | the place of every texel on the coarser level, and pairs of texels side by side |
 //! | [`memory`] | how much memory preparation takes |
 
@@ -28,6 +29,7 @@ pub mod options;
 mod parents;
 mod paths;
 pub mod preparation;
+mod scan_lines;
 mod sites;
 #[cfg(test)]
 mod tests;

@@ -155,12 +155,17 @@ impl Pyramid<'_> {
                 parent_points = parents(self.geometry, &self.levels[number], above);
             }
             counts.push(own.counts);
+            let level = &self.levels[number];
+            let chart = |site| level.chart(self.geometry, site);
             levels.push(AtlasSites {
                 fine: own.stencils,
                 coarse: around,
                 neighbors: own.neighbors,
                 parents: parent_points,
-                areas: self.levels[number].areas(self.geometry),
+                areas: level.areas(self.geometry),
+                texels: level.texels.clone(),
+                width: level.points.width,
+                charts: (0..level.texels.len()).map(chart).collect(),
             });
             progress.advance(1)?;
         }

@@ -6,6 +6,7 @@ use either::Either;
 
 use super::cells::CellStencils;
 use super::neighbors::PackedNeighbor;
+use super::scan_lines::ScanLines;
 use crate::mesh::compressed_rows::Rows;
 use crate::sites::level::{Neighbor, Parent, SampleLocation, Sites};
 
@@ -23,6 +24,12 @@ pub struct AtlasSites {
     pub parents: Vec<Parent>,
     /// Surface area that each site stands for, in mesh units squared.
     pub areas: Vec<f32>,
+    /// The texel of each site, ascending.
+    pub texels: Vec<u32>,
+    /// Columns of the level.
+    pub width: u32,
+    /// The chart of each site.
+    pub charts: Vec<u32>,
 }
 
 impl Sites<4> for AtlasSites {
@@ -70,7 +77,16 @@ impl Sites<4> for AtlasSites {
         &self.areas
     }
 
-    /// Neighbours are sites of the samples.
+    fn scan_lines(&self) -> Option<Vec<u32>> {
+        let lines = ScanLines {
+            texels: &self.texels,
+            width: self.width,
+            charts: &self.charts,
+        };
+        Some(lines.order(|site| self.neighbors(site as usize).map(|near| near.site)))
+    }
+
+    /// Neighbours are sites of the samples, and charts follow from the neighbours' texels.
     fn digest(&self, hasher: &mut blake3::Hasher) {
         hasher.update_rayon(bytemuck::cast_slice(&self.parents));
         for stencils in std::iter::once(&self.fine).chain(self.coarse.as_deref()) {
