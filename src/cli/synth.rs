@@ -1,6 +1,7 @@
 //! `mesotex synth`: space, neighbour table and a mesh (or a flat grid) in, surface texton map out.
 
 mod pictures;
+mod product;
 mod renamed;
 mod report;
 mod target;
@@ -17,8 +18,8 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::renamed::RenamedOptions;
-use crate::cli::synth::report::{Report, Seconds};
-use crate::cli::synth::target::TargetArguments;
+use crate::cli::synth::report::{AtlasFigures, Report, Seconds};
+use crate::cli::synth::target::{Onto, TargetArguments};
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
@@ -30,6 +31,7 @@ use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
+use crate::synthesis::atlas_map::atlas_map;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::map::surface_map;
@@ -38,6 +40,7 @@ use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::{self, Agreement};
 use crate::synthesis::recipes::synthesize;
 use crate::synthesis::{check, quality};
+use crate::textures::model::ModelOptions;
 
 /// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str =
@@ -51,7 +54,9 @@ Examples:
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply --levels 3 --texel 0.01
   mesotex synth bark.space.npz bark.knn.npz --grid 256x256 -o flat.map.ply --pictures flat
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o full.map.ply --search full --report full.json
-  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive")]
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive
+  mesotex synth bark.space.npz bark.knn.npz spot.obj -o spot.atlas --onto atlas --resolution 512 --unwrap
+  mesotex synth bark.space.npz bark.knn.npz spot.obj -o spot.map.ply --onto atlas --unwrap")]
 pub struct Arguments {
     /// The surface texton space, NAME.space.npz
     pub space: PathBuf,
@@ -59,7 +64,7 @@ pub struct Arguments {
     pub table: PathBuf,
     #[command(flatten)]
     pub target: TargetArguments,
-    /// The surface texton map to write, NAME.map.ply
+    /// The surface texton map to write, NAME.map.ply; or for --onto atlas a folder of textures, NAME.atlas
     #[arg(long, short)]
     pub output: PathBuf,
     #[command(flatten)]
@@ -71,6 +76,8 @@ pub struct Arguments {
     pub report: Option<PathBuf>,
     #[command(flatten)]
     pub pictures: PictureArguments,
+    #[command(flatten)]
+    pub model: ModelOptions,
     /// Take a table that was made from another space of the same size
     #[arg(long)]
     pub force: bool,
@@ -112,14 +119,26 @@ impl Arguments {
             &done.map,
             &options,
             &plan,
-            circles,
+            (circles, AtlasFigures::of(&target)),
             done.measured.quality,
             done.measured.agreement,
         );
         let plane = Plane::of(&target);
+        let atlas = target
+            .surface
+            .atlas
+            .as_deref()
+            .filter(|_| product::is_atlas(&self.output));
+        let atlas = atlas.map(|surface| atlas_map(surface, &done.map, space.tileable()));
         // The target is big and not needed any more: it is given back meanwhile.
         rayon::spawn(move || drop(target));
-        let drawn = self.write(&done.map, &report, &plane, &done.measured.energies)?;
+        let write = || match &atlas {
+            Some(atlas) => {
+                product::write(&self.output, atlas, &space, &self.model, session.progress())
+            }
+            None => done.map.write(&self.output),
+        };
+        let drawn = self.write(write, &done.map, &report, &plane, &done.measured.energies)?;
         // Until here an interrupted or failed run is continued with --resume.
         if let Err(error) = done.checkpoint.remove() {
             session.progress().warn(error.to_string());
@@ -130,6 +149,7 @@ impl Arguments {
     /// Writes the map, the report and the pictures; returns the files beside map and report.
     fn write(
         &self,
+        write_map: impl FnOnce() -> Result<()> + Send,
         map: &SurfaceTextonMap,
         report: &Report,
         plane: &Plane,
@@ -137,7 +157,7 @@ impl Arguments {
     ) -> Result<Vec<PathBuf>> {
         let (written, drawn) = rayon::join(
             || {
-                map.write(&self.output)?;
+                write_map()?;
                 let report_file = self.report.as_ref();
                 report_file.map_or(Ok(()), |path| json::write(path, report))
             },
@@ -151,6 +171,8 @@ impl Arguments {
         self.renamed.refuse()?;
         self.options.validate()?;
         self.target.check(self.options.method)?;
+        let onto_atlas = self.target.onto == Some(Onto::Atlas);
+        product::check(&self.output, onto_atlas, &self.model)?;
         self.target.surface.validate()
     }
 
@@ -159,7 +181,7 @@ impl Arguments {
         let mut files = Files::default()
             .read([&self.space, &self.table])
             .read(&self.target.surface.guide)
-            .write("output", [&self.output], Product::File(Format::Mesh))
+            .write("output", [&self.output], product::product_at(&self.output))
             .write("report", &self.report, Product::File(Format::Json));
         if let Some(mesh) = &self.target.mesh {
             files = files.read([mesh]).read(&companions(mesh)?);

@@ -331,7 +331,8 @@ fn site_level<const N: usize, S: Sites<N>>(
     if count < samples {
         let few = format!("{count} sites, fewer than the neighbourhood's {samples} samples");
         return Err(match index {
-            0 => Error::data("target", few).advice("take a finer one (mesh --vertices)"),
+            0 => Error::data("target", few)
+                .advice("take a finer one (mesh --vertices, --resolution)"),
             _ => Error::option(
                 "levels",
                 format!("level {index} of the target has {few}"),

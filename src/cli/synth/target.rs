@@ -13,6 +13,8 @@ use crate::exemplar::space::Space;
 use crate::maps::vertex_map::check_scale;
 use crate::mesh::reading::{UserMesh, varying};
 use crate::neighborhood::{Neighborhood, window_width};
+use crate::sites::atlas;
+use crate::sites::atlas::options::AtlasOptions;
 use crate::sites::grid::target::GridTarget;
 use crate::sites::target::{Target, TargetSites};
 use crate::sites::vertices::cache;
@@ -41,6 +43,8 @@ pub enum Onto {
     Vertices,
     /// A flat grid, of the size that --grid says
     Grid,
+    /// The texels of a texture atlas over the mesh
+    Atlas,
 }
 
 /// A target ready for synthesis, and how it came about.
@@ -69,21 +73,26 @@ pub struct TargetArguments {
     pub border: Border,
     #[command(flatten)]
     pub surface: SurfaceOptions,
+    #[command(flatten)]
+    pub atlas: AtlasOptions,
 }
 
 impl TargetArguments {
     /// Refuses sites that the target does not have, and options that would change nothing.
     pub fn check(&self, method: Method) -> Result<()> {
         let (surface, default) = (&self.surface, SurfaceOptions::default());
-        let has_pyramid = self.grid.is_none() && method != Method::Adaptive;
+        let is_atlas = self.onto == Some(Onto::Atlas);
+        let has_pyramid = self.grid.is_none() && !is_atlas && method != Method::Adaptive;
         let of_mesh = "a mesh; on a grid a site is a texel, and s runs along its rows";
         let of_pyramid = "a mesh and a method that retiles it: creases are lines of coarser levels";
+        let of_vertices = "the vertices of a mesh; an atlas has --texture-scale, and a grid none";
+        let (default_atlas, of_atlas) = (AtlasOptions::default(), "--onto atlas beside it");
         let given = [
             (
                 "texel",
                 surface.texel.is_some(),
-                self.grid.is_none(),
-                of_mesh,
+                self.grid.is_none() && !is_atlas,
+                of_vertices,
             ),
             (
                 "direction",
@@ -109,11 +118,37 @@ impl TargetArguments {
                 has_pyramid,
                 of_pyramid,
             ),
+            (
+                "resolution",
+                self.atlas.resolution != default_atlas.resolution,
+                is_atlas,
+                of_atlas,
+            ),
+            (
+                "texture-scale",
+                self.atlas.texture_scale != default_atlas.texture_scale,
+                is_atlas,
+                of_atlas,
+            ),
+            ("unwrap", self.atlas.unwrap, is_atlas, of_atlas),
+            (
+                "sampling",
+                self.atlas.sampling != default_atlas.sampling,
+                is_atlas,
+                of_atlas,
+            ),
         ];
         let idle = given.iter().find(|(_, given, used, _)| *given && !used);
         if let Some((name, .., expected)) = idle {
             let found = format!("given for {}", self.named(method));
             return Err(Error::option(*name, found, *expected));
+        }
+        if is_atlas && method == Method::Adaptive {
+            return Err(Error::option(
+                "onto",
+                "atlas with --method adaptive, whose neighbourhoods are round",
+                "vertices or grid, or another --method",
+            ));
         }
         match (self.onto, self.grid) {
             (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH beside it")),
@@ -122,14 +157,21 @@ impl TargetArguments {
                 "vertices, but --grid has none",
                 "a mesh, or --onto grid",
             )),
+            (Some(Onto::Atlas), Some(_)) => Err(Error::option(
+                "onto",
+                "atlas, but --grid has none",
+                "a mesh, or --onto grid",
+            )),
+            (Some(Onto::Atlas), None) => self.atlas.validate(),
             _ => Ok(()),
         }
     }
 
     fn named(&self, method: Method) -> String {
-        match self.grid {
-            Some(_) => "a flat grid".into(),
-            None => format!("--method {}", method.name()),
+        match (self.grid, self.onto) {
+            (Some(_), _) => "a flat grid".into(),
+            (None, Some(Onto::Atlas)) => "--onto atlas".into(),
+            (None, _) => format!("--method {}", method.name()),
         }
     }
 
@@ -164,6 +206,9 @@ impl TargetArguments {
                     false => Target::grid(grid, &neighborhoods[..levels])?,
                 }))
             }
+            (Some(path), None) if self.onto == Some(Onto::Atlas) => self
+                .prepare_atlas(path, &neighborhoods[..levels], exemplar, session)
+                .map(of_table),
             (Some(path), None) if is_round => {
                 let user = crate::mesh::reading::read(path, session.progress())?;
                 let round = RoundOptions {
@@ -199,6 +244,35 @@ impl TargetArguments {
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
         }
+    }
+
+    /// The texture atlas over a mesh.
+    fn prepare_atlas(
+        &self,
+        path: &Path,
+        neighborhoods: &[Neighborhood],
+        exemplar: u64,
+        session: &Session,
+    ) -> Result<Target> {
+        let user = crate::mesh::reading::read(path, session.progress())?;
+        let options = AtlasOptions {
+            guides: self.surface.guides(),
+            seed: session.seed(),
+            ..self.atlas.clone().with_neighborhoods(neighborhoods)
+        };
+        options.validate()?;
+        check_memory(
+            "resolution",
+            format!("{0}x{0} texels", options.resolution),
+            exemplar + atlas::memory::bytes_to_prepare(&user, &options),
+            "a lower --resolution, or a table of a smaller knn --neighborhood",
+        )?;
+        let in_file = |error: Error| error.in_file(path);
+        let target = Target::atlas(&user, &options, session.progress()).map_err(in_file)?;
+        if let Some(scale) = &target.surface.scale {
+            check_scale(scale, target.surface.texel).map_err(in_file)?;
+        }
+        Ok(target)
     }
 
     /// How a mesh is prepared for the neighbourhoods of a table.

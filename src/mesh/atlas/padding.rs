@@ -1,16 +1,14 @@
 //! Texels outside charts, and the texels inside that continue the surface there.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::charts::Atlas;
 use super::texel_points::{TexelPoints, ring};
 use crate::mesh::geodesic::Geodesics;
-use crate::mesh::surface_bvh::SurfacePoint;
+use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
-
-/// Rings of texels round a place in which the texel of a surface point is looked for.
-const NEAR: i64 = 4;
 
 /// For every texel outside charts within `reach` texels of one: (it, a texel inside that stands for it).
 ///
@@ -62,9 +60,13 @@ pub struct Across<'a> {
     points: &'a TexelPoints,
     atlas: &'a Atlas,
     geodesics: Geodesics<'a>,
-    /// The first texel of each chart.
-    first: Vec<usize>,
+    /// The texels inside charts, and a small piece of the surface at each.
+    inside: Vec<u32>,
+    tree: SurfaceTree,
 }
+
+/// The size of the piece of surface that stands for a texel, as a share of the mean texel's.
+const PIECE: f64 = 0.01;
 
 impl<'a> Across<'a> {
     /// For the texels of one image.
@@ -74,17 +76,19 @@ impl<'a> Across<'a> {
         mesh: &'a TriangleMesh,
         topology: &'a Topology,
     ) -> Self {
-        let mut first = vec![usize::MAX; atlas.charts];
-        for texel in (0..points.triangle.len()).rev() {
-            if let Some(chart) = points.chart(atlas, texel) {
-                first[chart as usize] = texel;
-            }
-        }
+        let inside = |&texel: &u32| points.is_inside(texel as usize);
+        let inside: Vec<u32> = (0..points.triangle.len() as u32).filter(inside).collect();
+        let size = PIECE * (mesh.area() / inside.len().max(1) as f64).sqrt();
+        let pieces: Vec<[Vec3; 3]> = inside
+            .par_iter()
+            .map(|&texel| piece(points, mesh, texel as usize, size as f32))
+            .collect();
         Self {
             points,
             atlas,
             geodesics: Geodesics { mesh, topology },
-            first,
+            inside,
+            tree: SurfaceTree::of_corners(&pieces),
         }
     }
 
@@ -107,29 +111,23 @@ impl<'a> Across<'a> {
             .trace(start, way.as_vec3(), way.length() as f32)
     }
 
-    /// The texel of a surface point's chart that lies nearest to it in space: among the texels round its
-    /// place in the texture, else the chart's first.
+    /// The texel of any chart that lies nearest to a surface point in space, on the side that faces as the
+    /// surface does there.
     pub fn nearest_texel(&self, point: &SurfacePoint) -> Option<usize> {
-        let chart = self.atlas.chart_of[point.triangle as usize];
-        let place = self.points.place(self.atlas.uv(point));
-        let (row, column) = (place.y.floor() as i64, place.x.floor() as i64);
-        let mesh = self.geodesics.mesh;
-        let nearest = |reach: i64| {
-            // The four texels round the place, then one more on every side.
-            (-reach..=1 + reach)
-                .flat_map(|drow| (-reach..=1 + reach).map(move |dcolumn| [drow, dcolumn]))
-                .filter_map(|[drow, dcolumn]| self.points.texel_at(row + drow, column + dcolumn))
-                .filter(|&texel| self.points.chart(self.atlas, texel) == Some(chart))
-                .map(|texel| {
-                    let at = self.points.surface_point(mesh, texel).position;
-                    (at.distance_squared(point.position), texel)
-                })
-                .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
-        };
-        let found = (0..NEAR).find_map(nearest).map(|(_, texel)| texel);
-        let first = self.first[chart as usize];
-        found.or_else(|| (first != usize::MAX).then_some(first))
+        let corners = self.geodesics.mesh.corners(point.triangle as usize);
+        let nearest = self.tree.nearest_alike(point.position, &corners)?;
+        Some(self.inside[nearest.triangle as usize] as usize)
     }
+}
+
+/// A triangle of the surface at a texel, with legs of length `size`.
+fn piece(points: &TexelPoints, mesh: &TriangleMesh, texel: usize, size: f32) -> [Vec3; 3] {
+    let at = points.surface_point(mesh, texel);
+    let [a, b, c] = mesh.corners(at.triangle as usize);
+    let x = (b - a).normalize_or_zero();
+    let y = (c - a).reject_from_normalized(x).normalize_or_zero();
+    [(-1.0, -1.0), (2.0, -1.0), (-1.0, 2.0)]
+        .map(|(along, across)| at.position + (x * along + y * across) * (size / 3.0))
 }
 
 #[cfg(test)]
@@ -137,7 +135,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
     use crate::mesh::topology::NONE;
-    use glam::{Vec2, Vec3};
+    use glam::Vec2;
 
     /// A flat strip of 16 × 8 units, cut in the middle; the halves lie one above the other in the texture.
     fn cut_strip() -> (TriangleMesh, Atlas) {

@@ -12,18 +12,30 @@ use crate::progress::Progress;
 
 /// Texels between a chart and the border of the image; twice as many lie between two charts.
 const PADDING: u32 = 2;
+/// The most triangles that are unwrapped: a million take minutes.
+const MOST_TRIANGLES: usize = 1 << 20;
 /// The smallest image that charts are packed into, in texels.
 const LEAST_RESOLUTION: u32 = 16;
 
 impl Atlas {
-    /// Cuts a mesh into charts and lays them out in a square image of `resolution` texels a side, with room
-    /// between them.
+    /// Cuts a mesh into charts and lays them out in a square image of `resolution` texels per side, with room
+    /// between them. Refuses more than 2²⁰ triangles, and a resolution at which the charts do not fit.
     ///
     /// A triangle too thin to be flattened has no area in the texture and lies on a corner of its
     /// neighbour's chart.
     pub fn unwrapped(mesh: &TriangleMesh, resolution: u32, progress: Progress<'_>) -> Result<Self> {
         if resolution < LEAST_RESOLUTION {
             return Err(too_small(resolution, "to unwrap the mesh"));
+        }
+        let triangles = mesh.triangles.len();
+        if triangles > MOST_TRIANGLES {
+            return Err(
+                Error::data("mesh", format!("{triangles} triangles to unwrap"))
+                    .expected(format!("at most {MOST_TRIANGLES}"))
+                    .advice(
+                        "retile it with mesotex mesh --vertices, or give it texture coordinates",
+                    ),
+            );
         }
         let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
         let input = MeshInput::new(&positions, mesh.triangles.as_flattened());
