@@ -196,6 +196,9 @@ impl Arguments {
         belongs.map_err(|error| error.in_file(&self.table))?;
         check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
+        let channels = space.channels.list().iter();
+        self.model
+            .check_kinds(channels.map(|channel| channel.kind))?;
         Ok((space, table))
     }
 
