@@ -19,7 +19,7 @@ use crate::cli::session::{Common, Session};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::renamed::RenamedOptions;
 use crate::cli::synth::report::{AtlasFigures, Report, Seconds};
-use crate::cli::synth::target::TargetArguments;
+use crate::cli::synth::target::{Onto, TargetArguments};
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
@@ -32,6 +32,7 @@ use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
+use crate::synthesis::atlas_map::atlas_map;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::map::surface_map;
@@ -78,6 +79,8 @@ pub struct Arguments {
     pub report: Option<PathBuf>,
     #[command(flatten)]
     pub pictures: PictureArguments,
+    #[command(flatten)]
+    pub model: ModelOptions,
     /// Take a table that was made from another space of the same size
     #[arg(long)]
     pub force: bool,

@@ -22,6 +22,7 @@
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
 //! than the [checkpoint] of an interrupted run.
 
+pub mod atlas_map;
 mod candidates;
 mod changes;
 pub(crate) mod check;
