@@ -19,7 +19,7 @@ use crate::cli::session::{Common, Session};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::renamed::RenamedOptions;
 use crate::cli::synth::report::{AtlasFigures, Report, Seconds};
-use crate::cli::synth::target::{Onto, TargetArguments};
+use crate::cli::synth::target::TargetArguments;
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
@@ -32,7 +32,6 @@ use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
-use crate::synthesis::atlas_map::atlas_map;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::map::surface_map;
@@ -70,8 +69,6 @@ pub struct Arguments {
     pub output: PathBuf,
     #[command(flatten)]
     pub options: SynthesisOptions,
-    #[command(flatten)]
-    pub model: ModelOptions,
     #[command(flatten)]
     pub renamed: RenamedOptions,
     /// Write the options and the quality figures as JSON
@@ -151,7 +148,8 @@ impl Arguments {
         let (written, drawn) = rayon::join(
             || {
                 let textures = (done.space, &self.model);
-                product::write(&self.output, done.map, done.atlas, textures, session)?;
+                let progress = session.progress();
+                product::write(&self.output, done.map, done.atlas, textures, progress)?;
                 let report_file = self.report.as_ref();
                 report_file.map_or(Ok(()), |path| json::write(path, done.report))
             },
@@ -174,11 +172,7 @@ impl Arguments {
         let mut files = Files::default()
             .read([&self.space, &self.table])
             .read(&self.target.surface.guide)
-            .write(
-                "output",
-                [&self.output],
-                product::kind(self.target.is_atlas()),
-            )
+            .write("output", [&self.output], product::product_at(&self.output))
             .write("report", &self.report, Product::File(Format::Json));
         if let Some(mesh) = &self.target.mesh {
             files = files.read([mesh]).read(&companions(mesh)?);
@@ -193,7 +187,9 @@ impl Arguments {
         belongs.map_err(|error| error.in_file(&self.table))?;
         check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
-        product::check_channels(&space, &self.model)?;
+        let channels = space.channels.list().iter();
+        self.model
+            .check_kinds(channels.map(|channel| channel.kind))?;
         Ok((space, table))
     }
 

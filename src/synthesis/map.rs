@@ -1,16 +1,12 @@
 //! The door of the engine: from a space, a neighbour table and a target to a surface texton map.
 
-use glam::Vec3;
-
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space};
 use crate::grid::TexCoord;
 use crate::index::TextonLabel;
-use crate::maps::atlas_map::AtlasMap;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
-use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteHierarchy, Sites};
 use crate::sites::target::{Target, TargetSurface, WithSites};
 use crate::synthesis::inputs::{Inputs, LevelMap};
@@ -89,48 +85,6 @@ pub fn surface_map(
         map.textons[vertex] = TextonLabel::NONE;
     }
     map
-}
-
-/// The atlas map of a map that has a vertex at every texel inside a chart.
-pub fn atlas_map(space: &Space, surface: &AtlasSurface, map: &SurfaceTextonMap) -> AtlasMap {
-    let (width, height) = (surface.points.width, surface.points.height);
-    let texels = width as usize * height as usize;
-    let mut atlas = AtlasMap {
-        mesh: surface.mesh.clone(),
-        vertex_normals: surface.vertex_normals.clone(),
-        corner_uvs: surface.atlas.corner_uvs.clone(),
-        chart_of: surface.atlas.chart_of.clone(),
-        origin: map.origin,
-        width,
-        height,
-        chart: vec![-1; texels],
-        position: vec![Vec3::ZERO; texels],
-        normal: vec![Vec3::ZERO; texels],
-        orientation: vec![Vec3::ZERO; texels],
-        coords: vec![None; texels],
-        textons: vec![TextonLabel::NONE; texels],
-        exemplar: map.exemplar,
-        tileable: space.levels[0].grid.tileable,
-        scale: surface.scale.as_ref().map(|_| vec![1.0; texels]),
-        texel: map.texel,
-        seed: map.seed,
-        method: map.method.clone(),
-        sample: map.sample.clone(),
-        space: map.space.clone(),
-    };
-    for (site, &texel) in surface.texels.iter().enumerate() {
-        let texel = texel as usize;
-        atlas.chart[texel] = surface.charts[site] as i32;
-        atlas.position[texel] = surface.positions[site];
-        atlas.normal[texel] = surface.normals[site];
-        atlas.orientation[texel] = surface.orientations[site];
-        atlas.coords[texel] = Some(map.coords[site]);
-        atlas.textons[texel] = map.textons[site];
-        if let (Some(to), Some(from)) = (&mut atlas.scale, &surface.scale) {
-            to[texel] = from[site];
-        }
-    }
-    atlas
 }
 
 /// The texton of every coordinate of level 0; [`TextonLabel::NONE`] for plain images.

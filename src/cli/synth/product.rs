@@ -1,85 +1,80 @@
-//! What `synth` writes: a surface texton map, or the folder of a decorated atlas with its textures.
+//! The output of `synth`: a surface texton map, or the folder of an atlas with its textures.
 
 use std::path::Path;
 
 use crate::cli::outputs::Product;
-use crate::cli::session::Session;
 use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
 use crate::format::ours::Format;
 use crate::maps::atlas_map::ATLAS_FOLDER;
 use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::progress::Progress;
 use crate::sites::atlas::preparation::AtlasSurface;
-use crate::synthesis::map::atlas_map;
-use crate::textures::SampleChannel;
-use crate::textures::folder::{Written, write_atlas};
+use crate::synthesis::atlas_map::atlas_map;
+use crate::textures::channel::SampleChannel;
+use crate::textures::folder::write_atlas;
 use crate::textures::model::ModelOptions;
 use crate::textures::transfer::Canvas;
 
-/// The ending of an atlas' folder.
-const ATLAS_ENDING: &str = "atlas";
+/// Whether an output is the folder of an atlas, by its name.
+pub(super) fn is_atlas(output: &Path) -> bool {
+    output
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("atlas"))
+}
 
-/// What is written at the output of a run.
-pub fn kind(is_atlas: bool) -> Product {
-    match is_atlas {
+/// What is written at an output.
+pub(super) fn product_at(output: &Path) -> Product {
+    match is_atlas(output) {
         true => Product::Folder(&ATLAS_FOLDER),
         false => Product::File(Format::Mesh),
     }
 }
 
-/// Refuses a name that promises something else, and options of a model that is not made.
-pub fn check(output: &Path, is_atlas: bool, model: &ModelOptions) -> Result<()> {
-    let ends_so = output
-        .extension()
-        .is_some_and(|ending| ending == ATLAS_ENDING);
-    if ends_so != is_atlas {
-        let expected = match is_atlas {
-            true => "a folder, NAME.atlas, for --onto atlas",
-            false => "a file, NAME.map.ply, or --onto atlas for a folder NAME.atlas",
-        };
+/// Refuses the folder of an atlas for other targets, and options of its model for other outputs.
+pub(super) fn check(output: &Path, onto_atlas: bool, model: &ModelOptions) -> Result<()> {
+    model.validate()?;
+    if is_atlas(output) && !onto_atlas {
+        let found = format!("{} for a target that is none", output.display());
         return Err(Error::option(
             "output",
-            output.display().to_string(),
-            expected,
+            found,
+            "--onto atlas beside it, or NAME.map.ply",
         ));
     }
     let default = ModelOptions::default();
-    if !is_atlas {
-        let given = [
-            ("displace", model.displace.is_some()),
-            ("transparency", model.transparency != default.transparency),
-        ];
-        if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
+    for (option, is_given) in [
+        ("displace", model.displace.is_some()),
+        ("transparency", model.transparency != default.transparency),
+    ] {
+        if is_given && !is_atlas(output) {
+            let found = format!("given for {}", output.display());
             return Err(Error::option(
-                *option,
-                "given for a map",
-                "--onto atlas beside it",
+                option,
+                found,
+                "-o NAME.atlas, which holds a model",
             ));
         }
     }
-    model.validate()
+    Ok(())
 }
 
-/// Refuses a displacement that the exemplar has no heights for.
-pub fn check_channels(space: &Space, model: &ModelOptions) -> Result<()> {
-    let channels = space.channels.list().iter();
-    model.check_kinds(channels.map(|channel| channel.kind))
-}
-
-/// Writes a finished map, as the file `path` or, on an atlas, as a folder; what that came to.
-pub fn write(
-    path: &Path,
+/// Writes a finished map; `atlas` is the surface of a target that is one.
+pub(super) fn write(
+    output: &Path,
     map: &SurfaceTextonMap,
     atlas: Option<&AtlasSurface>,
     (space, model): (&Space, &ModelOptions),
-    session: &Session,
-) -> Result<Option<Written>> {
-    let Some(surface) = atlas else {
-        return map.write(path).map(|()| None);
+    progress: Progress<'_>,
+) -> Result<()> {
+    let Some(surface) = atlas.filter(|_| is_atlas(output)) else {
+        return map.write(output);
     };
-    let atlas = atlas_map(space, surface, map);
-    let progress = session.progress();
+    let atlas = atlas_map(surface, map, space.tileable());
     let channels = SampleChannel::of_space(space);
-    let textures = Canvas::new(&atlas, 1)?.carry_all(&channels, progress)?;
-    write_atlas(path, &atlas, &textures, model, progress).map(Some)
+    let textures = match channels.is_empty() {
+        true => Vec::new(),
+        false => Canvas::new(&atlas, 1)?.carry_all(&channels, progress)?,
+    };
+    write_atlas(output, &atlas, &textures, model, progress).map(drop)
 }
