@@ -148,6 +148,17 @@ mod tests {
     }
 
     #[test]
+    fn a_mesh_too_large_to_unwrap_is_refused_with_its_size() {
+        let mesh = shapes::grid(1024, 513, 1.0);
+        let refused = Atlas::unwrapped(&mesh, 1024, Progress::silent());
+        let text = refused.unwrap_err().to_string();
+        assert!(
+            text.contains("1050624") && text.contains("at most 1048576"),
+            "{text}"
+        );
+    }
+
+    #[test]
     fn a_resolution_for_nothing_is_refused() {
         let mesh = shapes::icosphere(1);
         let refused = Atlas::unwrapped(&mesh, 3, Progress::silent());

@@ -125,6 +125,9 @@ fn texel(mesh: &TriangleMesh, texels: usize, scale: f64) -> Result<f64> {
     Ok((area / texels as f64).sqrt() * scale)
 }
 
+/// Charts are made on levels with no more vertices per site than this.
+const VERTICES_PER_SITE: usize = 4;
+
 /// All levels while they are sampled.
 struct Pyramid<'a> {
     geometry: &'a Geometry<'a>,
@@ -190,9 +193,18 @@ impl Pyramid<'_> {
         let marched = paths::marched_mesh(self.geometry, texel, progress)?;
         let surface = (self.geometry, &marched);
         match self.options.sampling {
-            Sampling::Charts => vertex_charts::sample(surface, level, window, progress),
-            Sampling::Marching => marching::sample(surface, level, window, progress),
+            Sampling::Charts if !self.is_coarse(number) => {
+                vertex_charts::sample(surface, level, window, progress)
+            }
+            _ => marching::sample(surface, level, window, progress),
         }
+    }
+
+    /// Whether windows are so wide on a level that charts do not pay and fold: they are marched to instead
+    /// (Ying 2001 §4). The paper leaves open where that begins.
+    fn is_coarse(&self, number: usize) -> bool {
+        let sites = self.levels[number].texels.len();
+        VERTICES_PER_SITE * sites < self.geometry.mesh.positions.len()
     }
 
     /// The finest level.

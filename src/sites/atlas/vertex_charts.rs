@@ -2,8 +2,7 @@
 //! texels nearest to the vertex are sampled there. The pattern is laid in the chart through the chart's
 //! Jacobian, so that it is square on the surface.
 //!
-//! Where a chart folds, closes a ring or ends too early a straight path leads to the sample. The paper marches
-//! on the coarsest levels for that reason.
+//! Where a chart folds, closes a ring or ends too early a straight path leads to the sample.
 //!
 //! Charts are discrete exponential maps (Schmidt 2006): an unwrapped atlas has no control mesh whose texture
 //! maps could be put together as the paper does.
@@ -163,8 +162,8 @@ impl VertexCharts<'_> {
         })
     }
 
-    /// How far a chart has to reach for the windows of some sites: to their samples, and to the corners of
-    /// the triangles those lie in.
+    /// How far a chart has to reach for the windows of some sites. Triangles with a corner as near as that are
+    /// in the chart; larger ones are crossed by straight paths.
     fn radius_for(&self, vertex: u32, sites: &[u32]) -> f32 {
         let centre = self.geometry.mesh.positions[vertex as usize];
         let reach = sites.iter().map(|&site| {
@@ -172,14 +171,7 @@ impl VertexCharts<'_> {
             let distance = self.level.positions[site].distance(centre);
             distance + self.radius * self.level.spacing[site]
         });
-        let spokes = &self.geometry.connection.spokes;
-        let lengths = |vertex: u32| spokes.row(vertex as usize).iter().map(|s| s.edge.length());
-        let around = spokes.row(vertex as usize).iter();
-        let longest = around
-            .flat_map(|spoke| lengths(spoke.target))
-            .chain(lengths(vertex))
-            .fold(0.0, f32::max);
-        reach.fold(0.0, f32::max) + longest
+        reach.fold(0.0, f32::max)
     }
 
     /// How the chart grown last is laid on the template's plane for a site: in its triangle the directions s

@@ -119,3 +119,29 @@ fn scale_and_rotation_are_honoured() {
         assert_eq!(sample, SampleLocation::AtSite(16 * 32 + 13));
     }
 }
+
+#[test]
+fn a_chart_seen_in_a_mirror_is_sampled_the_right_way_round() {
+    let mut user = flat(6);
+    for uv in user.corner_uvs.iter_mut().flatten().flatten() {
+        uv.x = 1.0 - uv.x;
+    }
+    for sampling in BOTH {
+        let (surface, sites) = prepared(&user, &options(sampling));
+        for site in [0, 7 * 32 + 9, 20 * 32 + 30] {
+            let samples = sites.levels[0].samples(site).enumerate();
+            for (number, sample) in samples {
+                let (right, up) = ((number % 5) as f32 - 2.0, 2.0 - (number / 5) as f32);
+                let wanted = surface.positions[site] + Vec3::new(right, up, 0.0) / 32.0;
+                let is_inside = wanted.min_element() >= 0.0 && wanted.max_element() <= 1.0;
+                let found = place(&surface, sample);
+                assert_eq!(found.is_some(), is_inside, "{site} {number}");
+                assert!(found.is_none_or(|found| found.distance(wanted) < 1e-5));
+            }
+        }
+        for &[a, b, c] in &surface.triangles {
+            let [a, b, c] = [a, b, c].map(|site| surface.positions[site as usize]);
+            assert!((b - a).cross(c - a).z > 0.0);
+        }
+    }
+}
