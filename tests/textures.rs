@@ -559,7 +559,11 @@ fn synthesis_writes_an_atlas_that_everything_reads() {
     let at = folder.path();
     let color = |x: u32, y: u32| {
         Rgb([
-            if (x / 4 + y / 4) % 2 == 0 { 220 } else { 40 },
+            if (x / 4 + y / 4).is_multiple_of(2) {
+                220
+            } else {
+                40
+            },
             90,
             8 * x as u8,
         ])

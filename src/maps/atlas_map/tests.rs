@@ -117,7 +117,8 @@ fn impossible_maps_are_refused_by_place() {
         change(&mut map);
         written(&map, folder.path()).unwrap_err().to_string()
     };
-    let cases: [(&dyn Fn(&mut AtlasMap), &str); 15] = [
+    type Change<'a> = &'a dyn Fn(&mut AtlasMap);
+    let cases: [(Change<'_>, &str); 15] = [
         (&|m| m.coords[4] = None, "row 1, column 0"),
         (&|m| m.coords[0] = m.coords[4], "row 0, column 0"),
         (
