@@ -11,8 +11,8 @@
 //!
 //! Two chains meet once: appearance (`btf` → `texton` → `exemplar`) and surface (`mesh`)
 //! know nothing of each other until `synthesis`; `render` reads the finished
-//! [`maps`] and never sees how it was made. [`format`](mod@format) lies below all rooms (bytes ↔ types),
-//! and `cli` alone sees all of them. The library never prints, exits or reads the environment:
+//! [`maps`] and never sees how it was made, and [`textures`] makes texture maps of them.
+//! [`format`](mod@format) lies below all rooms (bytes ↔ types), and `cli` alone sees all of them. The library never prints, exits or reads the environment:
 //! progress is a callback ([`progress`]), failure an [`error::Error`].
 //!
 //! From a plain image to a map on the built-in mesh and on a flat grid:
@@ -71,6 +71,8 @@ pub mod sites;
 
 pub mod maps;
 pub mod synthesis;
+
+pub mod textures;
 
 pub mod render;
 pub mod report;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Numbers of these options are cut down to the given one.
-const CAPS: [(&str, u64); 8] = [
+const CAPS: [(&str, u64); 9] = [
     ("--size", 64),
     ("--vertices", 4000),
     ("--textons", 16),
@@ -15,6 +15,7 @@ const CAPS: [(&str, u64); 8] = [
     ("--k", 4),
     ("--samples", 2),
     ("--bounces", 2),
+    ("--resolution", 96),
 ];
 
 /// Direction sets of these options become a small one.

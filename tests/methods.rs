@@ -40,7 +40,13 @@ fn synth(folder: &Path, target: &[&str], output: &str, more: &[&str]) -> Value {
     serde_json::from_str(&told).unwrap()
 }
 
-const METHODS: [&str; 3] = ["k-coherence", "wei-levoy", "adaptive"];
+const METHODS: [&str; 5] = [
+    "k-coherence",
+    "wei-levoy",
+    "adaptive",
+    "multiscale",
+    "coherent",
+];
 const GRID: [&str; 2] = ["--grid", "40x40"];
 const MESH: [&str; 1] = ["torus.obj"];
 
@@ -66,7 +72,7 @@ fn every_method_beats_chance_on_a_mesh_and_on_a_grid() {
 fn threads_and_the_cache_change_no_byte() {
     let folder = prepared();
     let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    for method in ["wei-levoy", "adaptive"] {
+    for method in ["wei-levoy", "adaptive", "multiscale", "coherent"] {
         for target in [&GRID[..], &MESH] {
             for threads in ["1", "2", "8"] {
                 let cache = folder.path().join("torus.obj.mesotex-cache");
@@ -144,6 +150,23 @@ fn what_a_method_does_not_use_is_refused() {
     );
     refused("--grid 40x40 --method adaptive --metric gram", "--metric");
     refused("--grid 40x40 --method adaptive --rings 9", "1 to 8");
+    refused(
+        "--grid 40x40 --method coherent --window 5",
+        "--window: given with --method coherent",
+    );
+    refused(
+        "--grid 40x40 --method multiscale --passes 4",
+        "--passes: given with --method multiscale",
+    );
+    refused(
+        "--grid 40x40 --method multiscale --levels 2 --window 17",
+        "--window: 17 texels on the sample's level 1 of 16×16",
+    );
+    refused("--grid 12x12 --method multiscale", "--grid: 12x12");
+    refused(
+        "torus.obj --method coherent --crease 20",
+        "--crease: given for --method coherent",
+    );
     refused("--grid 6x6 --method adaptive", "--grid: 6x6");
     refused("--grid 40x40 --onto vertices", "--onto: vertices");
     refused("torus.obj --onto grid", "--onto: grid");

@@ -166,6 +166,8 @@ fn files_pipes_and_devices_are_refused_as_outputs() {
     };
     kinds(&BAKE);
     kinds(&["render", "x.sample", "y.map.ply"]);
+    kinds(&["bake-maps", "x.sample", "y.map.ply", "--unwrap"]);
+    kinds(&["transfer", "y.map.ply", "--maps", "color.png"]);
     bake(root.path(), "x.sample");
     kinds(&["textons", "x.sample", "--levels", "1"]);
     let error = refuse(root.path(), &[&BAKE[..], &["-o", "notes.txt"]].concat(), 2);

@@ -11,6 +11,7 @@ use crate::btf::sample::{DESCRIPTION, DType, Description, FORMAT, RADIANCE};
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::FolderInProgress;
 use crate::format::id::{ContentId, hash_file};
+use crate::format::own_folder::OwnFolder;
 use crate::format::{json, npy};
 
 /// In an unfinished folder: the description of what is being written there.
@@ -206,38 +207,17 @@ impl SampleWriter {
     }
 }
 
-/// Why the folder of a sample-to-be must not be replaced: it holds something that is no part of a
-/// sample. `None` for a sample of this program, finished or not, and for an empty folder.
-pub fn objection_to_replacing(folder: &Path) -> std::io::Result<Option<String>> {
-    if let Some(name) = foreign_member(folder)? {
-        return Ok(Some(format!(
-            "a folder that holds `{name}`, which is no part of a sample"
-        )));
-    }
-    if fs::read_dir(folder)?.next().is_none() || says_sample(&folder.join(DESCRIPTION)) {
-        return Ok(None);
-    }
-    Ok(Some(format!(
-        "a folder without a {DESCRIPTION} of this program"
-    )))
-}
+/// The folder of a sample.
+pub(crate) const SAMPLE_FOLDER: OwnFolder = OwnFolder {
+    name: "a sample",
+    description: DESCRIPTION,
+    format: FORMAT,
+    members: &[RADIANCE],
+};
 
-/// Something in a folder that is no part of a sample; the first by name.
-pub fn foreign_member(folder: &Path) -> std::io::Result<Option<String>> {
-    let mut foreign = Vec::new();
-    for entry in fs::read_dir(folder)? {
-        let name = entry?.file_name();
-        if name != DESCRIPTION && name != RADIANCE {
-            foreign.push(name);
-        }
-    }
-    let first = foreign.into_iter().min();
-    Ok(first.map(|name| name.to_string_lossy().into_owned()))
-}
-
-fn says_sample(description: &Path) -> bool {
-    let told = json::read::<serde_json::Value>(description);
-    told.is_ok_and(|told| told["format"] == FORMAT)
+/// Says why a folder must not be replaced by a sample; `None` where it may.
+fn objection_to_replacing(folder: &Path) -> std::io::Result<Option<String>> {
+    SAMPLE_FOLDER.objection(folder)
 }
 
 /// The head of `radiance.npy`.

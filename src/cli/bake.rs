@@ -15,6 +15,7 @@ use crate::btf::bake::steepness::Steepness;
 use crate::btf::bake::{BakeOptions, Baked, bake};
 use crate::btf::direction_set::DirectionSet;
 use crate::btf::sample::Sample;
+use crate::btf::writer::SAMPLE_FOLDER;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -110,7 +111,7 @@ impl Arguments {
             .read(&self.material)
             .read(&maps)
             .read(tables.into_iter().filter_map(DirectionSet::file))
-            .write("output", [&self.output], Product::Sample)
+            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER))
             .write("preview", &self.preview, Product::File(Format::Picture))
             .write("surface", &self.surface, Product::File(Format::Archive)))
     }

@@ -2,11 +2,11 @@
 //! a neighbour table out, so that `synth` and `render` decorate meshes with ordinary textures.
 
 mod arguments;
-mod channels;
+pub(super) mod channels;
 mod controls;
 mod describe;
-mod option_values;
-mod reading;
+pub(super) mod option_values;
+pub(super) mod reading;
 mod weights;
 
 use std::f32::consts::PI;
@@ -20,7 +20,7 @@ pub use crate::cli::exemplar::describe::describe_channels;
 
 use crate::btf::direction::Direction;
 use crate::btf::sample::{DType, Description, Layout};
-use crate::btf::writer::SampleWriter;
+use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
 use crate::cli::exemplar::reading::ImageReader;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -39,7 +39,7 @@ impl Arguments {
         Files::default()
             .read(&self.images)
             .read(self.control_files())
-            .write("output", [&sample], Product::Sample)
+            .write("output", [&sample], Product::Folder(&SAMPLE_FOLDER))
             .write("output", [&space, &table], Product::File(Format::Archive))
     }
 
@@ -53,7 +53,7 @@ impl Arguments {
         let _locks = self.files().claim()?;
         let outputs = self.outputs();
         let [sample_path, space_path, table_path] = &outputs;
-        let mut reader = ImageReader::new(self);
+        let mut reader = ImageReader::new(self.orientation, self.alpha, self.layer.clone());
         let images = channels::read(self, &mut reader)?;
         let colors = &images[0].image;
         let controls = controls::read(self, [colors.width, colors.height], &mut reader)?;

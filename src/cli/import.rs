@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::btf::import::{ImportOptions, ListOptions, assemble, read_list_with};
+use crate::btf::writer::SAMPLE_FOLDER;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -42,7 +43,7 @@ impl Arguments {
         Ok(Files::default()
             .read([&self.path, &list.path])
             .read(&images)
-            .write("output", [&self.output], Product::Sample))
+            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER)))
     }
 
     /// Runs the command.

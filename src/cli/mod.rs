@@ -5,6 +5,7 @@
 //! 143: stopped by SIGHUP, SIGINT, SIGTERM.
 
 mod bake;
+mod bake_maps;
 mod demo;
 mod exemplar;
 mod gram;
@@ -22,6 +23,7 @@ mod session;
 mod synth;
 mod terminal;
 mod textons;
+mod transfer;
 
 use std::process::ExitCode;
 
@@ -59,6 +61,8 @@ enum Command {
     Mesh(mesh::Arguments),
     Synth(synth::Arguments),
     Render(render::Arguments),
+    BakeMaps(bake_maps::Arguments),
+    Transfer(transfer::Arguments),
     Run(run::Arguments),
 }
 
@@ -83,6 +87,8 @@ impl Command {
             Self::Mesh(arguments) => &arguments.common,
             Self::Synth(arguments) => &arguments.common,
             Self::Render(arguments) => &arguments.common,
+            Self::BakeMaps(arguments) => &arguments.common,
+            Self::Transfer(arguments) => &arguments.common,
             Self::Run(arguments) => &arguments.common,
         }
     }
@@ -96,7 +102,9 @@ impl Command {
             Self::Exemplar(arguments) => arguments.check(),
             Self::Mesh(arguments) => arguments.check(),
             Self::Synth(arguments) => arguments.check(),
-            Self::Render(arguments) => arguments.options.validate(),
+            Self::Render(arguments) => arguments.check(),
+            Self::BakeMaps(arguments) => arguments.check(),
+            Self::Transfer(arguments) => arguments.check(),
             Self::Demo(_) | Self::Import(_) | Self::Info(_) | Self::Gram(_) | Self::Run(_) => {
                 Ok(())
             }
@@ -115,6 +123,8 @@ impl Command {
             Self::Mesh(arguments) => arguments.files(),
             Self::Synth(arguments) => arguments.files(),
             Self::Render(arguments) => Ok(arguments.files()),
+            Self::BakeMaps(arguments) => arguments.files(),
+            Self::Transfer(arguments) => Ok(arguments.files()),
             Self::Demo(_) | Self::Info(_) | Self::Run(_) => Ok(Files::default()),
         }
     }
@@ -132,7 +142,9 @@ impl Command {
             | Self::Gram(_)
             | Self::Knn(_)
             | Self::Exemplar(_)
-            | Self::Mesh(_) => STAGE_IF_INTERRUPTED,
+            | Self::Mesh(_)
+            | Self::BakeMaps(_)
+            | Self::Transfer(_) => STAGE_IF_INTERRUPTED,
         }
     }
 
@@ -149,6 +161,8 @@ impl Command {
             Self::Mesh(arguments) => arguments.run(session),
             Self::Synth(arguments) => arguments.run(session),
             Self::Render(arguments) => arguments.run(session),
+            Self::BakeMaps(arguments) => arguments.run(session),
+            Self::Transfer(arguments) => arguments.run(session),
             Self::Run(arguments) => arguments.run(session),
         }
     }

@@ -8,13 +8,13 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::btf::writer::objection_to_replacing;
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::repair;
 use crate::format::atomic::standing::Standing;
 use crate::format::atomic::{leftovers, parent};
 use crate::format::lock::OutputLock;
 use crate::format::ours::{Format, is_ours};
+use crate::format::own_folder::OwnFolder;
 
 /// Files and folders of one command.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,8 +41,8 @@ pub struct Output {
 /// What is written at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Product {
-    /// The folder of a BTF sample, replaced as a whole.
-    Sample,
+    /// A folder of one kind, replaced as a whole.
+    Folder(&'static OwnFolder),
     /// A folder that frames are put into, one by one.
     Frames,
     /// A file.
@@ -125,11 +125,12 @@ impl Files {
         let standing = Standing::of(&output.path).map_err(Error::io(&output.path, "write"))?;
         match (output.product, standing) {
             (_, Standing::Nothing(_)) | (Product::Frames, Standing::Folder(_)) => Ok(()),
-            (Product::Sample, Standing::Folder(folder)) => {
-                let objection = objection_to_replacing(&folder);
+            (Product::Folder(kind), Standing::Folder(folder)) => {
+                let objection = kind.objection(&folder);
                 if let Some(found) = objection.map_err(Error::io(&folder, "read"))? {
-                    let expected = "a free name, an empty folder, or a sample to replace";
-                    return Err(output.refusal(found, expected));
+                    let expected =
+                        format!("a free name, an empty folder, or {} to replace", kind.name);
+                    return Err(output.refusal(found, &expected));
                 }
                 self.check_apart(output, &folder)
             }
@@ -146,7 +147,7 @@ impl Files {
             (Product::File(_), standing) => {
                 Err(output.refusal(standing.describe(), "the name of a file"))
             }
-            (Product::Sample | Product::Frames, standing) => {
+            (Product::Folder(_) | Product::Frames, standing) => {
                 Err(output.refusal(standing.describe(), "the name of a folder"))
             }
         }
@@ -183,7 +184,7 @@ impl Files {
                 locks.push(OutputLock::acquire(&end_of_link(lock))?);
             }
             let target = end_of_link(&output.path);
-            if output.product == Product::Sample {
+            if matches!(output.product, Product::Folder(_)) {
                 repair(&target)?;
             }
             self.clear(&target, output.product);
@@ -230,6 +231,7 @@ fn end_of_link(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::btf::writer::SAMPLE_FOLDER;
 
     fn sample_at(folder: &Path) {
         fs::create_dir_all(folder).unwrap();
@@ -246,9 +248,11 @@ mod tests {
         let at = |name: &str| root.path().join(name);
         sample_at(&at("x.sample"));
         let into = |reads: PathBuf| {
-            Files::default()
-                .read([&reads])
-                .write("output", [&at("x.sample")], Product::Sample)
+            Files::default().read([&reads]).write(
+                "output",
+                [&at("x.sample")],
+                Product::Folder(&SAMPLE_FOLDER),
+            )
         };
         into(at("elsewhere.lp")).claim().unwrap();
         assert!(refused(&into(at("x.sample/btf.json"))).contains("holds the input"));
@@ -263,7 +267,7 @@ mod tests {
         let new = root.path().join("x.sample");
         let files = Files::default().read([&root.path().to_path_buf()]);
         files
-            .write("output", [&new], Product::Sample)
+            .write("output", [&new], Product::Folder(&SAMPLE_FOLDER))
             .claim()
             .unwrap();
     }
@@ -284,8 +288,11 @@ mod tests {
             Product::File(Format::Json),
         );
         assert!(refused(&folder).contains("--report"));
-        let device =
-            Files::default().write("output", [&PathBuf::from("/dev/null")], Product::Sample);
+        let device = Files::default().write(
+            "output",
+            [&PathBuf::from("/dev/null")],
+            Product::Folder(&SAMPLE_FOLDER),
+        );
         assert!(refused(&device).contains("device"));
         assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1);
     }

@@ -1,5 +1,7 @@
 //! `mesotex render`.
 
+mod surface;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -10,9 +12,9 @@ use crate::btf::sample::{self, Sample};
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
+use crate::cli::render::surface::Surface;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
-use crate::format::id::ContentId;
 use crate::format::image;
 use crate::format::ours::{Format, MESH_MARK, check_replaceable};
 use crate::format::ply::{self, Column};
@@ -26,6 +28,7 @@ use crate::render::values::{Animation, Sweep};
 use crate::report::animation::write_gif;
 use crate::report::contact_sheet::{Picture, contact_sheet};
 use crate::texton::options::ByteSize;
+use crate::textures::model::ModelOptions;
 
 /// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str =
@@ -33,7 +36,7 @@ pub const IF_INTERRUPTED: &str =
 
 /// Render a decorated mesh to OpenEXR frames.
 ///
-/// Each frame DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all.
+/// An atlas is drawn on its mesh cut to about a vertex per texel, its holes cut out. Each frame DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -41,11 +44,12 @@ Examples:
   mesotex render weave.sample bunny.map.ply -o frames --sweep light-azimuth --frames 48
   mesotex render weave.sample bunny.map.ply -o orbit --sweep view-orbit --shading pixel --animation gif
   mesotex render weave.sample bunny.map.ply -o two --light sun:30,40 --light point:0,2,1,1.5
+  mesotex render leaf.sample bunny.atlas -o frames --displace 0.02 --shading pixel
   mesotex render weave.sample bunny.map.ply -o part --frames 1-240x2 --skip-existing --shard 0/3")]
 pub struct Arguments {
     /// The sample, NAME.sample.
     pub sample: PathBuf,
-    /// The surface texton map made from it, NAME.map.ply.
+    /// What was synthesized from it: a surface texton map, NAME.map.ply, or an atlas, NAME.atlas.
     pub map: PathBuf,
     /// Folder of the frames; made when it is not there.
     #[arg(short, long, value_name = "DIR")]
@@ -57,6 +61,9 @@ pub struct Arguments {
     /// Render even though the map was made from a sample with another id.
     #[arg(long)]
     pub force: bool,
+    /// Move the surface of an atlas along its normals by X mesh units per unit of its height channel.
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub displace: Option<f64>,
     #[command(flatten)]
     pub options: RenderOptions,
     #[command(flatten)]
@@ -64,16 +71,34 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        self.options.validate()?;
+        let model = ModelOptions {
+            displace: self.displace,
+            ..ModelOptions::default()
+        };
+        model.validate()?;
+        match self.displace {
+            Some(_) if !surface::is_atlas(&self.map) => Err(Error::option(
+                "displace",
+                format!("given for {}", self.map.display()),
+                "an atlas; other maps have no channel of heights",
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.options.validate()?;
+        self.check()?;
         let _locks = self.files().claim()?;
         self.check_overviews()?;
         let sample = Sample::open(&self.sample)?;
-        let map = SurfaceTextonMap::read(&self.map)?;
+        let Surface { map, id: map_id } =
+            surface::read(&self.map, self.displace, session.progress())?;
         self.check_memory(&sample, &map)?;
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
-        let map_id = ContentId::of_file(&self.map)?;
         let inputs = Inputs {
             sample: &sample,
             map: &map,
@@ -135,6 +160,7 @@ impl Arguments {
             .read([&self.sample])
             .read(&sample::files_of(&self.sample))
             .read([&self.map])
+            .read(&surface::files(&self.map))
             .read(table)
             .read(&self.options.camera_path)
             .read(&self.options.environment)

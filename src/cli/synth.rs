@@ -1,6 +1,7 @@
 //! `mesotex synth`: space, neighbour table and a mesh (or a flat grid) in, surface texton map out.
 
 mod pictures;
+mod product;
 mod renamed;
 mod report;
 mod target;
@@ -17,7 +18,7 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::renamed::RenamedOptions;
-use crate::cli::synth::report::{Report, Seconds};
+use crate::cli::synth::report::{AtlasFigures, Report, Seconds};
 use crate::cli::synth::target::TargetArguments;
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
@@ -27,6 +28,7 @@ use crate::format::json;
 use crate::format::ours::Format;
 use crate::grid::TexCoord;
 use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
@@ -38,6 +40,7 @@ use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::{self, Agreement};
 use crate::synthesis::recipes::synthesize;
 use crate::synthesis::{check, quality};
+use crate::textures::model::ModelOptions;
 
 /// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str =
@@ -51,7 +54,9 @@ Examples:
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply --levels 3 --texel 0.01
   mesotex synth bark.space.npz bark.knn.npz --grid 256x256 -o flat.map.ply --pictures flat
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o full.map.ply --search full --report full.json
-  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive")]
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o copied.map.ply --method coherent
+  mesotex synth bark.space.npz bark.knn.npz spot.obj -o spot.atlas --onto atlas --resolution 512 --method multiscale")]
 pub struct Arguments {
     /// The surface texton space, NAME.space.npz
     pub space: PathBuf,
@@ -59,7 +64,7 @@ pub struct Arguments {
     pub table: PathBuf,
     #[command(flatten)]
     pub target: TargetArguments,
-    /// The surface texton map to write, NAME.map.ply
+    /// The surface texton map to write, NAME.map.ply; with --onto atlas the folder NAME.atlas of textures
     #[arg(long, short)]
     pub output: PathBuf,
     #[command(flatten)]
@@ -71,6 +76,8 @@ pub struct Arguments {
     pub report: Option<PathBuf>,
     #[command(flatten)]
     pub pictures: PictureArguments,
+    #[command(flatten)]
+    pub model: ModelOptions,
     /// Take a table that was made from another space of the same size
     #[arg(long)]
     pub force: bool,
@@ -112,14 +119,23 @@ impl Arguments {
             &done.map,
             &options,
             &plan,
-            circles,
+            (circles, AtlasFigures::of(&target)),
             done.measured.quality,
             done.measured.agreement,
         );
         let plane = Plane::of(&target);
-        // The target is big and not needed any more: it is given back meanwhile.
-        rayon::spawn(move || drop(target));
-        let drawn = self.write(&done.map, &report, &plane, &done.measured.energies)?;
+        let atlas = target.surface.atlas;
+        // The sites are big and not needed any more: they are given back meanwhile.
+        rayon::spawn(move || drop(target.sites));
+        let finished = Finished {
+            map: &done.map,
+            atlas: atlas.as_deref(),
+            space: &space,
+            report: &report,
+            plane: &plane,
+            energies: &done.measured.energies,
+        };
+        let drawn = self.write(&finished, session)?;
         // Until here an interrupted or failed run is continued with --resume.
         if let Err(error) = done.checkpoint.remove() {
             session.progress().warn(error.to_string());
@@ -128,20 +144,16 @@ impl Arguments {
     }
 
     /// Writes the map, the report and the pictures; returns the files beside map and report.
-    fn write(
-        &self,
-        map: &SurfaceTextonMap,
-        report: &Report,
-        plane: &Plane,
-        energies: &[f64],
-    ) -> Result<Vec<PathBuf>> {
+    fn write(&self, done: &Finished<'_>, session: &Session) -> Result<Vec<PathBuf>> {
         let (written, drawn) = rayon::join(
             || {
-                map.write(&self.output)?;
+                let textures = (done.space, &self.model);
+                let progress = session.progress();
+                product::write(&self.output, done.map, done.atlas, textures, progress)?;
                 let report_file = self.report.as_ref();
-                report_file.map_or(Ok(()), |path| json::write(path, report))
+                report_file.map_or(Ok(()), |path| json::write(path, done.report))
             },
-            || self.pictures.draw(plane, map, energies),
+            || self.pictures.draw(done.plane, done.map, done.energies),
         );
         written.and(drawn)
     }
@@ -151,6 +163,7 @@ impl Arguments {
         self.renamed.refuse()?;
         self.options.validate()?;
         self.target.check(self.options.method)?;
+        product::check(&self.output, self.target.is_atlas(), &self.model)?;
         self.target.surface.validate()
     }
 
@@ -159,7 +172,7 @@ impl Arguments {
         let mut files = Files::default()
             .read([&self.space, &self.table])
             .read(&self.target.surface.guide)
-            .write("output", [&self.output], Product::File(Format::Mesh))
+            .write("output", [&self.output], product::product_at(&self.output))
             .write("report", &self.report, Product::File(Format::Json));
         if let Some(mesh) = &self.target.mesh {
             files = files.read([mesh]).read(&companions(mesh)?);
@@ -174,6 +187,9 @@ impl Arguments {
         belongs.map_err(|error| error.in_file(&self.table))?;
         check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
+        let channels = space.channels.list().iter();
+        self.model
+            .check_kinds(channels.map(|channel| channel.kind))?;
         Ok((space, table))
     }
 
@@ -187,6 +203,16 @@ impl Arguments {
             self.output.display()
         ))
     }
+}
+
+/// What is written of a finished run.
+struct Finished<'a> {
+    map: &'a SurfaceTextonMap,
+    atlas: Option<&'a AtlasSurface>,
+    space: &'a Space,
+    report: &'a Report,
+    plane: &'a Plane,
+    energies: &'a [f64],
 }
 
 /// The work on a target's sites.
@@ -231,14 +257,9 @@ impl WithSites for Job<'_> {
             map: &map,
             edges: &edges,
         });
-        let areas = sites.levels[0].areas();
         let measured = match measured {
             Some(measured) => measured?,
-            None => Measured {
-                quality: quality::measure_edges(self.space, &map.coords, &edges, areas),
-                energies: Vec::new(),
-                agreement: None,
-            },
+            None => self.measure_edges(&map, &edges, sites),
         };
         Ok(Done {
             map,
@@ -281,13 +302,17 @@ impl WithSites for Measure<'_> {
             sites,
         };
         let (coords, progress) = (&self.map.coords, session.progress());
+        let window = table.levels[0].neighborhood.offsets.len();
+        if sites.levels[0].samples_per_site() != window {
+            return Ok(self.job.measure_edges(self.map, self.edges, sites));
+        }
         let (quality, energies) = rayon::join(
             || quality::measure(inputs, coords, self.edges, options.seed, progress),
             || arguments.pictures.energies(inputs, coords, progress),
         );
         let agreement = match options.method {
             Method::KCoherence => agreement::measure(inputs, coords, options, progress)?,
-            Method::WeiLevoy | Method::Adaptive => None,
+            _ => None,
         };
         Ok(Measured {
             quality: quality?,
@@ -298,6 +323,21 @@ impl WithSites for Measure<'_> {
 }
 
 impl Job<'_> {
+    /// Measures what needs no windows, where the target has not those of the table.
+    fn measure_edges<const N: usize, S: Sites<N>>(
+        &self,
+        map: &SurfaceTextonMap,
+        edges: &[SiteEdge],
+        sites: &SiteHierarchy<S>,
+    ) -> Measured {
+        let areas = sites.levels[0].areas();
+        Measured {
+            quality: quality::measure_edges(self.space, &map.coords, edges, areas),
+            energies: Vec::new(),
+            agreement: None,
+        }
+    }
+
     /// Synthesizes level after level, each kept for a run that is interrupted. A level that cannot be
     /// kept is told: the work goes on.
     fn synthesize<const N: usize, S: Sites<N>>(

@@ -63,6 +63,11 @@ impl ChannelKind {
         }
     }
 
+    /// The kind of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
     /// How many numbers a channel of this kind may have.
     pub fn counts(self) -> &'static [u32] {
         match self {

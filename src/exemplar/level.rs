@@ -56,41 +56,50 @@ impl<'a> ExemplarLevel<'a> {
         k: usize,
         two_level: bool,
     ) -> Self {
-        let (at, listed) = (&space.levels[level], &table.levels[level]);
-        let grid = at.grid;
-        let rows = feature_rows(at);
-        let whole = listed.neighborhood.whole_texels(grid, table.k);
-        let coarse = two_level.then(|| CoarseWindows::new(space, level, &listed.neighborhood));
+        let listed = &table.levels[level];
+        let neighborhood = &listed.neighborhood;
+        let whole = neighborhood.whole_texels(space.levels[level].grid, table.k);
         Self {
-            grid,
-            fine: Windows::new(grid, &rows, default_row(at), &listed.neighborhood.offsets),
-            whole_texels: (0..grid.len() as u32)
-                .filter(|&texel| whole[texel as usize])
-                .collect(),
-            rows,
-            whole,
-            coarse,
-            neighborhood: &listed.neighborhood,
             neighbors: listed.neighbors.as_slice().unwrap_or_default(),
             listed: table.k,
             k,
+            ..Self::of_windows(space, level, neighborhood, whole, two_level)
         }
     }
 
-    /// A level without a neighbour table, for methods with neighbourhoods of their own; `whole` says which texels
-    /// may be picked, `none` is an empty neighbourhood.
-    pub fn without_table(level: &SpaceLevel, whole: Vec<bool>, none: &'a Neighborhood) -> Self {
+    /// Level `level` of an exemplar with square windows that need not be a table's, and without neighbour
+    /// lists; `whole` says which texels may be picked.
+    pub fn of_windows(
+        space: &Space,
+        level: usize,
+        neighborhood: &'a Neighborhood,
+        whole: Vec<bool>,
+        two_level: bool,
+    ) -> Self {
+        Self {
+            coarse: two_level.then(|| CoarseWindows::new(space, level, neighborhood)),
+            ..Self::without_table(&space.levels[level], whole, neighborhood)
+        }
+    }
+
+    /// A level without neighbour lists and parent level, for methods with neighbourhoods of their own; `whole` says
+    /// which texels may be picked, `neighborhood` is empty where no square windows are compared.
+    pub fn without_table(
+        level: &SpaceLevel,
+        whole: Vec<bool>,
+        neighborhood: &'a Neighborhood,
+    ) -> Self {
         let rows = feature_rows(level);
         Self {
             grid: level.grid,
-            fine: Windows::new(level.grid, &rows, default_row(level), &none.offsets),
+            fine: Windows::new(level.grid, &rows, default_row(level), &neighborhood.offsets),
             whole_texels: (0..level.grid.len() as u32)
                 .filter(|&texel| whole[texel as usize])
                 .collect(),
             rows,
             whole,
             coarse: None,
-            neighborhood: none,
+            neighborhood,
             neighbors: &[],
             listed: 0,
             k: 0,

@@ -17,7 +17,7 @@ use crate::exemplar::controls::Controls;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::exemplar::value_range::value_range;
 use crate::format::id::ContentId;
-use crate::format::image::{Encoding, FloatImage};
+use crate::format::image::{Encoding, FloatImage, encode_srgb};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 
@@ -44,17 +44,6 @@ impl ChannelImage {
             image,
         }
     }
-
-    /// The numbers that are stored.
-    fn numbers(&self) -> Cow<'_, [f32]> {
-        match (self.kind, self.image.encoding) {
-            (ChannelKind::Color, Encoding::Linear) => {
-                let linear = self.image.data.iter();
-                linear.map(|&value| encode(value)).collect()
-            }
-            _ => Cow::Borrowed(&self.image.data),
-        }
-    }
 }
 
 /// The space of aligned images and the controls of their texels. It has no id of its own until it is
@@ -68,7 +57,10 @@ pub fn space_of_images(
 ) -> Result<Space> {
     let grid = check(images, levels, tileable)?;
     let controls = controls.pyramid(grid, levels as usize)?;
-    let numbers: Vec<Cow<'_, [f32]>> = images.iter().map(ChannelImage::numbers).collect();
+    let numbers: Vec<Cow<'_, [f32]>> = images
+        .iter()
+        .map(|of| stored_numbers(of.kind, &of.image))
+        .collect();
     let mut level = SpaceLevel {
         grid,
         features: Features::Vectors(side_by_side(images, &numbers, grid)),
@@ -100,6 +92,24 @@ fn channels(images: &[ChannelImage], numbers: &[Cow<'_, [f32]>]) -> Vec<Channel>
         }
     };
     images.iter().zip(numbers).map(channel).collect()
+}
+
+/// The range in which an image's numbers are drawn and exported as a channel of a kind; colours by the sRGB
+/// curve.
+pub fn range_of_image(kind: ChannelKind, image: &FloatImage) -> (f64, f64) {
+    let numbers = stored_numbers(kind, image);
+    value_range(kind, &numbers, image.channels as usize, image.precision)
+}
+
+/// The numbers that a channel stores of an image.
+fn stored_numbers(kind: ChannelKind, image: &FloatImage) -> Cow<'_, [f32]> {
+    match (kind, image.encoding) {
+        (ChannelKind::Color, Encoding::Linear) => {
+            let linear = image.data.iter();
+            linear.map(|&value| encode_srgb(value)).collect()
+        }
+        _ => Cow::Borrowed(&image.data),
+    }
 }
 
 fn check(images: &[ChannelImage], levels: u32, tileable: bool) -> Result<TexelGrid> {
@@ -157,17 +167,6 @@ fn side_by_side(
             .for_each(|(slot, &number)| *slot = number);
     }
     features
-}
-
-/// The sRGB curve (IEC 61966-2-1), odd about 0 and going on above 1.
-fn encode(linear: f32) -> f32 {
-    let size = linear.abs();
-    let encoded = if size <= 0.003_130_8 {
-        12.92 * size
-    } else {
-        1.055 * size.powf(1.0 / 2.4) - 0.055
-    };
-    encoded.copysign(linear)
 }
 
 /// The next level: 2×2 means of what exists.

@@ -12,8 +12,10 @@ mod buffers;
 pub(crate) mod companions;
 mod description;
 mod extensions;
+mod material;
 mod nodes;
 mod room;
+mod split;
 mod writing;
 
 use std::path::Path;
@@ -22,6 +24,7 @@ use glam::{DMat3, DMat4, Vec3};
 use gltf::accessor::Accessor;
 use gltf::mesh::{Mode, Primitive, Semantic};
 
+pub use crate::format::gltf::material::{AlphaMode, GltfMaterial};
 pub use crate::format::gltf::writing::{GltfMesh, write};
 
 use crate::error::{Error, Result};
@@ -272,6 +275,7 @@ mod tests {
             normals: &[[0., 0., 1.]; 4],
             triangles: &[[0, 1, 2], [0, 2, 3]],
             uvs: None,
+            ..GltfMesh::default()
         }
     }
 
@@ -288,6 +292,66 @@ mod tests {
         assert_eq!(mesh.positions, POSITIONS.map(|p| p.map(f64::from)));
         assert_eq!(mesh.faces.corners, [0, 1, 2, 0, 2, 3]);
         assert_eq!(mesh.normals.unwrap()[3], [0., 0., 1.]);
+    }
+
+    /// The first of some files' JSON.
+    fn description_of(bytes: &[u8]) -> serde_json::Value {
+        let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
+        serde_json::from_slice(&bytes[20..20 + length]).unwrap()
+    }
+
+    #[test]
+    fn textures_tangents_and_transparency_are_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.glb");
+        // The two triangles lie mirrored in the texture: their common vertices are repeated.
+        let uvs = [
+            [[0., 0.], [1., 0.], [1., 1.]],
+            [[0., 0.], [1., 1.], [0., 1.]],
+        ];
+        let tangents = [[[1., 0., 0., 1.]; 3], [[1., 0., 0., -1.]; 3]];
+        let material = GltfMaterial {
+            base_color: Some(b"first"),
+            normal_map: Some(b"second"),
+            alpha: AlphaMode::Mask,
+            roughness: 0.5,
+            is_unlit: true,
+        };
+        let mesh = GltfMesh {
+            uvs: Some(&uvs),
+            tangents: Some(&tangents),
+            material: Some(material),
+            ..square_mesh()
+        };
+        write(&path, &mesh).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        let told = description_of(&bytes);
+        let material = &told["materials"][0];
+        assert_eq!(material["alphaMode"], "MASK");
+        assert_eq!(
+            (&material["doubleSided"], &material["alphaCutoff"]),
+            (&json!(true), &json!(0.5))
+        );
+        assert_eq!(
+            material["pbrMetallicRoughness"]["baseColorTexture"]["index"],
+            0
+        );
+        assert_eq!(material["normalTexture"]["index"], 1);
+        assert_eq!(told["extensionsUsed"], json!(["KHR_materials_unlit"]));
+        let binary = &bytes[20 + told.to_string().len().next_multiple_of(4) + 8..];
+        for (image, content) in [b"first".as_slice(), b"second"].iter().enumerate() {
+            let view = &told["bufferViews"]
+                [told["images"][image]["bufferView"].as_u64().unwrap() as usize];
+            let at = view["byteOffset"].as_u64().unwrap() as usize;
+            assert_eq!(at % 4, 0);
+            assert_eq!(&binary[at..at + content.len()], *content);
+        }
+        let read = parse(&bytes, Path::new("a.glb")).unwrap();
+        assert_eq!(read.positions.len(), 6);
+        assert_eq!(
+            read.corner_uvs.unwrap().as_flattened(),
+            uvs.as_flattened().as_flattened()
+        );
     }
 
     #[test]

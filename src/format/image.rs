@@ -1,4 +1,4 @@
-//! Images in, as floats with a stated meaning; 8-bit previews out.
+//! Images in, as floats with a stated meaning; PNG out (`png_file`).
 //!
 //! One file per format: PNG (`portable`), JPEG, GIF and BMP (`raster`), TIFF (`tagged`), Radiance HDR and
 //! OpenEXR. Each hands on what the file stores and says; `decoded` does the rest, the same for all: alpha,
@@ -21,6 +21,7 @@ mod openexr_facts;
 mod openexr_layers;
 mod options;
 mod orientation;
+mod png_file;
 mod portable;
 mod primaries;
 mod radiance;
@@ -34,21 +35,18 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
-use png::{ColorType, Compression, Encoder, Filter};
-
 pub use crate::format::image::facts::{Channel, Facts, Part, Transparency};
 pub use crate::format::image::float_image::{Encoding, FloatImage, Precision, ReadImage};
 pub use crate::format::image::notes::{Note, Notes};
 pub use crate::format::image::options::{
     Alpha, Flags, Gamut, Missing, Orientation, Purpose, ReadOptions, SourceEncoding,
 };
-pub use crate::format::image::srgb::{decode_srgb, encode_srgb8};
+pub use crate::format::image::png_file::{PngImage, PngNumbers, write_png};
+pub use crate::format::image::srgb::{decode_srgb, encode_srgb, encode_srgb8};
 
 use crate::error::{Error, Result};
-use crate::format::atomic;
 use crate::format::guard::guarded;
 use crate::format::image::decoded::Decoded;
-use crate::format::ours::PICTURE_MARK;
 
 /// The most texels an image may have: 16384 × 16384.
 const MOST_TEXELS: u64 = 1 << 28;
@@ -173,31 +171,6 @@ impl Claim {
 fn undecodable(error: impl std::fmt::Display) -> Error {
     Error::data("image", error.to_string())
         .expected("PNG, JPEG, TIFF, GIF, BMP, Radiance HDR or OpenEXR")
-}
-
-/// Writes an 8-bit PNG: `pixels` is row-major (height, width, channels), channels 1 or 3.
-pub fn write_png(path: &Path, width: u32, height: u32, pixels: &[u8]) -> Result<()> {
-    let texels = width as usize * height as usize;
-    let color = match pixels.len() {
-        length if texels > 0 && length == texels => ColorType::Grayscale,
-        length if texels > 0 && length == 3 * texels => ColorType::Rgb,
-        length => {
-            return Err(Error::data("pixels", format!("{length} bytes"))
-                .expected(format!("{texels} or three times as many"))
-                .in_file(path));
-        }
-    };
-    atomic::write_file(path, |sink| {
-        let [keyword, text] = PICTURE_MARK.map(String::from);
-        let mut encoder = Encoder::new(sink, width, height);
-        encoder.set_color(color);
-        encoder.set_compression(Compression::Fast);
-        encoder.set_filter(Filter::Adaptive);
-        encoder.add_text_chunk(keyword, text)?;
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(pixels)?;
-        writer.finish().map_err(io::Error::from)
-    })
 }
 
 #[cfg(test)]

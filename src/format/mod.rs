@@ -13,7 +13,7 @@
 //! | [`npy`], [`npz`], [`zip_sink`] | arrays and archives of them |
 //! | [`stored_array`], [`nameless`], [`positioned`] | numbers that stay in a file |
 //! | [`json`], [`text`], [`source`] | descriptions, tables and whole files |
-//! | [`id`], [`seal`], [`ours`] | what a file is, whether it is whole, whether this program wrote it |
+//! | [`id`], [`seal`], [`ours`], [`own_folder`] | what a file is, whether it is whole, whether this program wrote it |
 //! | [`atomic`], [`lock`] | outputs that appear when done, one writer each |
 //! | [`guard`] | a panic in a reader as an error |
 
@@ -31,6 +31,7 @@ pub mod npz;
 pub mod obj;
 pub(crate) mod off;
 pub(crate) mod ours;
+pub(crate) mod own_folder;
 pub mod ply;
 pub mod polygon_mesh;
 mod positioned;

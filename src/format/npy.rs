@@ -27,7 +27,8 @@ macro_rules! elements {
         }
     )*};
 }
-elements!(f32 => "<f4", f64 => "<f8", half::f16 => "<f2", u8 => "|u1", u16 => "<u2", u32 => "<u4");
+elements!(f32 => "<f4", f64 => "<f8", half::f16 => "<f2", u8 => "|u1", u16 => "<u2", u32 => "<u4",
+    i32 => "<i4");
 
 /// What an array file says of itself, checked against its length.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -133,6 +133,7 @@ mod tests {
             positions: &triangle,
             normals: &triangle,
             triangles: &[[0, 1, 2]],
+            ..GltfMesh::default()
         };
         gltf::write(&at("a.glb"), &mesh).unwrap();
         image::write_png(&at("a.png"), 2, 2, &[7; 4]).unwrap();

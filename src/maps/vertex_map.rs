@@ -163,7 +163,7 @@ impl SurfaceTextonMap {
 }
 
 /// The longest side of a sample, in texels: texels are counted in 32 bits.
-const LONGEST: u32 = 65535;
+pub(super) const LONGEST: u32 = 65535;
 /// The method of a map that states none.
 pub const DEFAULT_METHOD: &str = "k-coherence";
 
@@ -236,15 +236,13 @@ impl MapHeader {
 
 /// The method's name; maps of earlier versions state none.
 fn method_of(comments: &[String]) -> Result<String> {
-    const LONGEST: usize = 64;
     let stated = comments
         .iter()
         .find_map(|line| line.strip_prefix("method "));
     let Some(name) = stated else {
         return Ok(DEFAULT_METHOD.into());
     };
-    let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    match !name.is_empty() && name.len() <= LONGEST && name.chars().all(is_name) {
+    match is_method_name(name) {
         true => Ok(name.into()),
         false => Err(bad_comment(
             "method",
@@ -252,6 +250,12 @@ fn method_of(comments: &[String]) -> Result<String> {
             "a name of small letters and hyphens",
         )),
     }
+}
+
+/// Whether a text can be the name of a method: up to 64 small letters, digits and hyphens.
+pub(super) fn is_method_name(name: &str) -> bool {
+    let is_sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    (1..=64).contains(&name.len()) && name.chars().all(is_sign)
 }
 
 fn parse_comment<T: std::str::FromStr>(key: &str, text: &str, expected: &str) -> Result<T> {

@@ -11,9 +11,13 @@
 //! | [`field`] | the orientation field |
 //! | [`chart`] | the (s, t) chart round a point |
 //! | [`surface_bvh`], [`point_tree`] | nearest points and crossings, and points in a triangle |
+//! | [`tangents`], [`tessellation`] | tangents of textured triangles; triangles cut to a length |
+//! | [`geodesic`], [`smoothing`] | straight lines on a surface, and a surface without its finest detail |
+//! | [`atlas`] | texture coordinates cut into charts, and where texels lie on the surface |
 //! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
 //! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
 
+pub mod atlas;
 pub mod builtin;
 pub(crate) mod chart;
 mod cleaning;
@@ -21,6 +25,7 @@ pub(crate) mod compressed_rows;
 pub mod connection;
 pub mod field;
 pub(crate) mod frame;
+pub mod geodesic;
 pub(crate) mod origin;
 pub(crate) mod pictures;
 mod point_tree;
@@ -29,7 +34,10 @@ pub mod reading;
 pub mod retile;
 pub mod rings;
 pub mod shapes;
+pub mod smoothing;
 pub(crate) mod surface_bvh;
+pub(crate) mod tangents;
+pub(crate) mod tessellation;
 mod texture_charts;
 pub mod topology;
 pub mod triangle_mesh;

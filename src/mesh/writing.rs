@@ -52,6 +52,7 @@ pub fn write_user(path: &Path, user: &UserMesh) -> Result<()> {
                 normals: &arrays(&normals),
                 triangles: &user.mesh.triangles,
                 uvs: corner_uvs(user).as_deref(),
+                ..GltfMesh::default()
             },
         ),
     }

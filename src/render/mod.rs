@@ -5,7 +5,8 @@
 //! shaded at vertices ([`vertex_shading`]) or in pixels ([`pixel_shading`]), from the sample laid
 //! out texel by texel ([`texel_table`]), weighted by nearness of directions ([`nearest`],
 //! [`radiance`]) and dimmed where shadow rays say so ([`occlusion`]); the [`renderer`] resolves it
-//! to a [`frame`], and [`sequence`] writes a sweep of them.
+//! to a [`frame`], and [`sequence`] writes a sweep of them. `texel_baking` shades the texels of a texture map
+//! instead of pixels.
 
 pub mod bounds;
 mod camera;
@@ -30,6 +31,7 @@ pub mod renderer;
 mod seen_points;
 pub mod sequence;
 mod surroundings;
+mod texel_baking;
 pub mod texel_table;
 mod tone;
 pub mod values;

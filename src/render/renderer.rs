@@ -196,7 +196,7 @@ impl<'a> Renderer<'a> {
         self.weights = weights;
     }
 
-    fn scene<'b>(
+    pub(super) fn scene<'b>(
         &'b self,
         view: &'b View,
         lights: &'b [Light],
@@ -366,7 +366,7 @@ impl<'a> Renderer<'a> {
         scene: &Scene,
         shadows: &mut VertexShadows,
     ) -> Vec<[f32; 4]> {
-        let of_vertices = self.interpolated_shadows(seen, scene.lights, shadows);
+        let of_vertices = self.interpolated_shadows(&seen.vertices, scene.lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
         let surface = &seen.surface;
         surface.map_bands(CLEAR, Workspace::default, |work, band, pixels| {
@@ -390,20 +390,34 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Per light the visibility of the seen vertices, by vertex, where pixels interpolate it.
+    /// Who may ask to stop.
+    pub(super) fn progress(&self) -> Progress<'a> {
+        self.progress
+    }
+
+    /// Per light the visibility of all vertices, by vertex, where points interpolate it.
+    pub(super) fn visibility_of_all<'s>(
+        &self,
+        lights: &[Light],
+        shadows: &'s mut VertexShadows,
+    ) -> Vec<&'s [f32]> {
+        self.interpolated_shadows(&self.vertices, lights, shadows)
+    }
+
+    /// Per light the visibility of the chosen vertices, by vertex, where pixels interpolate it.
     fn interpolated_shadows<'s>(
         &self,
-        seen: &Seen,
+        chosen: &Vertices,
         lights: &[Light],
         shadows: &'s mut VertexShadows,
     ) -> Vec<&'s [f32]> {
         match self.manner.shadows {
-            Shadows::Vertex => self.find_shadows(lights, &seen.vertices, shadows),
+            Shadows::Vertex => self.find_shadows(lights, chosen, shadows),
             Shadows::None | Shadows::Pixel => Vec::new(),
         }
     }
 
-    fn pixel_visibility<'b>(&self, of_vertices: &'b [&'b [f32]]) -> Visibility<'b> {
+    pub(super) fn pixel_visibility<'b>(&self, of_vertices: &'b [&'b [f32]]) -> Visibility<'b> {
         match self.manner.shadows {
             Shadows::None => Visibility::Open,
             Shadows::Vertex => Visibility::OfVertices(of_vertices),
@@ -419,7 +433,7 @@ impl<'a> Renderer<'a> {
         shadows: &mut VertexShadows,
     ) -> (Vec<f32>, Vec<f32>) {
         let scene = self.scene(&seen.view, lights, self.weights.all());
-        let of_vertices = self.interpolated_shadows(seen, lights, shadows);
+        let of_vertices = self.interpolated_shadows(&seen.vertices, lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
         let pairs = seen
             .surface

@@ -95,6 +95,12 @@ pub trait Sites<const N: usize>: Sync {
         None
     }
 
+    /// All sites along scan lines, each beside sites before it as far as it can be, where the target has such
+    /// lines. Without, sites are visited breadth first.
+    fn scan_lines(&self) -> Option<Vec<u32>> {
+        None
+    }
+
     /// Feeds everything that a result depends on to a hash.
     fn digest(&self, hasher: &mut blake3::Hasher);
 }

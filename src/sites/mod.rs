@@ -5,17 +5,22 @@
 //! | --- | --- | --- |
 //! | vertices of a mesh and of its retiled pyramid | 3 vertices | [`vertices`] |
 //! | a flat grid | 1 site | [`grid`] |
+//! | the texels of a texture atlas | 4 texels | [`atlas`] |
 //!
-//! [`level`] has what a target must tell; [`order`] and [`coloring`] say in which order its sites are
-//! visited. A [`Target`] is any of them.
+//! [`level`] has what a target must tell; [`order`], [`scan_order`] and [`coloring`] say in which order its
+//! sites are visited. A [`Target`] is any of them.
 
+pub mod atlas;
 pub(crate) mod coloring;
 pub mod grid;
 pub(crate) mod level;
 pub(crate) mod order;
+pub(crate) mod scan_order;
 pub(crate) mod target;
 pub mod vertices;
 
+pub use atlas::options::{AtlasOptions, Sampling};
+pub use atlas::preparation::AtlasSurface;
 pub use grid::target::GridTarget;
 pub use level::{Neighbor, Parent, SampleLocation, SiteEdge, SiteHierarchy, Sites};
 pub use order::Order;

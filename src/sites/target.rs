@@ -10,6 +10,9 @@ use crate::mesh::reading::{UserMesh, varying};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::neighborhood::Neighborhood;
 use crate::progress::Progress;
+use crate::sites::atlas::AtlasSites;
+use crate::sites::atlas::options::AtlasOptions;
+use crate::sites::atlas::preparation::{self, AtlasSurface};
 use crate::sites::grid::GridSites;
 use crate::sites::grid::round::RoundGridSites;
 use crate::sites::grid::target::GridTarget;
@@ -46,6 +49,8 @@ pub struct TargetSurface {
     pub origin: DVec3,
     /// The flat grid that it is, if it is one.
     pub grid: Option<GridTarget>,
+    /// The atlas that it is, if it is one: its mesh has a vertex at every texel inside a chart.
+    pub atlas: Option<Box<AtlasSurface>>,
 }
 
 /// The sites of a target, by their kind.
@@ -58,6 +63,8 @@ pub enum TargetSites {
     Grid(SiteHierarchy<GridSites>),
     /// A flat grid with round neighbourhoods.
     RoundGrid(SiteHierarchy<RoundGridSites>),
+    /// The texels of an atlas and of its pyramid.
+    Atlas(SiteHierarchy<AtlasSites>),
 }
 
 /// Work on the sites of a target, whatever they are.
@@ -76,6 +83,7 @@ impl TargetSites {
             Self::Vertices(sites) | Self::RoundVertices(sites) => work.run(sites),
             Self::Grid(sites) => work.run(sites),
             Self::RoundGrid(sites) => work.run(sites),
+            Self::Atlas(sites) => work.run(sites),
         }
     }
 }
@@ -142,6 +150,7 @@ impl Target {
             texel: texel_on(&user.mesh, options.texel)?,
             origin: user.origin,
             grid: None,
+            atlas: None,
         };
         let target = Self {
             surface,
@@ -149,6 +158,29 @@ impl Target {
             measured: None,
         };
         Ok((target, source))
+    }
+
+    /// The texture atlas of a mesh: its own texture coordinates, or new ones.
+    pub fn atlas(user: &UserMesh, options: &AtlasOptions, progress: Progress<'_>) -> Result<Self> {
+        let (surface, hierarchy) = preparation::prepare(user, options, progress)?;
+        let surface = TargetSurface {
+            mesh: TriangleMesh {
+                positions: surface.positions.clone(),
+                triangles: surface.triangles.clone(),
+            },
+            normals: surface.normals.clone(),
+            orientations: surface.orientations.clone(),
+            scale: surface.scale.clone(),
+            texel: surface.texel,
+            origin: user.origin,
+            grid: None,
+            atlas: Some(Box::new(surface)),
+        };
+        Ok(Self {
+            surface,
+            sites: TargetSites::Atlas(hierarchy),
+            measured: None,
+        })
     }
 
     /// The target of a prepared mesh.
@@ -164,6 +196,7 @@ impl Target {
                 texel: surface.texel,
                 origin: user.origin,
                 grid: None,
+                atlas: None,
             },
             sites: TargetSites::Vertices(surface.hierarchy),
             measured: None,
@@ -172,7 +205,10 @@ impl Target {
 
     /// Does some work on the sites that a map is measured on; `None` where there are none.
     pub fn with_measured<W: WithSites>(&self, work: W) -> Option<W::Found> {
-        let own = matches!(&self.sites, TargetSites::Vertices(_) | TargetSites::Grid(_));
+        let own = matches!(
+            &self.sites,
+            TargetSites::Vertices(_) | TargetSites::Grid(_) | TargetSites::Atlas(_)
+        );
         let sites = match &self.measured {
             Some(sites) => Some(sites),
             None => own.then_some(&self.sites),
@@ -194,6 +230,7 @@ impl TargetSurface {
             texel: 1.0,
             origin: DVec3::ZERO,
             grid: Some(grid),
+            atlas: None,
         }
     }
 
@@ -201,6 +238,9 @@ impl TargetSurface {
     pub fn edges(&self) -> Vec<SiteEdge> {
         if let Some(grid) = self.grid {
             return grid.edges();
+        }
+        if let Some(atlas) = &self.atlas {
+            return atlas.edges.clone();
         }
         let corners = self.mesh.triangles.iter();
         let mut pairs: Vec<[u32; 2]> = corners

@@ -1,12 +1,19 @@
 //! Whether exemplar, sites and options fit together, before any work is done; and what follows
 //! from them.
 
+mod own_windows;
+mod site_levels;
+mod space_level;
+
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
-use crate::exemplar::space::{Features, Space, SpaceLevel};
+use crate::exemplar::space::Space;
 use crate::exemplar::square_window::check_square;
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::level::Sites;
+use crate::synthesis::check::own_windows::{COHERENT_WIDTH, multiscale_levels, one_level};
+use crate::synthesis::check::site_levels::check_sites;
+use crate::synthesis::check::space_level::space_level;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::metric::of_level::gram;
 use crate::synthesis::options::{Method, MetricKind, SynthesisOptions};
@@ -35,8 +42,13 @@ pub fn plan<const N: usize, S: Sites<N>>(
             .iter()
             .try_for_each(|level| gram(level).map(drop))?;
     }
-    sites(inputs, &plan)?;
+    check_sites(inputs.sites, &neighborhoods_of(inputs.table, &plan))?;
     Ok(plan)
+}
+
+fn neighborhoods_of<'a>(table: &'a NeighborTable, plan: &Plan) -> Vec<&'a Neighborhood> {
+    let levels = table.levels[..plan.levels].iter();
+    levels.map(|level| &level.neighborhood).collect()
 }
 
 /// Completes the options of any method. What `synth` must know before it prepares a target.
@@ -45,12 +57,54 @@ pub fn complete_for(
     table: &NeighborTable,
     options: &SynthesisOptions,
 ) -> Result<Plan> {
-    match options.method {
-        Method::Adaptive => Ok(Plan {
-            levels: round_levels(space, options)?,
-            k: 1,
-        }),
-        Method::KCoherence | Method::WeiLevoy => complete(space, table, options),
+    let levels = match options.method {
+        Method::KCoherence | Method::WeiLevoy => return complete(space, table, options),
+        Method::Adaptive => round_levels(space, options)?,
+        Method::Multiscale => multiscale_levels(space, options)?,
+        Method::Coherent => one_level(space, options)?,
+    };
+    Ok(Plan { levels, k: 1 })
+}
+
+/// The square windows that a method compares on its levels, finest first: what a target is prepared for. None for
+/// a method with round neighbourhoods.
+pub fn neighborhoods(
+    space: &Space,
+    table: &NeighborTable,
+    options: &SynthesisOptions,
+) -> Result<Vec<Neighborhood>> {
+    let plan = complete_for(space, table, options)?;
+    Ok(match options.method {
+        Method::KCoherence | Method::WeiLevoy => neighborhoods_of(table, &plan)
+            .into_iter()
+            .cloned()
+            .collect(),
+        Method::Adaptive => Vec::new(),
+        Method::Multiscale => options.multiscale.neighborhoods(plan.levels),
+        Method::Coherent => vec![Neighborhood::square(COHERENT_WIDTH, 0)],
+    })
+}
+
+/// Checks inputs of the multiscale method, and says what windows it compares on each level.
+pub fn multiscale<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
+    options: &SynthesisOptions,
+) -> Result<Vec<Neighborhood>> {
+    let levels = multiscale_levels(inputs.space, options)?;
+    let neighborhoods = options.multiscale.neighborhoods(levels);
+    check_sites(inputs.sites, &neighborhoods.iter().collect::<Vec<_>>())?;
+    Ok(neighborhoods)
+}
+
+/// Checks inputs of the coherent method.
+pub fn coherent<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
+    options: &SynthesisOptions,
+) -> Result<()> {
+    one_level(inputs.space, options)?;
+    match inputs.sites.levels.first().map_or(0, Sites::count) {
+        0 => Err(Error::data("target", "no sites").expected("one or more")),
+        _ => Ok(()),
     }
 }
 
@@ -238,39 +292,6 @@ fn differ(found: String, expected: String) -> Error {
         .advice("space and table are of different runs: make the table anew with knn")
 }
 
-fn space_level(level: &SpaceLevel, index: usize) -> Result<()> {
-    let texels = level.grid.len();
-    let place = format!("space, L{index}");
-    match &level.features {
-        Features::Textons { labels, gram } => {
-            let textons = gram.nrows();
-            if labels.len() != texels || textons < 2 || gram.ncols() != textons {
-                return Err(Error::data(
-                    place,
-                    format!("{} labels and a Gram matrix {:?}", labels.len(), gram.dim()),
-                )
-                .expected(format!("{texels} labels and a square Gram matrix")));
-            }
-            match labels
-                .iter()
-                .find(|&&label| usize::from(label) >= textons - 1)
-            {
-                Some(label) => Err(Error::data(place, format!("label {label}"))
-                    .expected(format!("labels below {}", textons - 1))),
-                None => Ok(()),
-            }
-        }
-        Features::Vectors(vectors) => {
-            let (height, width, dimensions) = vectors.dim();
-            if height * width == texels && dimensions > 0 && texels > 0 {
-                return Ok(());
-            }
-            Err(Error::data(place, format!("features {:?}", vectors.dim()))
-                .expected(format!("{texels} vectors of one number or more")))
-        }
-    }
-}
-
 fn neighborhood(neighborhood: &Neighborhood, index: usize) -> Result<()> {
     let Neighborhood {
         offsets,
@@ -299,69 +320,6 @@ fn neighborhood(neighborhood: &Neighborhood, index: usize) -> Result<()> {
         ),
     )
     .expected("a positive weight per offset"))
-}
-
-/// Checks the sites against the plan and the table.
-fn sites<const N: usize, S: Sites<N>>(inputs: Inputs<'_, S>, plan: &Plan) -> Result<()> {
-    let levels = &inputs.sites.levels;
-    if levels.len() < plan.levels {
-        return Err(Error::option(
-            "levels",
-            format!("{}, but the target has {}", plan.levels, levels.len()),
-            format!("at most {}", levels.len()),
-        ));
-    }
-    for index in 0..plan.levels {
-        let two_level = index + 1 < plan.levels;
-        let neighborhood = &inputs.table.levels[index].neighborhood;
-        let coarser = levels.get(index + 1).filter(|_| two_level);
-        site_level(&levels[index], coarser, neighborhood, index)?;
-    }
-    Ok(())
-}
-
-fn site_level<const N: usize, S: Sites<N>>(
-    sites: &S,
-    coarser: Option<&S>,
-    neighborhood: &Neighborhood,
-    index: usize,
-) -> Result<()> {
-    let place = format!("sites, level {index}");
-    let (count, samples) = (sites.count(), neighborhood.offsets.len());
-    if count < samples {
-        let few = format!("{count} sites, fewer than the neighbourhood's {samples} samples");
-        return Err(match index {
-            0 => Error::data("target", few).advice("take a finer one (mesh --vertices)"),
-            _ => Error::option(
-                "levels",
-                format!("level {index} of the target has {few}"),
-                format!("at most {index}, or a finer target"),
-            ),
-        });
-    }
-    if sites.samples_per_site() != samples {
-        let found = format!("{} samples per site", sites.samples_per_site());
-        return Err(Error::data(place, found)
-            .expected(format!("{samples}, as the table's neighbourhood has")));
-    }
-    let Some(coarser) = coarser else {
-        return Ok(());
-    };
-    let (per_site, wanted) = (
-        sites.parent_samples_per_site(),
-        neighborhood.coarse_offsets.len(),
-    );
-    let parents = sites.parents().iter();
-    let sound = parents.filter(|parent| (parent.site as usize) < coarser.count());
-    if per_site != wanted || sound.count() != count {
-        let parents = sites.parents().len();
-        return Err(Error::data(
-            place,
-            format!("{per_site} coarse samples per site, {parents} parents"),
-        )
-        .expected(format!("{wanted} coarse samples and a parent per site")));
-    }
-    Ok(())
 }
 
 #[cfg(test)]

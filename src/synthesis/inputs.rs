@@ -30,6 +30,7 @@ impl<S> Copy for Inputs<'_, S> {}
 pub struct LevelMap {
     /// Which.
     pub level: Level,
-    /// A texture coordinate per site, in texels of the level: texel centres on the finest.
+    /// A texture coordinate per site, in texels of the level: texel centres on the finest, but for the coherent
+    /// method's, which are real.
     pub coords: Vec<TexCoord>,
 }

@@ -1,8 +1,37 @@
-//! The choice among candidates: the smallest score, factor · (distance + floor), ties to the smaller
-//! flat index. The factor is how coherent candidates are preferred (Hertzmann 2001's κ), and those not
-//! used too often already. The distance floor keeps differences between tiny distances from outweighing it.
+//! What a search keeps: the best, or several within a margin.
+//!
+//! The best has the smallest score, factor · (distance + floor), ties to the smaller flat index. The factor is
+//! how coherent candidates are preferred (Hertzmann 2001's κ), and those not used too often already. The
+//! distance floor keeps differences between tiny distances from outweighing it.
 
 use crate::synthesis::candidates::forward::Candidate;
+
+/// What a search keeps of the texels that it compares.
+pub trait Keep {
+    /// The distance above which no further texel is kept.
+    fn limit(&self) -> f64;
+
+    /// Offers a texel; its distance may be infinite where it is above the limit.
+    fn offer(&mut self, texel: u32, distance: f64);
+}
+
+/// Keeps the best.
+#[derive(Clone, Copy, Debug)]
+pub struct Best {
+    /// The best so far.
+    pub pick: Option<Pick>,
+    /// What is preferred to the texels that are offered.
+    pub preference: Preference,
+}
+
+/// Keeps the nearest few, of those within a factor of the smallest distance.
+#[derive(Clone, Debug)]
+pub struct Nearest {
+    most: usize,
+    factor: f64,
+    /// Distances and texels, ascending.
+    list: Vec<(f64, u32)>,
+}
 
 /// What a choice prefers beside small distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +84,66 @@ impl Pick {
     #[inline(always)]
     pub fn beats(&self, other: &Self) -> bool {
         self.score < other.score || (self.score == other.score && self.texel < other.texel)
+    }
+}
+
+impl Keep for Best {
+    #[inline(always)]
+    fn limit(&self) -> f64 {
+        let Preference { coherence, floor } = self.preference;
+        Pick::limit(self.pick, coherence, floor)
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, texel: u32, distance: f64) {
+        let Preference { coherence, floor } = self.preference;
+        let pick = Pick::new(texel, distance, coherence, floor);
+        if self.pick.is_none_or(|best| pick.beats(&best)) {
+            self.pick = Some(pick);
+        }
+    }
+}
+
+impl Nearest {
+    /// Nothing yet, of `most` texels at distances of at most `factor` times the smallest.
+    pub fn new(most: usize, factor: f64) -> Self {
+        Self {
+            most,
+            factor,
+            list: Vec::with_capacity(most + 1),
+        }
+    }
+
+    /// The distances and texels that are kept, nearest first, ties to the smaller index.
+    pub fn kept(&self) -> &[(f64, u32)] {
+        let least = self.list.first().map_or(0.0, |&(least, _)| least);
+        let within = |&(distance, _): &(f64, u32)| distance <= self.factor * least;
+        &self.list[..self.list.partition_point(within)]
+    }
+}
+
+impl Keep for Nearest {
+    #[inline(always)]
+    fn limit(&self) -> f64 {
+        let within = self
+            .list
+            .first()
+            .map_or(f64::INFINITY, |&(least, _)| self.factor * least);
+        match self.list.get(self.most - 1) {
+            Some(&(last, _)) => within.min(last),
+            None => within,
+        }
+    }
+
+    fn offer(&mut self, texel: u32, distance: f64) {
+        if distance > self.limit() {
+            return;
+        }
+        let place = self
+            .list
+            .partition_point(|&listed| listed < (distance, texel));
+        self.list.insert(place, (distance, texel));
+        self.list.truncate(self.most);
     }
 }
 
@@ -125,6 +214,29 @@ mod tests {
         let best = Pick::new(7, 0.1, 1.3, 0.37);
         assert!(Pick::limit(Some(best), 1.3, 0.37) >= 0.1);
         assert_eq!(Pick::limit(None, 1.3, 0.37), f64::INFINITY);
+    }
+
+    #[test]
+    fn the_nearest_few_are_kept_within_the_factor() {
+        let kept = |most, factor, offered: &[(f64, u32)]| {
+            let mut nearest = Nearest::new(most, factor);
+            for &(distance, texel) in offered {
+                nearest.offer(texel, distance);
+            }
+            let texels = nearest.kept().iter().map(|&(_, texel)| texel);
+            (texels.collect::<Vec<_>>(), nearest.limit())
+        };
+        let offered = [(3.0, 9), (1.5, 4), (1.0, 7), (1.5, 2), (1.1, 8), (1.0, 3)];
+        assert_eq!(kept(8, 1.5, &offered), (vec![3, 7, 8, 2, 4], 1.5));
+        assert_eq!(kept(4, 1.5, &offered), (vec![3, 7, 8, 2], 1.5));
+        assert_eq!(kept(3, 1.5, &offered), (vec![3, 7, 8], 1.1));
+        assert_eq!(kept(8, 1.05, &offered), (vec![3, 7], 1.05));
+        assert_eq!(kept(1, 9.0, &offered), (vec![3], 1.0));
+        assert_eq!(
+            kept(8, 1.2, &[(0.0, 5), (0.1, 4), (0.0, 6)]),
+            (vec![5, 6], 0.0)
+        );
+        assert_eq!(kept(8, 1.2, &[]), (vec![], f64::INFINITY));
     }
 
     #[test]

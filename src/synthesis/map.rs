@@ -75,6 +75,10 @@ pub fn surface_map(
         sample: space.sample.clone(),
         space: space.id.clone(),
     };
+    if surface.atlas.is_some() {
+        // A texel need not have four of its chart round it.
+        return map;
+    }
     let in_face = map.mesh.referenced();
     for vertex in (0..in_face.len()).filter(|&vertex| !in_face[vertex]) {
         map.coords[vertex] = TexCoord { s: 0.5, t: 0.5 };

@@ -8,7 +8,7 @@ use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space};
 
 /// Bytes of a texel beside its neighbours and its vector: windows, projections, bounds.
-const TEXEL: u64 = 220;
+const TEXEL: u64 = 280;
 /// Bytes of a neighbour in the table: read, laid out, and as the metric has it.
 const NEIGHBOR: u64 = 24;
 /// Bytes of a number of Φ: read, in double precision, factored.

@@ -22,6 +22,7 @@
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
 //! than the [checkpoint] of an interrupted run.
 
+pub mod atlas_map;
 mod candidates;
 mod changes;
 pub(crate) mod check;
@@ -40,10 +41,12 @@ pub mod recipes;
 mod rule;
 pub(crate) mod state;
 
+pub use check::neighborhoods;
 pub use inputs::{Inputs, LevelMap};
 pub use map::synthesize_map;
 pub use options::{KCoherenceOptions, Method, MetricKind, SynthesisOptions};
 pub use recipes::adaptive::options::{AdaptiveOptions, Similarity};
+pub use recipes::multiscale::options::MultiscaleOptions;
 pub use recipes::synthesize;
 
 #[cfg(test)]

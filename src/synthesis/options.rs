@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::synthesis::option_ranges::{at_least_one, few_rounds};
 use crate::synthesis::recipes::adaptive::options::AdaptiveOptions;
+use crate::synthesis::recipes::multiscale::options::MultiscaleOptions;
 pub use crate::synthesis::recipes::tong::options::{KCoherenceOptions, Search};
 
 /// The paper that is followed.
@@ -18,6 +19,10 @@ pub enum Method {
     WeiLevoy,
     /// Chen and Dong 2008: round neighbourhoods of growing size on the same sites at every level
     Adaptive,
+    /// Ying 2001 §4: every texel is compared, first by the coarser level alone; one of the nearest is drawn
+    Multiscale,
+    /// Ying 2001 §5: patches go on from finished sites at real coordinates; one level, one pass, fast
+    Coherent,
 }
 
 impl Method {
@@ -27,6 +32,8 @@ impl Method {
             Self::KCoherence => "k-coherence",
             Self::WeiLevoy => "wei-levoy",
             Self::Adaptive => "adaptive",
+            Self::Multiscale => "multiscale",
+            Self::Coherent => "coherent",
         }
     }
 }
@@ -51,7 +58,8 @@ pub struct SynthesisOptions {
     #[arg(long, value_enum, default_value_t = Self::default().method)]
     pub method: Method,
     /// Levels of the pyramid, the finest included; 1 grows the finest level from one random
-    /// site [default: the table's; 2 with --method adaptive]
+    /// site [default: the table's; 2 with --method adaptive; with --method multiscale those that its windows
+    /// fit; --method coherent has 1]
     #[arg(long)]
     pub levels: Option<u32>,
     /// Width of the neighbourhood; it is the table's, and stating another is an error
@@ -76,6 +84,10 @@ pub struct SynthesisOptions {
     #[command(flatten)]
     #[serde(flatten)]
     pub adaptive: AdaptiveOptions,
+    /// Options of the multiscale method.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub multiscale: MultiscaleOptions,
     /// Seed of everything drawn at random.
     #[arg(skip)]
     pub seed: u64,
@@ -92,6 +104,7 @@ impl Default for SynthesisOptions {
             passes: 3,
             k_coherence: KCoherenceOptions::default(),
             adaptive: AdaptiveOptions::default(),
+            multiscale: MultiscaleOptions::default(),
             seed: 0,
         }
     }
@@ -112,6 +125,7 @@ impl SynthesisOptions {
         }
         self.k_coherence.validate()?;
         self.adaptive.validate()?;
+        self.multiscale.validate()?;
         self.check_method()
     }
 
@@ -128,22 +142,54 @@ impl SynthesisOptions {
             self.k_coherence.refuse_for(name)?;
         }
         if self.method != Method::Adaptive {
-            return self.adaptive.refuse_for(name);
+            self.adaptive.refuse_for(name)?;
         }
-        let default = Self::default();
-        let given = [
-            ("metric", self.metric != default.metric),
-            ("neighborhood", self.neighborhood.is_some()),
-            ("passes", self.passes != default.passes),
-        ];
-        match given.iter().find(|(_, given)| *given) {
+        if self.method != Method::Multiscale {
+            self.multiscale.refuse_for(name)?;
+        }
+        match self.unused_option() {
             None => Ok(()),
-            Some((option, _)) => Err(Error::option(
-                *option,
+            Some((option, has)) => Err(Error::option(
+                option,
                 format!("given with --method {name}"),
-                "another method: this one has its own neighbourhoods, metric and passes",
+                format!("another method: this one has {has}"),
             )),
         }
+    }
+
+    /// A given one of the options that several methods share, and what this method has instead of it.
+    fn unused_option(&self) -> Option<(&'static str, &'static str)> {
+        let default = Self::default();
+        let (levels, metric, neighborhood, passes) = match self.method {
+            Method::KCoherence | Method::WeiLevoy => return None,
+            Method::Adaptive => (false, true, true, true),
+            Method::Multiscale => (false, false, true, true),
+            Method::Coherent => (true, true, true, true),
+        };
+        let given = [
+            (
+                levels && self.levels.is_some_and(|levels| levels != 1),
+                "levels",
+                "one level",
+            ),
+            (
+                metric && self.metric != default.metric,
+                "metric",
+                "a metric of its own",
+            ),
+            (
+                neighborhood && self.neighborhood.is_some(),
+                "neighborhood",
+                "neighbourhoods of its own",
+            ),
+            (
+                passes && self.passes != default.passes,
+                "passes",
+                "a fixed number of passes",
+            ),
+        ];
+        let first = given.into_iter().find(|(given, ..)| *given);
+        first.map(|(_, option, has)| (option, has))
     }
 }
 
@@ -215,5 +261,26 @@ mod tests {
             o.metric = MetricKind::Gram;
         });
         assert!(found.contains("--metric"), "{found}");
+        let of = |method, change: fn(&mut SynthesisOptions)| {
+            message(|o| {
+                o.method = method;
+                change(o);
+            })
+        };
+        let found = of(Method::Multiscale, |o| o.passes = 2);
+        assert!(
+            found.contains("this one has a fixed number of passes"),
+            "{found}"
+        );
+        let found = of(Method::Coherent, |o| o.levels = Some(2));
+        assert!(
+            found.contains("--levels: given with --method coherent"),
+            "{found}"
+        );
+        let found = of(Method::Coherent, |o| o.multiscale.matches = 4);
+        assert!(
+            found.contains("--matches: given with --method coherent"),
+            "{found}"
+        );
     }
 }

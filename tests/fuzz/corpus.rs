@@ -24,6 +24,7 @@ use mesotex::format::image::{Encoding, FloatImage, Precision};
 use mesotex::format::{npy, npz};
 use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::TextonLabel;
+use mesotex::maps::AtlasMap;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::reading::{CleaningOptions, UserMesh, clean, parse};
 use mesotex::mesh::triangle_mesh::TriangleMesh;
@@ -358,6 +359,53 @@ pub fn map() -> Vec<u8> {
     file_bytes("a.map.ply", |path| map.write(path).unwrap())
 }
 
+/// The files of an atlas of 2 × 2 texels, three of them in its one chart.
+pub fn atlas() -> [(&'static str, Vec<u8>); 4] {
+    let id = ContentId::of_bytes(b"x");
+    let inside = |texel: usize| texel != 1;
+    let vectors = |vector: Vec3| {
+        (0..4)
+            .map(|at| if inside(at) { vector } else { Vec3::ZERO })
+            .collect()
+    };
+    let coord = TexCoord { s: 1.5, t: 0.5 };
+    let map = AtlasMap {
+        mesh: TriangleMesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]],
+        },
+        vertex_normals: vec![Vec3::Z; 3],
+        corner_uvs: vec![[glam::Vec2::ZERO, glam::Vec2::X, glam::Vec2::Y]],
+        chart_of: vec![0],
+        origin: glam::DVec3::ZERO,
+        width: 2,
+        height: 2,
+        chart: vec![0, -1, 0, 0],
+        position: vectors(Vec3::X),
+        normal: vectors(Vec3::Z),
+        orientation: vectors(Vec3::X),
+        coords: (0..4).map(|texel| inside(texel).then_some(coord)).collect(),
+        textons: vec![
+            TextonLabel(3),
+            TextonLabel::NONE,
+            TextonLabel(1),
+            TextonLabel(0),
+        ],
+        scale: None,
+        exemplar: [8, 8],
+        tileable: false,
+        texel: 0.5,
+        seed: 7,
+        method: "coherent".into(),
+        sample: id.clone(),
+        space: id,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    map.write_into(folder.path(), Vec::new()).unwrap();
+    ["atlas.json", "coords.npy", "texton.npy", "surface.npz"]
+        .map(|name| (name, fs::read(folder.path().join(name)).unwrap()))
+}
+
 /// A small patch of surface, read and cleaned.
 pub fn user_mesh() -> UserMesh {
     let mut text = String::new();
@@ -384,6 +432,7 @@ pub fn glb() -> Vec<u8> {
         positions: &CORNERS,
         normals: &[[0., 0., 1.]; 4],
         triangles: &FACES,
+        ..GltfMesh::default()
     };
     file_bytes("a.glb", |path| gltf::write(path, &mesh).unwrap())
 }

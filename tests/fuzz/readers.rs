@@ -18,6 +18,7 @@ use mesotex::format::guard::guarded;
 use mesotex::format::{exr, image as images, json, npy};
 use mesotex::grid::TexCoord;
 use mesotex::index::Level;
+use mesotex::maps::AtlasMap;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::field::guides::GuideFile;
 use mesotex::mesh::reading;
@@ -93,6 +94,7 @@ pub fn readers() -> Vec<Reader> {
     readers.extend(mesh_readers());
     readers.extend(text_readers());
     readers.extend(product_readers());
+    readers.extend(atlas_readers());
     readers.extend(surface_readers());
     readers
 }
@@ -276,6 +278,29 @@ fn product_readers() -> Vec<Reader> {
             SurfaceTextonMap::read,
         ),
     ]
+}
+
+/// One reader for each file of an atlas, the others beside it.
+fn atlas_readers() -> Vec<Reader> {
+    let files = [
+        ("a.atlas/atlas.json", Content::Json),
+        ("a.atlas/coords.npy", Content::Text),
+        ("a.atlas/texton.npy", Content::Text),
+        ("a.atlas/surface.npz", Content::Zip),
+    ];
+    let all = corpus::atlas();
+    let read = |path: &Path| AtlasMap::read(path.parent().unwrap());
+    let one = |(at, (place, content)): (usize, (&'static str, Content))| {
+        let one = reader(place, content, place, vec![all[at].1.clone()], read);
+        let others = files
+            .iter()
+            .zip(&all)
+            .filter(|((other, _), _)| *other != place);
+        others.fold(one, |one, ((other, _), (_, bytes))| {
+            one.beside(other, bytes.clone())
+        })
+    };
+    files.into_iter().enumerate().map(one).collect()
 }
 
 /// Reads a table and lays out the windows it describes, as synthesis does.

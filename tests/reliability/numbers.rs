@@ -199,6 +199,7 @@ fn mesh_files_give_coordinates_back() {
         normals: &positions,
         uvs: None,
         triangles: &triangles,
+        ..GltfMesh::default()
     };
     gltf::write(&path("a.glb"), &mesh).unwrap();
 

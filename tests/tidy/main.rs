@@ -19,13 +19,14 @@ const GROUND: [&str; 7] = [
 ];
 
 /// Each room and what it may import beside itself and the ground (docs/architecture.md).
-const ROOMS: [(&str, &[&str]); 10] = [
+const ROOMS: [(&str, &[&str]); 11] = [
     ("btf", &[]),
     ("texton", &["btf"]),
     ("exemplar", &["btf", "texton"]),
     ("mesh", &[]),
     ("sites", &["mesh"]),
     ("maps", &["mesh"]),
+    ("textures", &["exemplar", "mesh", "maps"]),
     ("synthesis", &["exemplar", "mesh", "sites", "maps"]),
     ("render", &["btf", "mesh", "maps"]),
     ("report", &[]),
@@ -38,6 +39,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
             "mesh",
             "sites",
             "maps",
+            "textures",
             "synthesis",
             "render",
             "report",

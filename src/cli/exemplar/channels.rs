@@ -93,18 +93,15 @@ pub(super) fn read(arguments: &Arguments, reader: &mut ImageReader) -> Result<Ve
             _ if arguments.own_light(index) => Some(ChannelKind::Color),
             _ => arguments.kind(index),
         };
-        let (kind, ReadImage { image, alpha, .. }) = match stated {
-            Some(kind) => (kind, read_stated(path, kind, encoding, reader)?),
-            None => read_told(path, shown[index], encoding, reader)?,
-        };
+        let (kind, ReadImage { image, alpha, .. }) =
+            read_one(path, (stated, shown[index]), encoding, reader)?;
         if let Some(first) = channels.first().map(|channel| &channel.image) {
             check_size(&image, [first.width, first.height], path)?;
         }
         let weight = weights::of_image(&arguments.weights, index);
-        let alpha = alpha.map(|alpha| alpha_image(&image, alpha));
+        let alpha = alpha_image(&image, alpha, path)?;
         add(&mut channels, kind, weight, shaped(image, kind, path)?);
         if let Some(alpha) = alpha {
-            alpha.check_finite().map_err(|error| error.in_file(path))?;
             add(&mut channels, ChannelKind::Alpha, weight, alpha);
         }
     }
@@ -124,6 +121,19 @@ fn add(channels: &mut Vec<ChannelImage>, kind: ChannelKind, weight: f64, image: 
         channel.name = format!("{}-{}", kind.name(), before + 1);
     }
     channels.push(channel);
+}
+
+/// An image of the kind that is stated, or else of the one told by what its name says it shows.
+pub(in crate::cli) fn read_one(
+    path: &Path,
+    (stated, shown): (Option<ChannelKind>, Option<Shown>),
+    encoding: ImageEncoding,
+    reader: &mut ImageReader,
+) -> Result<(ChannelKind, ReadImage)> {
+    match stated {
+        Some(kind) => Ok((kind, read_stated(path, kind, encoding, reader)?)),
+        None => read_told(path, shown, encoding, reader),
+    }
 }
 
 /// An image whose kind is known.
@@ -181,7 +191,11 @@ fn first_coloured(image: &FloatImage) -> Option<usize> {
 }
 
 /// The image with as many numbers per texel as its kind has.
-pub(super) fn shaped(image: FloatImage, kind: ChannelKind, path: &Path) -> Result<FloatImage> {
+pub(in crate::cli) fn shaped(
+    image: FloatImage,
+    kind: ChannelKind,
+    path: &Path,
+) -> Result<FloatImage> {
     if kind.counts().contains(&image.channels) {
         return Ok(image);
     }
@@ -209,11 +223,21 @@ pub(super) fn grey(image: FloatImage, path: &Path) -> Result<FloatImage> {
     .in_file(path))
 }
 
-fn alpha_image(image: &FloatImage, alpha: Vec<f32>) -> FloatImage {
-    FloatImage {
+/// The alpha of an image that was read, as an image of its own.
+pub(in crate::cli) fn alpha_image(
+    image: &FloatImage,
+    alpha: Option<Vec<f32>>,
+    path: &Path,
+) -> Result<Option<FloatImage>> {
+    let Some(data) = alpha else {
+        return Ok(None);
+    };
+    let alpha = FloatImage {
         channels: 1,
-        data: alpha,
+        data,
         encoding: Encoding::Data,
         ..*image
-    }
+    };
+    alpha.check_finite().map_err(|error| error.in_file(path))?;
+    Ok(Some(alpha))
 }

@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use crate::cli::exemplar::arguments::Arguments;
 use crate::cli::exemplar::option_values::AlphaOption;
 use crate::error::{Error, Result};
 use crate::format::image::{
-    self, Alpha, Flags, FloatImage, Notes, Purpose, ReadImage, ReadOptions, SourceEncoding,
+    self, Alpha, Flags, FloatImage, Notes, Orientation, Purpose, ReadImage, ReadOptions,
+    SourceEncoding,
 };
 use crate::progress::Progress;
 
 /// Reads images as the command's options say.
-pub(super) struct ImageReader {
+pub(in crate::cli) struct ImageReader {
     options: ReadOptions,
     notes: Notes,
     layer_taken: bool,
@@ -20,16 +20,21 @@ pub(super) struct ImageReader {
 }
 
 impl ImageReader {
-    pub(super) fn new(arguments: &Arguments) -> Self {
+    /// Options as the flags of the same names have them.
+    pub(in crate::cli) fn new(
+        orientation: Orientation,
+        alpha: AlphaOption,
+        layer: Option<String>,
+    ) -> Self {
         Self {
             options: ReadOptions {
-                orientation: arguments.orientation,
-                alpha: match arguments.alpha {
+                orientation,
+                alpha: match alpha {
                     AlphaOption::Refuse => Alpha::Refuse,
                     AlphaOption::Ignore => Alpha::Ignore,
                     AlphaOption::Keep => Alpha::Keep,
                 },
-                layer: arguments.layer.clone(),
+                layer,
                 flags: Flags {
                     layer: "--layer",
                     encoding: "--encoding",
@@ -40,7 +45,7 @@ impl ImageReader {
             },
             notes: Notes::default(),
             layer_taken: false,
-            lacks_alpha: arguments.alpha == AlphaOption::Keep,
+            lacks_alpha: alpha == AlphaOption::Keep,
         }
     }
 
@@ -83,7 +88,7 @@ impl ImageReader {
     }
 
     /// Tells the notes, and refuses options that no image was touched by.
-    pub(super) fn finish(self, progress: &Progress<'_>) -> Result<()> {
+    pub(in crate::cli) fn finish(self, progress: &Progress<'_>) -> Result<()> {
         self.notes.warn(progress);
         if self.lacks_alpha {
             return Err(Error::option(

@@ -9,6 +9,8 @@ use crate::btf::sample::DESCRIPTION;
 use crate::cli::info::material;
 use crate::cli::run::scene::SECTIONS;
 use crate::error::{Error, Result};
+use crate::maps::atlas_map::ATLAS_FOLDER;
+use crate::textures::folder::TEXTURES_FOLDER;
 
 /// How much of a file is looked at.
 const START: u64 = 4096;
@@ -17,6 +19,8 @@ const START: u64 = 4096;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Sample,
+    Atlas,
+    Textures,
     Map,
     Mesh,
     Archive,
@@ -32,7 +36,7 @@ pub enum Kind {
 }
 
 /// What `info` knows, for errors.
-const KNOWN: &str = "a sample (X.sample), a folder of maps or a material recipe (.toml), a scene (.toml), \
+const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
     a capture (a folder with a list, .lp, .csv), a table of directions or a camera path (.csv, .json), a \
     folder of frames, an archive of ours (.npz), an array (.npy), a mesh or a surface texton map (PLY, OBJ, \
     STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
@@ -50,6 +54,12 @@ impl Kind {
     pub fn of(path: &Path) -> Result<Self> {
         if path.join(DESCRIPTION).is_file() {
             return Ok(Self::Sample);
+        }
+        if path.join(ATLAS_FOLDER.description).is_file() {
+            return Ok(Self::Atlas);
+        }
+        if TEXTURES_FOLDER.is_told_by(path) {
+            return Ok(Self::Textures);
         }
         let metadata = fs::metadata(path).map_err(Error::io(path, "read"))?;
         if metadata.is_dir() {

@@ -1,6 +1,7 @@
 //! `mesotex info`: what a file holds, and whether it is sound.
 
 mod archive;
+mod atlas;
 mod capture;
 mod image;
 mod json;
@@ -22,13 +23,15 @@ use crate::error::{Error, Result};
 use crate::format::atomic::folder::{is_set_aside, repair};
 use crate::format::lock::OutputLock;
 use crate::format::npy;
+use crate::textures::folder::TEXTURES_FOLDER;
 
 /// What a file holds, and whether it is sound: every number is read and checked.
 ///
 /// Takes a sample, a texton vocabulary, a surface texton space, a neighbour table, a surface texton
-/// map, a mesh, an .npy array, an OpenEXR frame or any other image; a folder of maps or a material file
-/// (which file plays which role, and why others play none); a capture, by its folder or list; a scene
-/// (its stages and products); a table of directions, a camera path, and the JSON files of this program.
+/// map, an atlas or other folder of textures, a mesh, an .npy array, an OpenEXR frame or any other image;
+/// a folder of maps or a material file (which file plays which role, and why others play none); a capture,
+/// by its folder or list; a scene (its stages and products); a table of directions, a camera path, and the
+/// JSON files of this program.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex info weave.sample
@@ -60,6 +63,8 @@ impl Arguments {
         }
         match kind {
             Kind::Sample => sample::describe(&self.path, session.progress()),
+            Kind::Atlas => atlas::describe(&self.path),
+            Kind::Textures => atlas::describe_textures(&self.path, &TEXTURES_FOLDER),
             Kind::Map => map::describe(&self.path, self.against.as_deref()),
             Kind::Mesh => mesh::describe(&self.path, session.progress()),
             Kind::Archive => archive::describe(&self.path),

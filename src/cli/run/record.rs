@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::btf::sample;
-use crate::btf::writer::{foreign_member, objection_to_replacing};
 use crate::cli::outputs::{Files, Output, Product};
 use crate::cli::run::known_files::KnownFiles;
 use crate::error::{Error, Result};
@@ -193,7 +192,7 @@ impl Record {
 /// Every file a stage wrote.
 fn written(files: &Files, inside: &[PathBuf]) -> Vec<PathBuf> {
     let own = files.writes.iter().flat_map(|output| match output.product {
-        Product::Sample => sample::files_of(&output.path).to_vec(),
+        Product::Folder(kind) => kind.files(&output.path),
         Product::Frames => Vec::new(),
         Product::File(_) => vec![output.path.clone()],
     });
@@ -208,12 +207,11 @@ fn is_strange(output: &Output, path: &Path) -> Result<bool> {
         (Product::Frames, Some("exr")) => Format::Frame,
         (Product::Frames, Some("png")) => Format::Picture,
         (Product::Frames, _) => return Ok(false),
-        (Product::Sample, _) => {
-            // A folder that holds more than a sample stays whole; the command refuses it.
+        (Product::Folder(kind), _) => {
+            // A folder that holds more than its kind stays whole; the command refuses it.
             let folder = &output.path;
-            let look = || {
-                Ok(foreign_member(folder)?.is_none() && objection_to_replacing(folder)?.is_some())
-            };
+            let look =
+                || Ok(kind.foreign_member(folder)?.is_none() && kind.objection(folder)?.is_some());
             return look().map_err(Error::io(folder, "read"));
         }
     };

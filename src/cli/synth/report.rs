@@ -7,6 +7,7 @@ use serde_json::json;
 
 use crate::cli::outcome::Outcome;
 use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::sites::target::{Target, TargetSites};
 use crate::synthesis::check::Plan;
 use crate::synthesis::options::{Method, SynthesisOptions};
 use crate::synthesis::quality::Quality;
@@ -30,10 +31,63 @@ pub struct Report {
     method: &'static str,
     /// Whether circles were marched, where the method has them.
     circles: Option<&'static str>,
+    /// Of an atlas.
+    #[serde(flatten)]
+    atlas: Option<AtlasFigures>,
     options: SynthesisOptions,
     #[serde(flatten)]
     quality: Quality,
     metric_agreement: Option<Agreement>,
+}
+
+/// How the neighbourhoods of an atlas were sampled at the finest level.
+#[derive(Clone, Debug, Serialize)]
+pub struct AtlasFigures {
+    /// Texels along each side.
+    resolution: u32,
+    /// Charts.
+    charts: usize,
+    /// The mean stretch of the samples, and that of the best 95 % of texels at the most.
+    stretch_mean: f32,
+    stretch_95: f32,
+    /// Shares of samples beyond the surface, and without a place in a chart.
+    samples_outside: f64,
+    samples_marched: f64,
+}
+
+impl AtlasFigures {
+    /// The figures of a target, if it is an atlas.
+    pub fn of(target: &Target) -> Option<Self> {
+        let (TargetSites::Atlas(sites), Some(atlas)) = (&target.sites, &target.surface.atlas)
+        else {
+            return None;
+        };
+        let finest = sites.levels.first()?;
+        let mut stretch = atlas.stretch(finest);
+        stretch.retain(|stretch| stretch.is_finite());
+        stretch.sort_by(f32::total_cmp);
+        let counts = atlas.counts.first()?;
+        let share = |of: u64| of as f64 / (counts.valued + counts.outside).max(1) as f64;
+        Some(Self {
+            resolution: atlas.points.width,
+            charts: atlas.atlas.charts,
+            stretch_mean: stretch.iter().sum::<f32>() / stretch.len().max(1) as f32,
+            stretch_95: stretch
+                .get(stretch.len() * 95 / 100)
+                .copied()
+                .unwrap_or(0.0),
+            samples_outside: share(counts.outside),
+            samples_marched: share(counts.marched),
+        })
+    }
+
+    fn line(&self) -> String {
+        format!(
+            "{0}x{0} texels, {1} charts: samples stretch the texture by {2:.3} on the average, by no more than {3:.3} \
+             at 95 % of texels",
+            self.resolution, self.charts, self.stretch_mean, self.stretch_95
+        )
+    }
 }
 
 /// How long it took.
@@ -59,7 +113,7 @@ impl Report {
         map: &SurfaceTextonMap,
         options: &SynthesisOptions,
         plan: &Plan,
-        circles: Option<&'static str>,
+        (circles, atlas): (Option<&'static str>, Option<AtlasFigures>),
         quality: Quality,
         metric_agreement: Option<Agreement>,
     ) -> Self {
@@ -74,6 +128,7 @@ impl Report {
             levels: plan.levels,
             method: options.method.name(),
             circles,
+            atlas,
             options: options.clone(),
             quality,
             metric_agreement,
@@ -87,8 +142,12 @@ impl Report {
         let Seconds { prepare, synthesis } = seconds;
         let mut outcome = Outcome::default()
             .line(format!(
-                "{} vertices, {} levels{}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
+                "{} {}, {} levels{}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
                 self.vertices,
+                match self.atlas {
+                    Some(_) => "texels",
+                    None => "vertices",
+                },
                 self.levels,
                 self.k.map_or(String::new(), |k| format!(", k {k}"))
             ))
@@ -102,6 +161,9 @@ impl Report {
                 "energy {:.3} of a random map's, {:.3} of the best texels' (at {} sites)",
                 found.energy, found.energy_ratio_full, found.energy_sites
             ));
+        }
+        if let Some(atlas) = &self.atlas {
+            outcome = outcome.line(atlas.line());
         }
         if let Some(circles) = self.circles {
             outcome = outcome.line(format!("circles round every vertex: {circles}"));

@@ -13,6 +13,8 @@ use crate::exemplar::space::Space;
 use crate::maps::vertex_map::check_scale;
 use crate::mesh::reading::{UserMesh, varying};
 use crate::neighborhood::{Neighborhood, window_width};
+use crate::sites::atlas;
+use crate::sites::atlas::options::AtlasOptions;
 use crate::sites::grid::target::GridTarget;
 use crate::sites::target::{Target, TargetSites};
 use crate::sites::vertices::cache;
@@ -20,6 +22,7 @@ use crate::sites::vertices::circles::{CircleSource, RoundOptions};
 use crate::sites::vertices::memory::{bytes_to_march, bytes_to_prepare};
 use crate::sites::vertices::surface;
 use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
+use crate::synthesis::check::neighborhoods;
 use crate::synthesis::memory;
 use crate::synthesis::options::{Method, SynthesisOptions};
 
@@ -41,6 +44,8 @@ pub enum Onto {
     Vertices,
     /// A flat grid, of the size that --grid says
     Grid,
+    /// The texels of a texture atlas over the mesh
+    Atlas,
 }
 
 /// A target ready for synthesis, and how it came about.
@@ -69,21 +74,27 @@ pub struct TargetArguments {
     pub border: Border,
     #[command(flatten)]
     pub surface: SurfaceOptions,
+    #[command(flatten)]
+    pub atlas: AtlasOptions,
 }
 
 impl TargetArguments {
     /// Refuses sites that the target does not have, and options that would change nothing.
     pub fn check(&self, method: Method) -> Result<()> {
         let (surface, default) = (&self.surface, SurfaceOptions::default());
-        let has_pyramid = self.grid.is_none() && method != Method::Adaptive;
+        let is_atlas = self.is_atlas();
+        let has_one_mesh = is_atlas || matches!(method, Method::Adaptive | Method::Coherent);
+        let has_pyramid = self.grid.is_none() && !has_one_mesh;
         let of_mesh = "a mesh; on a grid a site is a texel, and s runs along its rows";
         let of_pyramid = "a mesh and a method that retiles it: creases are lines of coarser levels";
+        let of_vertices = "the vertices of a mesh; an atlas has --texture-scale, and a grid none";
+        let (default_atlas, of_atlas) = (AtlasOptions::default(), "--onto atlas beside it");
         let given = [
             (
                 "texel",
                 surface.texel.is_some(),
-                self.grid.is_none(),
-                of_mesh,
+                self.grid.is_none() && !is_atlas,
+                of_vertices,
             ),
             (
                 "direction",
@@ -109,11 +120,37 @@ impl TargetArguments {
                 has_pyramid,
                 of_pyramid,
             ),
+            (
+                "resolution",
+                self.atlas.resolution != default_atlas.resolution,
+                is_atlas,
+                of_atlas,
+            ),
+            (
+                "texture-scale",
+                self.atlas.texture_scale != default_atlas.texture_scale,
+                is_atlas,
+                of_atlas,
+            ),
+            ("unwrap", self.atlas.unwrap, is_atlas, of_atlas),
+            (
+                "sampling",
+                self.atlas.sampling != default_atlas.sampling,
+                is_atlas,
+                of_atlas,
+            ),
         ];
         let idle = given.iter().find(|(_, given, used, _)| *given && !used);
         if let Some((name, .., expected)) = idle {
             let found = format!("given for {}", self.named(method));
             return Err(Error::option(*name, found, *expected));
+        }
+        if is_atlas && method == Method::Adaptive {
+            return Err(Error::option(
+                "onto",
+                "atlas with --method adaptive, whose neighbourhoods are round",
+                "vertices or grid, or another --method",
+            ));
         }
         match (self.onto, self.grid) {
             (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH beside it")),
@@ -122,14 +159,21 @@ impl TargetArguments {
                 "vertices, but --grid has none",
                 "a mesh, or --onto grid",
             )),
+            (Some(Onto::Atlas), Some(_)) => Err(Error::option(
+                "onto",
+                "atlas, but --grid has none",
+                "a mesh, or --onto grid",
+            )),
+            (Some(Onto::Atlas), None) => self.atlas.validate(),
             _ => Ok(()),
         }
     }
 
     fn named(&self, method: Method) -> String {
-        match self.grid {
-            Some(_) => "a flat grid".into(),
-            None => format!("--method {}", method.name()),
+        match (self.grid, self.onto) {
+            (Some(_), _) => "a flat grid".into(),
+            (None, Some(Onto::Atlas)) => "--onto atlas".into(),
+            (None, _) => format!("--method {}", method.name()),
         }
     }
 
@@ -142,66 +186,99 @@ impl TargetArguments {
         session: &Session,
     ) -> Result<Prepared> {
         let exemplar = memory::exemplar_bytes(space, table);
-        let levels = options
-            .levels
-            .map_or(table.levels.len(), |levels| levels as usize);
-        let of_table = |target| Prepared {
-            target,
-            circles: None,
+        let windows = Windows {
+            own: neighborhoods(space, table, options)?,
+            measured: table.neighborhoods().swap_remove(0),
         };
-        let neighborhoods = table.neighborhoods();
-        let is_round = options.method == Method::Adaptive;
-        let levels_of_round = options.adaptive_levels(space.levels.len());
+        let round = (options.method == Method::Adaptive).then(|| RoundOptions {
+            rings: options.adaptive.rings,
+            levels: options.adaptive_levels(space.levels.len()) as u32,
+            texel: self.surface.texel,
+            guides: self.surface.guides(),
+            seed: session.seed(),
+        });
         match (&self.mesh, self.grid) {
-            (_, Some(_)) => {
-                let grid = self.checked_grid(exemplar)?;
-                Ok(of_table(match is_round {
-                    true => {
-                        let width = window_width(&neighborhoods[0].offsets);
-                        let rings = (options.adaptive.rings, levels_of_round);
-                        Target::round_grid(grid, rings, Neighborhood::square(width, 0))?
-                    }
-                    false => Target::grid(grid, &neighborhoods[..levels])?,
-                }))
-            }
-            (Some(path), None) if is_round => {
+            (_, Some(_)) => Ok(Prepared {
+                target: self.grid_target(&windows, round.as_ref(), exemplar)?,
+                circles: None,
+            }),
+            (Some(path), None) if self.is_atlas() => {
                 let user = crate::mesh::reading::read(path, session.progress())?;
-                let round = RoundOptions {
-                    rings: options.adaptive.rings,
-                    levels: levels_of_round as u32,
-                    texel: self.surface.texel,
-                    guides: self.surface.guides(),
-                    seed: session.seed(),
-                };
-                let round = RoundMesh {
+                let mesh = MeshTarget {
                     path,
                     user: &user,
-                    options: &round,
                     exemplar,
+                    session,
                 };
-                let mut prepared = round.prepare(session)?;
-                if is_measured {
-                    let options = self.surface_options(&neighborhoods[..1], session);
-                    let target = &mut prepared.target;
-                    target.measured =
-                        Some(measured_sites(path, &user, &options, exemplar, session)?);
+                let mut target = mesh.prepare_atlas(&self.atlas_options(&windows.own, session))?;
+                if is_measured && windows.are_others_measured() {
+                    let measured = std::slice::from_ref(&windows.measured);
+                    let options = self.atlas_options(measured, session);
+                    target.measured = Some(mesh.prepare_atlas(&options)?.sites);
                 }
-                Ok(prepared)
+                Ok(Prepared {
+                    target,
+                    circles: None,
+                })
             }
             (Some(path), None) => {
                 let user = crate::mesh::reading::read(path, session.progress())?;
-                let options = self.surface_options(&neighborhoods[..levels], session);
-                check_mesh(path, &user, &options, exemplar)?;
-                let cache = cache::folder_of(path);
-                Target::mesh(&user, &options, Some(&cache), session.progress())
-                    .map(of_table)
-                    .map_err(|error| error.in_file(path))
+                let mesh = MeshTarget {
+                    path,
+                    user: &user,
+                    exemplar,
+                    session,
+                };
+                let mut prepared = match &round {
+                    Some(round) => mesh.prepare_round(round)?,
+                    None => mesh.prepare(&self.surface_options(&windows.own, session))?,
+                };
+                if is_measured && windows.are_others_measured() {
+                    let measured = std::slice::from_ref(&windows.measured);
+                    let options = self.surface_options(measured, session);
+                    prepared.target.measured = Some(mesh.measured_sites(&options)?);
+                }
+                Ok(prepared)
             }
             (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
         }
     }
 
-    /// How a mesh is prepared for the neighbourhoods of a table.
+    /// Whether sites are texels of an atlas.
+    pub fn is_atlas(&self) -> bool {
+        self.onto == Some(Onto::Atlas)
+    }
+
+    /// How an atlas is prepared for square windows.
+    fn atlas_options(&self, neighborhoods: &[Neighborhood], session: &Session) -> AtlasOptions {
+        AtlasOptions {
+            guides: self.surface.guides(),
+            seed: session.seed(),
+            ..self.atlas.clone().with_neighborhoods(neighborhoods)
+        }
+    }
+
+    /// A flat grid, round neighbourhoods on it if asked for.
+    fn grid_target(
+        &self,
+        windows: &Windows,
+        round: Option<&RoundOptions>,
+        exemplar: u64,
+    ) -> Result<Target> {
+        let grid = self.checked_grid(exemplar)?;
+        let width = window_width(&windows.measured.offsets);
+        let measured = Neighborhood::square(width, 0);
+        if let Some(round) = round {
+            return Target::round_grid(grid, (round.rings, round.levels as usize), measured);
+        }
+        let mut target = Target::grid(grid, &windows.own)?;
+        if windows.are_others_measured() {
+            target.measured = Some(TargetSites::Grid(grid.hierarchy(&[measured])?));
+        }
+        Ok(target)
+    }
+
+    /// How a mesh is prepared for square windows.
     fn surface_options(&self, neighborhoods: &[Neighborhood], session: &Session) -> SurfaceOptions {
         SurfaceOptions {
             seed: session.seed(),
@@ -227,17 +304,63 @@ impl TargetArguments {
     }
 }
 
-/// A mesh that gets round neighbourhoods.
-struct RoundMesh<'a> {
-    path: &'a Path,
-    user: &'a UserMesh,
-    options: &'a RoundOptions,
-    exemplar: u64,
+/// The square windows of a target.
+struct Windows {
+    /// What the method compares, level by level; none where its neighbourhoods are round.
+    own: Vec<Neighborhood>,
+    /// The table's on level 0, in which a map is measured.
+    measured: Neighborhood,
 }
 
-impl RoundMesh<'_> {
-    fn prepare(&self, session: &Session) -> Result<Prepared> {
-        let (user, options) = (self.user, self.options);
+impl Windows {
+    /// Whether a map is measured in another window than the method compares on level 0.
+    fn are_others_measured(&self) -> bool {
+        let own = self.own.first().map(|own| &own.offsets);
+        own != Some(&self.measured.offsets)
+    }
+}
+
+/// A mesh that becomes a target.
+struct MeshTarget<'a> {
+    path: &'a Path,
+    user: &'a UserMesh,
+    exemplar: u64,
+    session: &'a Session,
+}
+
+impl MeshTarget<'_> {
+    /// With square windows.
+    fn prepare(&self, options: &SurfaceOptions) -> Result<Prepared> {
+        check_mesh(self.path, self.user, options, self.exemplar)?;
+        let cache = cache::folder_of(self.path);
+        let target = Target::mesh(self.user, options, Some(&cache), self.session.progress())
+            .map_err(|error| error.in_file(self.path))?;
+        Ok(Prepared {
+            target,
+            circles: None,
+        })
+    }
+
+    /// Its texture atlas.
+    fn prepare_atlas(&self, options: &AtlasOptions) -> Result<Target> {
+        options.validate()?;
+        check_memory(
+            "resolution",
+            format!("{0}x{0} texels", options.resolution),
+            self.exemplar + atlas::memory::bytes_to_prepare(self.user, options),
+            "a lower --resolution, or a table of a smaller knn --neighborhood",
+        )?;
+        let in_file = |error: Error| error.in_file(self.path);
+        let target = Target::atlas(self.user, options, self.session.progress()).map_err(in_file)?;
+        if let Some(scale) = &target.surface.scale {
+            check_scale(scale, target.surface.texel).map_err(in_file)?;
+        }
+        Ok(target)
+    }
+
+    /// With round neighbourhoods.
+    fn prepare_round(&self, options: &RoundOptions) -> Result<Prepared> {
+        let user = self.user;
         let texel = texel_on(&user.mesh, options.texel)?;
         check_memory(
             "rings",
@@ -249,28 +372,24 @@ impl RoundMesh<'_> {
             "fewer --rings or --levels, a smaller --texel, or a mesh of fewer vertices",
         )?;
         let cache = cache::folder_of(self.path);
-        let (target, source) = Target::round_mesh(user, options, Some(&cache), session.progress())
+        let progress = self.session.progress();
+        let (target, source) = Target::round_mesh(user, options, Some(&cache), progress)
             .map_err(|error| error.in_file(self.path))?;
         Ok(Prepared {
             target,
             circles: Some(source),
         })
     }
-}
 
-/// The vertices of a mesh with square windows on one level, in which a map is measured.
-fn measured_sites(
-    path: &Path,
-    user: &UserMesh,
-    options: &SurfaceOptions,
-    exemplar: u64,
-    session: &Session,
-) -> Result<TargetSites> {
-    check_mesh(path, user, options, exemplar)?;
-    let cache = cache::folder_of(path);
-    let surface = surface::prepare(user, options, Some(&cache), session.progress())
-        .map_err(|error| error.in_file(path))?;
-    Ok(TargetSites::Vertices(surface.hierarchy))
+    /// Its vertices with square windows on one level, in which a map is measured.
+    fn measured_sites(&self, options: &SurfaceOptions) -> Result<TargetSites> {
+        check_mesh(self.path, self.user, options, self.exemplar)?;
+        let cache = cache::folder_of(self.path);
+        let progress = self.session.progress();
+        let surface = surface::prepare(self.user, options, Some(&cache), progress)
+            .map_err(|error| error.in_file(self.path))?;
+        Ok(TargetSites::Vertices(surface.hierarchy))
+    }
 }
 
 /// Refuses a mesh whose scale makes no texel, and one that this machine has too little memory for.

@@ -43,10 +43,7 @@ fn parse_channel(entry: &Value) -> Result<Channel> {
     let kind = text("kind", ChannelKind::all_names())?;
     Ok(Channel {
         name: text("name", "text".into())?.into(),
-        kind: ChannelKind::ALL
-            .into_iter()
-            .find(|known| known.name() == kind)
-            .ok_or_else(|| fault("kind", ChannelKind::all_names()))?,
+        kind: ChannelKind::named(kind).ok_or_else(|| fault("kind", ChannelKind::all_names()))?,
         first: whole("first")?,
         count: whole("count")?,
         weight: real("weight")?,

@@ -69,6 +69,11 @@ impl FolderInProgress {
         self.keep_partial = false;
     }
 
+    /// Where the folder lies while it is under construction.
+    pub fn path(&self) -> &Path {
+        &self.partial
+    }
+
     /// Where to write a member of the folder while it is under construction.
     pub fn member(&self, name: &str) -> PathBuf {
         self.partial.join(name)

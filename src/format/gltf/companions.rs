@@ -87,6 +87,7 @@ mod tests {
             positions: &points,
             normals: &points,
             triangles: &[],
+            ..GltfMesh::default()
         };
         gltf::write(&path, &mesh).unwrap();
         let description = description_of(File::open(&path).unwrap()).unwrap();

@@ -74,6 +74,11 @@ impl Sites<1> for GridSites {
         Some(self.neighbors.colors())
     }
 
+    /// Row by row.
+    fn scan_lines(&self) -> Option<Vec<u32>> {
+        Some((0..self.count() as u32).collect())
+    }
+
     fn digest(&self, hasher: &mut blake3::Hasher) {
         hasher.update_rayon(bytemuck::cast_slice(&self.parents));
         hasher.update(format!("{:?}", self.fine).as_bytes());

@@ -21,7 +21,7 @@ pub(crate) mod memory;
 mod parents;
 pub mod patches;
 mod prepared_surface;
-mod sampling;
+pub(crate) mod sampling;
 pub mod stencil;
 pub mod stretch;
 pub mod surface;

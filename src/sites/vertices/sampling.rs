@@ -151,6 +151,18 @@ impl<'a> Sampler<'a> {
         texel: f32,
         out: &mut Vec<PackedSample>,
     ) -> SampleCounts {
+        self.locate_drawn(grower, placed, |position| position / texel, out)
+    }
+
+    /// Like [`locate`](Self::locate) in any drawing of the chart: `draw` takes a position of the chart to the
+    /// template's plane and keeps the orientation.
+    pub fn locate_drawn(
+        &mut self,
+        grower: &ChartGrower,
+        placed: &[Placed],
+        draw: impl Fn(Vec2) -> Vec2,
+        out: &mut Vec<PackedSample>,
+    ) -> SampleCounts {
         self.found.clear();
         self.found.resize(self.template.len(), Found::Nothing);
         for from in placed {
@@ -158,7 +170,7 @@ impl<'a> Sampler<'a> {
             for spoke in spokes.iter().filter(|spoke| spoke.triangle != NONE) {
                 let corners = self.mesh.triangles[spoke.triangle as usize];
                 if corners.iter().all(|&corner| corner >= from.vertex) {
-                    self.visit_triangle(grower, spoke.triangle, texel);
+                    self.visit_triangle(grower, spoke.triangle, &draw);
                 }
             }
         }
@@ -177,13 +189,18 @@ impl<'a> Sampler<'a> {
         PackedSample::new(spoke.triangle, weights)
     }
 
-    fn visit_triangle(&mut self, grower: &ChartGrower, triangle: u32, texel: f32) {
+    fn visit_triangle(
+        &mut self,
+        grower: &ChartGrower,
+        triangle: u32,
+        draw: &impl Fn(Vec2) -> Vec2,
+    ) {
         let ids = self.mesh.triangles[triangle as usize];
         let [Some(a), Some(b), Some(c)] = ids.map(|id| grower.position_of(id)) else {
             return;
         };
         let chart = [a, b, c];
-        let [a, b, c] = chart.map(|p| p / texel);
+        let [a, b, c] = chart.map(draw);
         let doubled = (b - a).perp_dot(c - a);
         if doubled == 0.0 {
             return;

@@ -65,6 +65,19 @@ pub fn stretch(
     pairs: &[[usize; 2]],
     texels: &[f32],
 ) -> Vec<f32> {
+    stretch_of_places(template, pairs, texels, |vertex, places| {
+        places.extend(stencils.of_site(vertex).map(|sample| place(mesh, sample)));
+    })
+}
+
+/// Like [`stretch`] for any sites: `places` appends where the samples of one lie in space, in the template's
+/// order.
+pub fn stretch_of_places(
+    template: &Template,
+    pairs: &[[usize; 2]],
+    texels: &[f32],
+    places: impl Fn(usize, &mut Vec<Option<Vec3>>) + Sync,
+) -> Vec<f32> {
     let pairs: Vec<([usize; 2], f32)> = pairs
         .iter()
         .map(|&[a, b]| {
@@ -74,10 +87,10 @@ pub fn stretch(
         .collect();
     (0..texels.len())
         .into_par_iter()
-        .map_init(Vec::new, |places, vertex| {
-            places.clear();
-            places.extend(stencils.of_site(vertex).map(|sample| place(mesh, sample)));
-            of_places(places, &pairs, texels[vertex])
+        .map_init(Vec::new, |found, site| {
+            found.clear();
+            places(site, found);
+            of_places(found, &pairs, texels[site])
         })
         .collect()
 }

@@ -12,8 +12,7 @@ pub use crate::sites::vertices::prepared_surface::Surface;
 
 use crate::error::Result;
 use crate::mesh::connection::Connection;
-use crate::mesh::field::Field;
-use crate::mesh::field::guides::{Canvas, guided_field};
+use crate::mesh::field::guides::{Canvas, GuideOptions, guided_field};
 use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::Retiler;
 use crate::mesh::retile::relax::Target;
@@ -123,8 +122,8 @@ fn oriented_levels(
                     tree,
                     texel,
                 };
-                let field = guided_field(canvas, &options.guides(), options.seed, progress)?;
-                (turned_angles(user, &field), user.scale.clone())
+                let angles = guided_angles(canvas, &options.guides(), options.seed, progress)?;
+                (angles, user.scale.clone())
             }
             Some(first) => carried_down(&mesh, &rings, first, user.scale.as_deref(), tree),
         };
@@ -144,12 +143,18 @@ fn oriented_levels(
 }
 
 /// The angles of the finest frames: the field, turned by the user's rotation.
-pub fn turned_angles(user: &UserMesh, field: &Field) -> Vec<f64> {
-    let mut angles = field.angles();
-    for (angle, degrees) in angles.iter_mut().zip(user.rotation.iter().flatten()) {
+pub fn guided_angles(
+    canvas: Canvas<'_>,
+    guides: &GuideOptions,
+    seed: u64,
+    progress: Progress<'_>,
+) -> Result<Vec<f64>> {
+    let mut angles = guided_field(canvas, guides, seed, progress)?.angles();
+    let turns = canvas.user.rotation.iter().flatten();
+    for (angle, degrees) in angles.iter_mut().zip(turns) {
         *angle += f64::from(*degrees).to_radians();
     }
-    angles
+    Ok(angles)
 }
 
 /// Directions and scales of a coarser level, read off the finest at the nearest point.

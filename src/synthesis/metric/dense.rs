@@ -134,6 +134,7 @@ mod tests {
     use crate::random;
     use crate::synthesis::metric::Metric;
     use crate::synthesis::metric::features::{FeatureMetric, FeaturePattern};
+    use crate::synthesis::metric::site_values::Unfinished;
     use crate::synthesis::tests::fixtures;
     use ndarray::Array3;
     use rand::Rng;
@@ -186,6 +187,7 @@ mod tests {
                 sites: &sites,
                 rows: &rows,
                 done: None,
+                unfinished: Unfinished::LeftOut,
                 coarser: None,
             };
             fast.read(&neighborhood, &mut of_fast);

@@ -10,10 +10,10 @@ use crate::exemplar::embedding::{Block, Embedding, LANES};
 use crate::exemplar::level::ExemplarLevel;
 use crate::sites::level::{MOST_BLENDED, Sites};
 use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Pick, Preference, smallest};
-use crate::synthesis::metric::lower_bounds::{ProjectedWindows, best_within};
+use crate::synthesis::keep::{Keep, Pick, smallest};
+use crate::synthesis::metric::lower_bounds::{ProjectedWindows, search_within};
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
-use crate::synthesis::metric::{Metric, best_of_whole};
+use crate::synthesis::metric::{Metric, search_texels};
 
 /// Samples after which a growing distance is compared with the best so far.
 const RUN: u32 = 24;
@@ -36,7 +36,6 @@ pub struct EmbeddedPattern {
     coarse: PatternPart,
     /// Whether every sample of the windows counts.
     complete: bool,
-    bounds: Vec<f32>,
 }
 
 /// The samples of one window that count.
@@ -317,22 +316,10 @@ impl Metric for EmbeddedMetric<'_> {
         best_candidate(self, pattern, candidates, first, floor)
     }
 
-    fn best_of_all(
-        &self,
-        pattern: &mut EmbeddedPattern,
-        coherent: &[Candidate],
-        preference: Preference,
-    ) -> Option<Pick> {
-        let first = best_candidate(self, pattern, coherent, None, preference.floor);
+    fn search(&self, pattern: &mut EmbeddedPattern, keep: &mut impl Keep) {
         match &self.projected {
-            Some(projected) if pattern.complete => {
-                let mut bounds = std::mem::take(&mut pattern.bounds);
-                projected.bounds(pattern.parts(), &mut bounds);
-                let pick = best_within_bounds(self, pattern, &bounds, first, preference);
-                pattern.bounds = bounds;
-                pick
-            }
-            _ => best_texel(self, pattern, first, preference),
+            Some(windows) if pattern.complete => search_bounded(self, windows, pattern, keep),
+            _ => search_all(self, pattern, keep),
         }
     }
 }
@@ -353,10 +340,11 @@ fn read_pattern<const N: usize, S: Sites<N>>(
     let part = &mut pattern.fine;
     part.clear();
     // A filtered iterator would be a function of its own, called for every sample.
-    for (place, sample) in site.sites.samples(site.site).enumerate() {
+    let samples = site.sites.samples(site.site).zip(deltas).zip(weights);
+    for ((sample, &delta), &weight) in samples {
         if let Some(value) = site.value(sample) {
             part.hold(value, default);
-            part.count(deltas[place], weights[place]);
+            part.count(delta, weight);
         }
     }
     part.blend::<N>(metric.fine);
@@ -400,40 +388,31 @@ fn best_candidate(
     })
 }
 
-/// The better of `first` and every whole texel.
+/// Compares every whole texel.
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn best_texel(
-    metric: &EmbeddedMetric<'_>,
-    pattern: &EmbeddedPattern,
-    first: Option<Pick>,
-    preference: Preference,
-) -> Option<Pick> {
-    let texels = &metric.exemplar.whole_texels;
-    best_of_whole(texels, first, preference, |texel, limit| {
+fn search_all<K: Keep>(metric: &EmbeddedMetric<'_>, pattern: &EmbeddedPattern, keep: &mut K) {
+    search_texels(&metric.exemplar.whole_texels, keep, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
+    });
 }
 
-/// As [`best_texel`], skipping texels whose lower bound is above the best so far; the most
-/// promising comes first.
+/// Compares the whole texels that lower bounds do not rule out.
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn best_within_bounds(
+fn search_bounded<K: Keep>(
     metric: &EmbeddedMetric<'_>,
+    windows: &ProjectedWindows,
     pattern: &EmbeddedPattern,
-    bounds: &[f32],
-    first: Option<Pick>,
-    preference: Preference,
-) -> Option<Pick> {
-    let texels = &metric.exemplar.whole_texels;
-    best_within(bounds, texels, first, preference, |texel, limit| {
+    keep: &mut K,
+) {
+    search_within(windows, pattern.parts(), keep, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
+    });
 }

@@ -17,12 +17,12 @@ use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::windows::Windows;
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Pick, Preference, smallest};
+use crate::synthesis::keep::{Keep, Pick, smallest};
 use crate::synthesis::metric::lower_bounds::{
-    MANY, ProjectedWindows, best_within, smallest_within,
+    MANY, ProjectedWindows, search_within, smallest_within,
 };
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
-use crate::synthesis::metric::{Metric, best_of_whole};
+use crate::synthesis::metric::{Metric, search_texels};
 
 /// Numbers of a vector that are copied at once.
 const STEP: usize = 4;
@@ -71,7 +71,6 @@ pub struct FeaturePattern {
     coarse: PatternPart,
     /// Whether every sample of both windows counts.
     complete: bool,
-    bounds: Vec<f32>,
 }
 
 /// The samples of one window.
@@ -380,22 +379,10 @@ impl Metric for FeatureMetric<'_> {
         }
     }
 
-    fn best_of_all(
-        &self,
-        pattern: &mut FeaturePattern,
-        coherent: &[Candidate],
-        preference: Preference,
-    ) -> Option<Pick> {
-        let first = best_candidate(self, pattern, coherent, None, preference.floor);
+    fn search(&self, pattern: &mut FeaturePattern, keep: &mut impl Keep) {
         match &self.projected {
-            Some(projected) if pattern.complete => {
-                let mut bounds = std::mem::take(&mut pattern.bounds);
-                projected.bounds(pattern.parts(), &mut bounds);
-                let pick = best_within_bounds(self, pattern, &bounds, first, preference);
-                pattern.bounds = bounds;
-                pick
-            }
-            _ => best_texel(self, pattern, first, preference),
+            Some(windows) if pattern.complete => search_bounded(self, windows, pattern, keep),
+            _ => search_all(self, pattern, keep),
         }
     }
 }
@@ -466,41 +453,33 @@ fn best_bounded(
     })
 }
 
-/// The better of `first` and every whole texel.
+/// Compares every whole texel.
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn best_texel(
-    metric: &FeatureMetric<'_>,
-    pattern: &FeaturePattern,
-    first: Option<Pick>,
-    preference: Preference,
-) -> Option<Pick> {
-    let texels = &metric.exemplar.whole_texels;
-    best_of_whole(texels, first, preference, |texel, limit| {
+fn search_all<K: Keep>(metric: &FeatureMetric<'_>, pattern: &FeaturePattern, keep: &mut K) {
+    search_texels(&metric.exemplar.whole_texels, keep, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
+    });
 }
 
-/// As [`best_texel`], skipping texels whose lower bound is above the best so far.
+/// Compares the whole texels that lower bounds do not rule out.
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn best_within_bounds(
+fn search_bounded<K: Keep>(
     metric: &FeatureMetric<'_>,
+    windows: &ProjectedWindows,
     pattern: &FeaturePattern,
-    bounds: &[f32],
-    first: Option<Pick>,
-    preference: Preference,
-) -> Option<Pick> {
-    let texels = &metric.exemplar.whole_texels;
-    best_within(bounds, texels, first, preference, |texel, limit| {
+    keep: &mut K,
+) {
+    search_within(windows, pattern.parts(), keep, |texel, limit| {
         f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
+    });
 }
 
 #[cfg(test)]

@@ -5,8 +5,7 @@ use ndarray::Array2;
 
 use crate::exemplar::level::ExemplarLevel;
 use crate::sites::level::{MOST_BLENDED, Sites};
-use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Pick, Preference, smallest};
+use crate::synthesis::keep::Keep;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
 
@@ -162,7 +161,8 @@ impl Metric for GramMetric<'_> {
         let neighborhood = self.exemplar.neighborhood;
         let (deltas, weights) = (self.exemplar.fine.deltas(), &neighborhood.weights);
         pattern.fine.clear();
-        pattern.fine.extend(site.own().map(|(place, value)| {
+        let own = site.own().take_while(|&(place, _)| place < deltas.len());
+        pattern.fine.extend(own.map(|(place, value)| {
             BlendedTexton::new(self.fine, deltas[place], weights[place], value)
         }));
         pattern.coarse.clear();
@@ -196,23 +196,10 @@ impl Metric for GramMetric<'_> {
         }
     }
 
-    fn best_of_all(
-        &self,
-        pattern: &mut GramPattern,
-        coherent: &[Candidate],
-        preference: Preference,
-    ) -> Option<Pick> {
-        let Preference { coherence, floor } = preference;
-        let mut best = smallest(coherent, None, floor, |texel, limit| {
-            self.distance(pattern, texel, limit)
-        });
+    fn search(&self, pattern: &mut GramPattern, keep: &mut impl Keep) {
         let distances = self.distances_to_all(pattern);
         for (&texel, distance) in self.exemplar.whole_texels.iter().zip(distances) {
-            let pick = Pick::new(texel, distance, coherence, floor);
-            if best.is_none_or(|best| pick.beats(&best)) {
-                best = Some(pick);
-            }
+            keep.offer(texel, distance);
         }
-        best
     }
 }

@@ -1,17 +1,19 @@
 //! The distance of two neighbourhoods, a site's and a texel's: Σ wₚ ‖s(p) − t(p)‖² over the samples
 //! of both windows that count (Tong 2002 §5.1), not divided by their number.
 
+mod bound_tree;
 pub(crate) mod dense;
 pub(crate) mod embedded;
 pub(crate) mod features;
 pub(crate) mod gram;
 mod lower_bounds;
 pub(crate) mod of_level;
+mod projection;
 pub(crate) mod site_values;
 
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Pick, Preference, smallest};
+use crate::synthesis::keep::{Best, Keep, Pick, Preference, smallest};
 use crate::synthesis::metric::site_values::SiteNeighborhood;
 
 /// A way to compare neighbourhoods on one level.
@@ -42,31 +44,31 @@ pub trait Metric: Sync {
         })
     }
 
+    /// Compares all whole texels, as far as what they are kept by makes it necessary.
+    fn search(&self, pattern: &mut Self::Pattern, keep: &mut impl Keep);
+
     /// The best of all whole texels; `coherent` are those that are preferred.
     fn best_of_all(
         &self,
         pattern: &mut Self::Pattern,
         coherent: &[Candidate],
         preference: Preference,
-    ) -> Option<Pick>;
+    ) -> Option<Pick> {
+        let pick = self.best(pattern, coherent, None, preference.floor);
+        let mut keep = Best { pick, preference };
+        self.search(pattern, &mut keep);
+        keep.pick
+    }
 }
 
-/// The better of `first` and every texel of a list, none of them preferred.
+/// Compares every texel of a list.
 #[inline(always)]
-pub fn best_of_whole(
+pub fn search_texels(
     texels: &[u32],
-    first: Option<Pick>,
-    preference: Preference,
+    keep: &mut impl Keep,
     mut distance: impl FnMut(u32, f64) -> f64,
-) -> Option<Pick> {
-    let Preference { coherence, floor } = preference;
-    let mut best = first;
+) {
     for &texel in texels {
-        let limit = Pick::limit(best, coherence, floor);
-        let pick = Pick::new(texel, distance(texel, limit), coherence, floor);
-        if best.is_none_or(|best| pick.beats(&best)) {
-            best = Some(pick);
-        }
+        keep.offer(texel, distance(texel, keep.limit()));
     }
-    best
 }

@@ -22,7 +22,7 @@ use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::embedded::{EmbeddedMetric, EmbeddedPattern};
 use crate::synthesis::metric::gram::{GramMetric, GramPattern};
 use crate::synthesis::metric::of_level::gram;
-use crate::synthesis::metric::site_values::SiteNeighborhood;
+use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::energy::measured_sites;
 use crate::synthesis::recipes::distance_floor::distance_floor;
@@ -150,6 +150,7 @@ impl<const N: usize, S: Sites<N>> Comparison<'_, N, S> {
             sites,
             rows: &self.rows,
             done: None,
+            unfinished: Unfinished::LeftOut,
             coarser: None,
         };
         let (own, near) = (self.coords[site], sites.neighbors(site));

@@ -22,7 +22,7 @@ use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::features::{FeatureMetric, FeaturePattern};
 use crate::synthesis::metric::gram::{GramMetric, GramPattern};
 use crate::synthesis::metric::of_level::gram;
-use crate::synthesis::metric::site_values::SiteNeighborhood;
+use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 
 /// Sites that are measured, where there are as many.
 pub const SITES: usize = 1000;
@@ -206,6 +206,7 @@ impl<'a, S> Map<'a, S> {
             sites: &self.inputs.sites.levels[0],
             rows: &self.rows,
             done: None,
+            unfinished: Unfinished::LeftOut,
             coarser: None,
         };
         metric.read(&neighborhood, pattern);

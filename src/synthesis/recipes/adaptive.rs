@@ -32,7 +32,7 @@ use crate::synthesis::check;
 use crate::synthesis::drive::{class_by_class, coarse_to_fine, one_by_one};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::metric::dense::{DenseMetric, DensePattern};
-use crate::synthesis::metric::site_values::SiteNeighborhood;
+use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::adaptive::options::Similarity;
 use crate::synthesis::recipes::adaptive::order::most_neighbors_first;
@@ -245,6 +245,7 @@ fn neighborhood<'a, S>(sites: &'a S, state: &'a Texels, site: usize) -> SiteNeig
         sites,
         rows: &state.rows,
         done: state.done.as_deref(),
+        unfinished: Unfinished::LeftOut,
         coarser: None,
     }
 }

@@ -9,7 +9,7 @@ use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::CandidateList;
 use crate::synthesis::keep::{Pick, Preference};
 use crate::synthesis::metric::Metric;
-use crate::synthesis::metric::site_values::SiteNeighborhood;
+use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 use crate::synthesis::options::Search;
 use crate::synthesis::rule::Rule;
 use crate::synthesis::state::Texels;
@@ -118,6 +118,7 @@ impl<'a, const N: usize, S: Sites<N>, M: Metric> KCoherence<'a, N, S, M> {
             sites: self.sites,
             rows: &state.rows,
             done: state.done.as_deref(),
+            unfinished: Unfinished::LeftOut,
             coarser: self.coarser.map(|coarser| &coarser.rows[..]),
         }
     }

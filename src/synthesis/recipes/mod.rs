@@ -5,12 +5,16 @@
 //! | [`tong`] | `k-coherence`: Tong 2002 §5 |
 //! | [`wei_levoy`] | `wei-levoy`: Wei and Levoy 2001 |
 //! | [`adaptive`] | `adaptive`: Chen and Dong 2008 |
+//! | [`multiscale`] | `multiscale`: Ying 2001 §4 |
+//! | [`coherent`] | `coherent`: Ying 2001 §5 |
 //!
 //! Parts: the [`k_coherence`] rule, [`distance_floor`], [`reuse_penalty`], [`seam_repair`].
 
 pub(crate) mod adaptive;
+mod coherent;
 pub(crate) mod distance_floor;
 pub(crate) mod k_coherence;
+pub(crate) mod multiscale;
 pub(crate) mod reuse_penalty;
 pub(crate) mod seam_repair;
 pub(crate) mod tong;
@@ -41,6 +45,8 @@ pub fn synthesize<const N: usize, S: Sites<N>>(
         Method::KCoherence => tong::tong,
         Method::WeiLevoy => wei_levoy::wei_levoy,
         Method::Adaptive => adaptive::adaptive,
+        Method::Multiscale => multiscale::multiscale,
+        Method::Coherent => coherent::coherent,
     };
     recipe(inputs, options, begun, finished, progress)
 }

@@ -21,7 +21,7 @@ use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Preference;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::of_level::{MetricChoice, WithMetric, with_metric};
-use crate::synthesis::metric::site_values::SiteNeighborhood;
+use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::rule::Rule;
 use crate::synthesis::state::Texels;
@@ -119,6 +119,7 @@ impl<const N: usize, S: Sites<N>, M: Metric> Rule for BestOfAll<'_, N, S, M> {
             sites: self.sites,
             rows: &state.rows,
             done: None,
+            unfinished: Unfinished::LeftOut,
             coarser: self.coarser.map(|coarser| &coarser.rows[..]),
         };
         self.metric.read(&neighborhood, pattern);

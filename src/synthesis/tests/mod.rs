@@ -1,5 +1,5 @@
 //! Tests of the engine as a whole, and small inputs for tests.
 
 pub mod fixtures;
-mod oracles;
+pub mod oracles;
 mod runs;

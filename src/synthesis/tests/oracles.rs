@@ -16,7 +16,7 @@ use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::embedded::{EmbeddedMetric, EmbeddedPattern};
 use crate::synthesis::metric::gram::{GramMetric, GramPattern};
 use crate::synthesis::metric::of_level::gram as gram_of;
-use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
+use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood, Unfinished};
 
 /// A two-level exemplar, random sites on both levels, and random states.
 struct Case {
@@ -52,6 +52,7 @@ impl Case {
             sites: &self.fine,
             rows: &self.states[0],
             done,
+            unfinished: Unfinished::LeftOut,
             coarser: Some(&self.states[1]),
         }
     }
@@ -71,9 +72,10 @@ impl Case {
     }
 }
 
-fn sample_distance(
+/// ‖s − t‖² through Φ, of what a sample holds and of a texel's texton at an offset.
+pub fn sample_distance<const N: usize>(
     level: &SpaceLevel,
-    value: SampleValue<3>,
+    value: SampleValue<N>,
     texel: TexelIndex,
     offset: [i32; 2],
 ) -> f64 {
@@ -95,7 +97,8 @@ fn sample_distance(
         }
     }
     let phi = |i: usize, j: usize| f64::from(gram[(i, j)]);
-    let pairs = (0..shares.len()).flat_map(|i| (0..shares.len()).map(move |j| (i, j)));
+    let held: Vec<usize> = (0..shares.len()).filter(|&i| shares[i] != 0.0).collect();
+    let pairs = held.iter().flat_map(|&i| held.iter().map(move |&j| (i, j)));
     pairs.map(|(i, j)| shares[i] * shares[j] * phi(i, j)).sum()
 }
 

@@ -13,7 +13,7 @@ use super::options::RoundOptions;
 use super::{cache, marching, sampling};
 use crate::error::Result;
 use crate::mesh::connection::frames_of;
-use crate::mesh::field::guides::{Canvas, guided_field};
+use crate::mesh::field::guides::Canvas;
 use crate::mesh::frame::Frame;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
@@ -24,7 +24,7 @@ use crate::progress::Progress;
 use crate::sites::level::{Parent, SiteHierarchy};
 use crate::sites::vertices::VertexSites;
 use crate::sites::vertices::sampling::SampleCounts;
-use crate::sites::vertices::surface::turned_angles;
+use crate::sites::vertices::surface::guided_angles;
 use crate::sites::vertices::surface_options::{texel_on, warn_of_texel};
 
 /// Where the circles of a level came from.
@@ -114,10 +114,10 @@ fn oriented(
         tree: &tree,
         texel,
     };
-    let field = guided_field(canvas, &options.guides, options.seed, progress)?;
+    let angles = guided_angles(canvas, &options.guides, options.seed, progress)?;
     progress.advance(1)?;
     progress.end();
-    Ok(frames_of(rings, &turned_angles(user, &field)))
+    Ok(frames_of(rings, &angles))
 }
 
 /// The round sites of a mesh under given frames. `texels` are the finest level's, in mesh units, each

@@ -13,6 +13,8 @@ use crate::index::TexelIndex;
 use crate::progress::Progress;
 use crate::random;
 use crate::sites::vertices::VertexSites;
+use crate::synthesis::keep::Preference;
+use crate::synthesis::metric::site_values::Unfinished;
 use crate::synthesis::tests::fixtures;
 
 struct Case {
@@ -72,6 +74,7 @@ impl Case {
             sites: &self.fine,
             rows: &self.states[0],
             done,
+            unfinished: Unfinished::LeftOut,
             coarser: Some(&self.states[1]),
         }
     }

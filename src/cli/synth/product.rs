@@ -1,0 +1,80 @@
+//! The output of `synth`: a surface texton map, or the folder of an atlas with its textures.
+
+use std::path::Path;
+
+use crate::cli::outputs::Product;
+use crate::error::{Error, Result};
+use crate::exemplar::space::Space;
+use crate::format::ours::Format;
+use crate::maps::atlas_map::ATLAS_FOLDER;
+use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::progress::Progress;
+use crate::sites::atlas::preparation::AtlasSurface;
+use crate::synthesis::atlas_map::atlas_map;
+use crate::textures::channel::SampleChannel;
+use crate::textures::folder::write_atlas;
+use crate::textures::model::ModelOptions;
+use crate::textures::transfer::Canvas;
+
+/// Whether an output is the folder of an atlas, by its name.
+pub(super) fn is_atlas(output: &Path) -> bool {
+    output
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("atlas"))
+}
+
+/// What is written at an output.
+pub(super) fn product_at(output: &Path) -> Product {
+    match is_atlas(output) {
+        true => Product::Folder(&ATLAS_FOLDER),
+        false => Product::File(Format::Mesh),
+    }
+}
+
+/// Refuses the folder of an atlas for other targets, and options of its model for other outputs.
+pub(super) fn check(output: &Path, onto_atlas: bool, model: &ModelOptions) -> Result<()> {
+    model.validate()?;
+    if is_atlas(output) && !onto_atlas {
+        let found = format!("{} for a target that is none", output.display());
+        return Err(Error::option(
+            "output",
+            found,
+            "--onto atlas beside it, or NAME.map.ply",
+        ));
+    }
+    let default = ModelOptions::default();
+    for (option, is_given) in [
+        ("displace", model.displace.is_some()),
+        ("transparency", model.transparency != default.transparency),
+    ] {
+        if is_given && !is_atlas(output) {
+            let found = format!("given for {}", output.display());
+            return Err(Error::option(
+                option,
+                found,
+                "-o NAME.atlas, which holds a model",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Writes a finished map; `atlas` is the surface of a target that is one.
+pub(super) fn write(
+    output: &Path,
+    map: &SurfaceTextonMap,
+    atlas: Option<&AtlasSurface>,
+    (space, model): (&Space, &ModelOptions),
+    progress: Progress<'_>,
+) -> Result<()> {
+    let Some(surface) = atlas.filter(|_| is_atlas(output)) else {
+        return map.write(output);
+    };
+    let atlas = atlas_map(surface, map, space.tileable());
+    let channels = SampleChannel::of_space(space);
+    let textures = match channels.is_empty() {
+        true => Vec::new(),
+        false => Canvas::new(&atlas, 1)?.carry_all(&channels, progress)?,
+    };
+    write_atlas(output, &atlas, &textures, model, progress).map(drop)
+}

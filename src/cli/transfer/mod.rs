@@ -1,0 +1,215 @@
+//! `mesotex transfer`: other maps of the sample onto a surface that is synthesized already.
+
+mod maps;
+mod vertices;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::json;
+
+use crate::cli::exemplar::option_values::{AlphaOption, ImageEncoding};
+use crate::cli::exemplar::reading::ImageReader;
+use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
+use crate::cli::session::{Common, Session};
+use crate::cli::transfer::maps::MapFile;
+use crate::error::{Error, Result};
+use crate::format::image::Orientation;
+use crate::format::ours::Format;
+use crate::grid::TexelGrid;
+use crate::maps::atlas_map::description::LARGEST;
+use crate::maps::atlas_map::{ATLAS_FOLDER, AtlasMap};
+use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::textures::channel::SampleChannel;
+use crate::textures::folder::{TEXTURES_FOLDER, Written, write_textures};
+use crate::textures::model::ModelOptions;
+use crate::textures::transfer::Canvas;
+
+/// Carry other aligned maps of the sample onto a synthesized surface.
+///
+/// Onto an atlas: a folder of texture maps and surface.glb that shows them. Onto a surface texton map: a
+/// PLY whose vertices have the maps' values, colours as red, green and blue.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Examples:
+  mesotex transfer bunny.atlas --maps color.png height.png normal:bumps.png -o bunny.textures
+  mesotex transfer bunny.atlas --maps color.png height:relief.exr -o relief.textures --displace 0.02
+  mesotex transfer bunny.atlas --maps color-4k.png --finer 4 -o fine.textures
+  mesotex transfer bunny.map.ply --maps color.png mask:wear.png -o bunny.colors.ply")]
+pub struct Arguments {
+    /// What was synthesized: NAME.atlas or NAME.map.ply
+    pub input: PathBuf,
+    /// Images aligned with the sample, of its size or a multiple of it. KIND: color, height, mask, alpha or
+    /// normal (green is up); without it the file's name tells, then a grey image is a height
+    #[arg(long, required = true, num_args = 1.., value_name = "[KIND:]FILE")]
+    pub maps: Vec<MapFile>,
+    /// The folder to write for an atlas, the PLY for a surface texton map
+    #[arg(long, short)]
+    pub output: PathBuf,
+    /// Opposite borders of the maps continue each other (for a surface texton map; an atlas knows)
+    #[arg(long)]
+    pub tile: bool,
+    /// Texture maps with N times the columns and rows of the atlas, so that maps larger than the sample keep their
+    /// detail
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub finer: u32,
+    /// How the numbers of colours stand for light
+    #[arg(long, value_enum, default_value = "auto")]
+    pub encoding: ImageEncoding,
+    /// Which way up the images are read
+    #[arg(long, value_enum, default_value = "upright")]
+    pub orientation: Orientation,
+    /// What becomes of texels that are not opaque
+    #[arg(long, value_enum, default_value = "refuse")]
+    pub alpha: AlphaOption,
+    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
+    #[command(flatten)]
+    pub model: ModelOptions,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl Arguments {
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        maps::check(&self.maps)?;
+        if !(1..=LARGEST).contains(&self.finer) {
+            return Err(Error::option(
+                "finer",
+                self.finer.to_string(),
+                format!("1 to {LARGEST}"),
+            ));
+        }
+        self.model.validate()?;
+        let is_atlas = self.is_atlas();
+        if !is_atlas && self.input.is_dir() {
+            let found = format!("{} is a folder without an atlas.json", self.input.display());
+            return Err(Error::data("input", found).expected("NAME.atlas or NAME.map.ply"));
+        }
+        let default = ModelOptions::default();
+        let of_atlas = "an atlas; a surface texton map becomes a PLY";
+        for (option, given, used, expected) in [
+            (
+                "tile",
+                self.tile,
+                !is_atlas,
+                "no such option: an atlas states it",
+            ),
+            (
+                "displace",
+                self.model.displace.is_some(),
+                is_atlas,
+                of_atlas,
+            ),
+            (
+                "transparency",
+                self.model.transparency != default.transparency,
+                is_atlas,
+                of_atlas,
+            ),
+        ] {
+            if given && !used {
+                let found = format!("given for {}", self.input.display());
+                return Err(Error::option(option, found, expected));
+            }
+        }
+        Ok(())
+    }
+
+    /// What the command reads and writes.
+    pub fn files(&self) -> Files {
+        let maps = self.maps.iter().map(|map| &map.path);
+        let files = Files::default().read([&self.input]).read(maps);
+        match self.is_atlas() {
+            true => files.read(&ATLAS_FOLDER.files(&self.input)).write(
+                "output",
+                [&self.output],
+                Product::Folder(&TEXTURES_FOLDER),
+            ),
+            false => files.write("output", [&self.output], Product::File(Format::Mesh)),
+        }
+    }
+
+    fn is_atlas(&self) -> bool {
+        self.input.join(ATLAS_FOLDER.description).is_file()
+    }
+
+    /// Runs the command.
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.check()?;
+        let _locks = self.files().claim()?;
+        let started = Instant::now();
+        let outcome = match self.is_atlas() {
+            true => self.onto_atlas(session)?,
+            false => self.onto_vertices(session)?,
+        };
+        let seconds = started.elapsed().as_secs_f64();
+        Ok(outcome.figure("seconds", seconds).wrote(&self.output))
+    }
+
+    fn onto_atlas(&self, session: &Session) -> Result<Outcome> {
+        let progress = session.progress();
+        let map = AtlasMap::read(&self.input)?;
+        let channels = self.channels(map.grid(), session)?;
+        self.model
+            .check_kinds(channels.iter().map(|channel| channel.kind))?;
+        let canvas = Canvas::new(&map, self.finer).map_err(|error| error.in_file(&self.input))?;
+        let textures = canvas.carry_all(&channels, progress)?;
+        let written = write_textures(&self.output, &map, &textures, &self.model, progress)?;
+        Ok(describe(&written, &self.output).line(format!(
+            "{} maps on {}×{} texels",
+            textures.len(),
+            self.finer * map.width,
+            self.finer * map.height
+        )))
+    }
+
+    fn onto_vertices(&self, session: &Session) -> Result<Outcome> {
+        let map = SurfaceTextonMap::read(&self.input)?;
+        let channels = self.channels(map.grid(self.tile), session)?;
+        let properties = vertices::write(&self.output, &map, &channels)?;
+        let vertices = map.mesh.positions.len();
+        Ok(Outcome::default()
+            .line(format!("{} maps on {vertices} vertices", channels.len()))
+            .line(format!("properties {}", properties.join(", ")))
+            .figure("vertices", vertices)
+            .figure("properties", properties))
+    }
+
+    fn channels(&self, grid: TexelGrid, session: &Session) -> Result<Vec<SampleChannel>> {
+        let mut reader = ImageReader::new(self.orientation, self.alpha, self.layer.clone());
+        let channels = maps::read(&self.maps, (grid, self.finer), self.encoding, &mut reader)?;
+        reader.finish(&session.progress())?;
+        Ok(channels)
+    }
+}
+
+/// What a person and a program read of a folder of textures.
+pub(in crate::cli) fn describe(written: &Written, folder: &Path) -> Outcome {
+    let outcome = written
+        .channels
+        .iter()
+        .fold(Outcome::default(), |outcome, channel| {
+            outcome.line(format!("{}: {}", channel.file, channel.kind))
+        });
+    let model = written.model;
+    let outcome = outcome.line(match model.edge {
+        Some(edge) => format!(
+            "surface.glb: {} triangles of at most {edge:.4} mesh units, displaced",
+            model.triangles
+        ),
+        None => format!("surface.glb: {} triangles", model.triangles),
+    });
+    let files = written
+        .channels
+        .iter()
+        .map(|channel| folder.join(&channel.file));
+    outcome
+        .figure("channels", json!(written.channels))
+        .figure("model", json!(model))
+        .put_inside(files)
+}

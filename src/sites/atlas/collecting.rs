@@ -1,0 +1,158 @@
+//! Samples and neighbours of all sites of a level, packed, from the surface points of their windows.
+
+use super::cells::{CellStencils, PackedSample};
+use super::level_cells::LevelCells;
+use super::neighbors::{NeighborCollector, PackedNeighbor};
+use super::texels::LevelTexels;
+use crate::error::{Error, Result};
+use crate::mesh::compressed_rows::Rows;
+use crate::mesh::surface_bvh::SurfacePoint;
+use crate::neighborhood::Template;
+
+/// A window of samples to be collected.
+#[derive(Clone, Copy)]
+pub struct Window<'a> {
+    /// Where its samples lie, in texels of the texture.
+    pub template: &'a Template,
+    /// Its width in texels.
+    pub width: u32,
+    /// Whether neighbours are collected too.
+    pub neighbors: bool,
+}
+
+/// What became of the samples of a level.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AtlasCounts {
+    /// With a value.
+    pub valued: u64,
+    /// Beyond the surface.
+    pub outside: u64,
+    /// Without a place in a chart: a straight path was tried. They are also counted above.
+    pub marched: u64,
+}
+
+/// The samples and neighbours of one window at every site of a level.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LevelSamples {
+    /// The samples.
+    pub stencils: CellStencils,
+    /// The neighbours; none where they were not asked for.
+    pub neighbors: Rows<PackedNeighbor>,
+    /// What became of the samples.
+    pub counts: AtlasCounts,
+}
+
+/// The samples and neighbours of some sites.
+#[derive(Default)]
+pub struct Block {
+    sites: Vec<u32>,
+    samples: Vec<PackedSample>,
+    neighbors: Vec<PackedNeighbor>,
+    /// Where the neighbours of each site end.
+    ends: Vec<u32>,
+    counts: AtlasCounts,
+    collector: NeighborCollector,
+}
+
+impl Block {
+    /// Takes the samples of one site, in the template's order; the centre is the site itself.
+    pub fn take(
+        &mut self,
+        (level, cells): (&LevelTexels, &LevelCells<'_>),
+        window: Window<'_>,
+        site: usize,
+        points: impl Iterator<Item = Option<SurfacePoint>>,
+    ) {
+        self.collector.begin();
+        for (offset, point) in window.template.positions.iter().zip(points) {
+            let sample = match point {
+                _ if *offset == glam::Vec2::ZERO => cells.at_site(site),
+                Some(point) => cells.sample(&point),
+                None => PackedSample::OUTSIDE,
+            };
+            self.samples.push(sample);
+            match sample {
+                PackedSample::OUTSIDE => self.counts.outside += 1,
+                _ => self.counts.valued += 1,
+            }
+            if window.neighbors {
+                let location = sample.locate(cells.cells());
+                self.collector.take(level, site, *offset, location);
+            }
+        }
+        if window.neighbors {
+            self.collector
+                .finish(site, window.width, &mut self.neighbors);
+        }
+        self.sites.push(site as u32);
+        self.ends.push(self.neighbors.len() as u32);
+    }
+
+    /// Counts samples that had no place in a chart.
+    pub fn count_marched(&mut self, marched: u64) {
+        self.counts.marched += marched;
+    }
+}
+
+/// Puts blocks together that hold every site once, in the order of sites.
+pub fn join(
+    (level, cells): (&LevelTexels, &LevelCells<'_>),
+    window: Window<'_>,
+    blocks: Vec<Block>,
+) -> Result<LevelSamples> {
+    let (count, per_site) = (level.texels.len(), window.template.positions.len());
+    let starts = starts(&blocks, count)?;
+    let mut counts = AtlasCounts::default();
+    let mut samples = vec![PackedSample::OUTSIDE; count * per_site];
+    let mut neighbors = vec![PackedNeighbor::default(); starts[count] as usize];
+    for block in blocks {
+        counts.valued += block.counts.valued;
+        counts.outside += block.counts.outside;
+        counts.marched += block.counts.marched;
+        let mut begin = 0;
+        for (place, (&site, &end)) in block.sites.iter().zip(&block.ends).enumerate() {
+            let (site, end) = (site as usize, end as usize);
+            samples[site * per_site..][..per_site]
+                .copy_from_slice(&block.samples[place * per_site..][..per_site]);
+            neighbors[starts[site] as usize..starts[site + 1] as usize]
+                .copy_from_slice(&block.neighbors[begin..end]);
+            begin = end;
+        }
+    }
+    Ok(LevelSamples {
+        stencils: CellStencils {
+            samples_per_site: per_site,
+            cells: cells.cells().clone(),
+            samples,
+        },
+        neighbors: Rows {
+            starts,
+            entries: neighbors,
+        },
+        counts,
+    })
+}
+
+/// Where the neighbours of each site begin; 32-bit, and more are refused.
+fn starts(blocks: &[Block], count: usize) -> Result<Vec<u32>> {
+    let total: usize = blocks.iter().map(|block| block.neighbors.len()).sum();
+    if u32::try_from(total).is_err() {
+        return Err(Error::option(
+            "resolution",
+            format!("{total} neighbours of all texels"),
+            "fewer than 4294967296: a lower --resolution, or a smaller neighbourhood",
+        ));
+    }
+    let mut starts = vec![0; count + 1];
+    for block in blocks {
+        let mut begin = 0;
+        for (&site, &end) in block.sites.iter().zip(&block.ends) {
+            starts[site as usize + 1] = end - begin;
+            begin = end;
+        }
+    }
+    for site in 0..count {
+        starts[site + 1] += starts[site];
+    }
+    Ok(starts)
+}

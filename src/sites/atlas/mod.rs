@@ -1,0 +1,40 @@
+//! The texels of a texture atlas as sites: a site is a texel inside a chart, in row-major order
+//! (Ying 2001).
+//!
+//! In: a [user's mesh](crate::mesh::reading::UserMesh) with texture coordinates, or without. Out: an
+//! [`AtlasSurface`](preparation::AtlasSurface) and the sites of all levels of its pyramid: the same charts at
+//! half the resolution each.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`preparation`], [`options`] | the whole preparation |
+//! | [`geometry`] | the mesh, its orientation field and the way over it |
+//! | [`texels`] | the texels of one level: places, frames, areas |
+//! | [`cells`], [`level_cells`] | samples between four texels, across charts' borders too |
+//! | [`vertex_charts`], [`marching`], [`paths`] | where samples lie: in planar charts, or along straight paths |
+//! | [`collecting`], [`neighbors`] | samples and neighbours of all sites, packed |
+//! | [`scan_lines`] | the order in which texels are visited one by one |
+//! | [`parents`], [`edges`] | the place of every texel on the coarser level, and pairs of texels side by side |
+//! | [`memory`] | how much memory preparation takes |
+
+mod cells;
+mod collecting;
+mod edges;
+mod geometry;
+mod level_cells;
+mod marching;
+pub mod memory;
+mod neighbors;
+pub mod options;
+mod parents;
+mod paths;
+pub mod preparation;
+mod scan_lines;
+mod sites;
+#[cfg(test)]
+mod tests;
+mod texels;
+mod vertex_charts;
+
+pub use collecting::AtlasCounts;
+pub use sites::AtlasSites;

@@ -1,0 +1,123 @@
+//! How an atlas is prepared: the options, checked.
+
+use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::mesh::field::guides::GuideOptions;
+use crate::neighborhood::{Neighborhood, window_width};
+
+/// How the neighbourhoods of texels are sampled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sampling {
+    /// In a planar chart round each vertex (Ying 2001 §4.2)
+    #[default]
+    Charts,
+    /// Along a straight path to each sample (Ying 2001 §4.1)
+    Marching,
+}
+
+/// How an atlas is prepared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Args)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct AtlasOptions {
+    /// Levels of the pyramid, each with half the resolution (Ying 2001 §4). Set by synthesis.
+    #[arg(skip = AtlasOptions::default().levels)]
+    pub levels: u32,
+    /// Width of the neighbourhood in texels of the texture, odd. Set by the neighbour table in synthesis.
+    #[arg(skip = AtlasOptions::default().neighborhood)]
+    pub neighborhood: u32,
+    /// Width of the parent level's neighbourhood, odd. Set by the neighbour table.
+    #[arg(skip = AtlasOptions::default().coarse_neighborhood)]
+    pub coarse_neighborhood: u32,
+    /// Texels along each side of the atlas.
+    #[arg(long, value_name = "N", default_value_t = AtlasOptions::default().resolution)]
+    pub resolution: u32,
+    /// Factor on the size of the texture on the surface: at 1 a texel of the texture covers as much of it as
+    /// a texel of the atlas does on the average.
+    #[arg(long, value_name = "X", default_value_t = AtlasOptions::default().texture_scale)]
+    pub texture_scale: f64,
+    /// Make new texture coordinates instead of taking the mesh's own.
+    #[arg(long)]
+    pub unwrap: bool,
+    /// How the neighbourhoods of texels are sampled.
+    #[arg(long, value_enum, default_value_t = Sampling::Charts)]
+    pub sampling: Sampling,
+    /// What guides the orientation field. Set by the options of the surface.
+    #[arg(skip)]
+    #[serde(skip)]
+    pub guides: GuideOptions,
+    /// Seed of everything drawn at random.
+    #[arg(skip)]
+    pub seed: u64,
+}
+
+impl Default for AtlasOptions {
+    fn default() -> Self {
+        Self {
+            levels: 4,
+            neighborhood: 7,
+            coarse_neighborhood: 3,
+            resolution: 1024,
+            texture_scale: 1.0,
+            unwrap: false,
+            sampling: Sampling::Charts,
+            guides: GuideOptions::default(),
+            seed: 0,
+        }
+    }
+}
+
+/// The most texels along a side: their number fits [`MOST_TEXELS`](crate::mesh::atlas::MOST_TEXELS).
+const MOST_RESOLUTION: u32 = 8192;
+/// The smallest and the largest factor on the size of the texture.
+const TEXTURE_SCALES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=64.0;
+
+impl AtlasOptions {
+    /// The same options for the square windows of as many levels, finest first.
+    #[must_use]
+    pub fn with_neighborhoods(self, neighborhoods: &[Neighborhood]) -> Self {
+        let widths =
+            |of: &Neighborhood| [&of.offsets, &of.coarse_offsets].map(|all| window_width(all));
+        let [neighborhood, coarse_neighborhood] = neighborhoods.first().map_or([1; 2], widths);
+        Self {
+            levels: neighborhoods.len() as u32,
+            neighborhood,
+            coarse_neighborhood,
+            ..self
+        }
+    }
+
+    /// Checks every field.
+    pub fn validate(&self) -> Result<()> {
+        if !(1..=12).contains(&self.levels) {
+            return Err(Error::option("levels", self.levels.to_string(), "1 to 12"));
+        }
+        for (name, width) in [
+            ("neighborhood", self.neighborhood),
+            ("coarse-neighborhood", self.coarse_neighborhood),
+        ] {
+            if width % 2 == 0 || width > 63 {
+                let expected = "an odd width, 1 to 63";
+                return Err(Error::option(name, width.to_string(), expected));
+            }
+        }
+        if !(1..=MOST_RESOLUTION).contains(&self.resolution) {
+            return Err(Error::option(
+                "resolution",
+                self.resolution.to_string(),
+                format!("1 to {MOST_RESOLUTION} texels"),
+            ));
+        }
+        if !TEXTURE_SCALES.contains(&self.texture_scale) {
+            let (least, most) = (TEXTURE_SCALES.start(), TEXTURE_SCALES.end());
+            return Err(Error::option(
+                "texture-scale",
+                self.texture_scale.to_string(),
+                format!("{least} to {most}"),
+            ));
+        }
+        self.guides.validate()
+    }
+}

@@ -1,0 +1,72 @@
+//! Methods with square windows of their own: how many levels of an exemplar these fit.
+
+use crate::error::{Error, Result};
+use crate::exemplar::space::Space;
+use crate::synthesis::check::space_level::space_level;
+use crate::synthesis::metric::of_level::gram;
+use crate::synthesis::options::{MetricKind, SynthesisOptions};
+
+/// The width of the window inside which the neighbours of a site of the coherent method lie, at most 2 texels away
+/// each way (Ying 2001 §5).
+pub const COHERENT_WIDTH: u32 = 5;
+
+/// The levels of the multiscale method: those asked for, else all that its windows fit.
+pub fn multiscale_levels(space: &Space, options: &SynthesisOptions) -> Result<usize> {
+    options.validate()?;
+    for (index, level) in space.levels.iter().enumerate() {
+        space_level(level, index)?;
+        if options.metric == MetricKind::Gram {
+            gram(level)?;
+        }
+    }
+    let side = |level: usize| {
+        let grid = space.levels[level].grid;
+        grid.width.min(grid.height)
+    };
+    let widest = |level: usize| options.multiscale.widest_on(level);
+    let all = 0..space.levels.len();
+    let fitting = all
+        .take_while(|&level| widest(level) <= side(level))
+        .count();
+    let asked = options.levels.map(|levels| levels as usize);
+    if let Some(levels) = asked.filter(|&levels| levels > space.levels.len()) {
+        return Err(Error::option(
+            "levels",
+            format!("{levels}, but the sample has {}", space.levels.len()),
+            format!("at most {}", space.levels.len()),
+        ));
+    }
+    let levels = asked.unwrap_or(fitting.max(1));
+    if levels <= fitting {
+        return Ok(levels);
+    }
+    let Some(grid) = space.levels.get(fitting).map(|level| level.grid) else {
+        return Err(Error::data("space", "no level").expected("one or more"));
+    };
+    let option = match widest(fitting) == options.multiscale.window {
+        true => "window",
+        false => "parent-window",
+    };
+    Err(Error::option(
+        option,
+        format!(
+            "{} texels on the sample's level {fitting} of {}×{}",
+            widest(fitting),
+            grid.width,
+            grid.height
+        ),
+        match fitting {
+            0 => format!("at most {}", side(0)),
+            _ => format!("at most {}, or --levels {fitting}", side(fitting)),
+        },
+    ))
+}
+
+/// The one level of the coherent method.
+pub fn one_level(space: &Space, options: &SynthesisOptions) -> Result<usize> {
+    options.validate()?;
+    match space.levels.first() {
+        Some(level) => space_level(level, 0).map(|()| 1),
+        None => Err(Error::data("space", "no level").expected("one or more")),
+    }
+}

@@ -1,0 +1,34 @@
+//! Texture maps: the channels of a sample carried onto a surface that synthesis has decorated, and their files.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`channel`] | a channel of the sample: linear light, unit normals, or numbers as they stand |
+//! | [`texture`] | an image of numbers on an atlas, its borders padded |
+//! | [`transfer`] | a channel onto an atlas or onto vertices |
+//! | [`fine_texels`] | the texture coordinates of texels as fine as the atlas', or finer |
+//! | [`frames`] | the frames that normals are turned between |
+//! | [`growth`] | the texel of its own chart that each texel beyond a border is nearest to |
+//! | [`atlas_surface`] | the surface of an atlas map |
+//! | [`decorated`] | an atlas map on a mesh of about a vertex per texel, as it is rendered |
+//! | [`image_file`] | a texture as PNG or OpenEXR |
+//! | [`relief`] | the surface moved along its normals |
+//! | [`holes`] | the surface without what is transparent |
+//! | [`model`] | the surface with its textures as GLB |
+//! | [`folder`] | all of them in one folder |
+
+mod atlas_surface;
+pub mod channel;
+pub mod decorated;
+mod fine_texels;
+pub mod folder;
+mod frames;
+mod growth;
+mod holes;
+mod image_file;
+pub mod model;
+mod relief;
+pub mod texture;
+pub mod transfer;
+
+pub use channel::SampleChannel;
+pub use texture::Texture;
