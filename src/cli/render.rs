@@ -36,7 +36,8 @@ pub const IF_INTERRUPTED: &str =
 
 /// Render a decorated mesh to OpenEXR frames.
 ///
-/// An atlas is drawn on its mesh cut to about a vertex per texel, its holes cut out. Each frame DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all.
+/// An atlas is drawn on its mesh cut to about a vertex per texel, its holes cut out. Each frame
+/// DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
