@@ -12,7 +12,7 @@
 //! | [`chart`] | the (s, t) chart round a point |
 //! | [`surface_bvh`], [`point_tree`] | nearest points and crossings, and points in a triangle |
 //! | [`tangents`], [`tessellation`] | tangents of textured triangles; triangles cut to a length |
-//! | [`geodesic`], [`smoothing`] | straight lines on a surface, and a surface without its finest detail |
+//! | [`geodesic`], [`geodesic_distance`], [`smoothing`] | straight lines and distances on a surface, and a surface without its finest detail |
 //! | [`atlas`] | texture coordinates cut into charts, and where texels lie on the surface |
 //! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
 //! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
@@ -26,6 +26,7 @@ pub mod connection;
 pub mod field;
 pub(crate) mod frame;
 pub mod geodesic;
+pub mod geodesic_distance;
 pub(crate) mod origin;
 pub(crate) mod pictures;
 mod point_tree;
