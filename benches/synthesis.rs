@@ -73,6 +73,7 @@ fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: Search) {
         space: &space,
         table: &table,
         sites: &sites,
+        controls: None,
     };
     let options = SynthesisOptions {
         k_coherence: KCoherenceOptions {

@@ -58,6 +58,7 @@ pub mod grid;
 pub mod index;
 pub mod neighborhood;
 pub mod progress;
+pub mod radial_basis;
 pub mod random;
 
 pub mod format;

@@ -242,6 +242,7 @@ impl WithSites for Job<'_> {
             space: self.space,
             table: self.table,
             sites,
+            controls: None,
         };
         let options = self.options;
         let prepared = self.started.elapsed();
@@ -300,6 +301,7 @@ impl WithSites for Measure<'_> {
             space,
             table,
             sites,
+            controls: None,
         };
         let (coords, progress) = (&self.map.coords, session.progress());
         let window = table.levels[0].neighborhood.offsets.len();

@@ -1,15 +1,18 @@
 //! Windows of texels resampled at any positions: round, turned, scaled. Done once for an exemplar
 //! (Chen 2008 §5.3).
 //!
-//! In: the features of a level and a template. Out: for every texel the numbers of its samples one after the
-//! other, so that the first rings of a neighbourhood are a prefix.
+//! In: a vector per texel of a level and a template, which every texel may turn by its own angle (Zhang 2003
+//! §5). Out: for every texel the numbers of its samples one after the other, so that the first rings of a
+//! neighbourhood are a prefix.
 
+use glam::Vec2;
 use rayon::prelude::*;
 
 use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::{default_row, feature_rows};
 use crate::exemplar::space::SpaceLevel;
 use crate::grid::TexelGrid;
+use crate::index::TexelIndex;
 use crate::neighborhood::Template;
 
 /// Texels resampled by one task.
@@ -58,31 +61,64 @@ impl Bilinear {
     }
 }
 
+/// What windows are read from: the vectors of a level's texels.
+#[derive(Clone, Copy, Debug)]
+pub struct DensePicture<'a> {
+    /// The texels.
+    pub grid: TexelGrid,
+    /// The vector of each, by number.
+    pub rows: &'a [u32],
+    /// The vector off the grid.
+    pub default: u32,
+    /// All vectors, one after the other.
+    pub vectors: &'a [f32],
+    /// Numbers per vector.
+    pub dimensions: usize,
+}
+
+impl DensePicture<'_> {
+    #[inline(always)]
+    fn vector(&self, texel: Option<TexelIndex>) -> &[f32] {
+        let row = texel.map_or(self.default, |texel| self.rows[texel.index()]);
+        &self.vectors[row as usize * self.dimensions..][..self.dimensions]
+    }
+}
+
 impl DenseWindows {
     /// Resamples the windows of all texels of a level, whose features are `embedding`; off the grid lies the
     /// default.
     pub fn new(level: &SpaceLevel, embedding: &Embedding, template: &Template) -> Self {
-        let (dimensions, grid) = (embedding.dimensions, level.grid);
-        let rows = feature_rows(level);
-        let default = default_row(level);
-        let vectors = flat_vectors(embedding);
-        let samples: Vec<Bilinear> = template
-            .positions
-            .iter()
-            .map(|at| Bilinear::at(at.x, at.y))
-            .collect();
-        let stride = dimensions * samples.len();
+        let picture = DensePicture {
+            grid: level.grid,
+            rows: &feature_rows(level),
+            default: default_row(level),
+            vectors: &flat_vectors(embedding),
+            dimensions: embedding.dimensions,
+        };
+        Self::of_picture(picture, template, None)
+    }
+
+    /// Resamples the windows of all texels of a picture. `turns` says by texel where the template's x axis
+    /// points, as a unit vector (s, t).
+    pub fn of_picture(
+        picture: DensePicture<'_>,
+        template: &Template,
+        turns: Option<&[Vec2]>,
+    ) -> Self {
+        let (dimensions, grid) = (picture.dimensions, picture.grid);
+        let upright = samples(template, Vec2::X);
+        let stride = dimensions * template.positions.len();
         let mut numbers = vec![0.0; stride * grid.len()];
         let tasks = numbers.par_chunks_mut(stride.max(1) * CHUNK).enumerate();
         tasks.for_each(|(task, windows)| {
             for (at, window) in windows.chunks_exact_mut(stride).enumerate() {
                 let texel = task * CHUNK + at;
                 let (row, col) = place(grid, texel);
+                let turned = turns.map(|turns| samples(template, turns[texel]));
+                let samples = turned.as_ref().unwrap_or(&upright);
                 for (sample, numbers) in samples.iter().zip(window.chunks_exact_mut(dimensions)) {
                     for ([drow, dcol], weight) in sample.counting() {
-                        let there = grid.texel_at(row + drow, col + dcol);
-                        let feature = there.map_or(default, |texel| rows[texel.index()]);
-                        let vector = &vectors[feature as usize * dimensions..][..dimensions];
+                        let vector = picture.vector(grid.texel_at(row + drow, col + dcol));
                         for (number, value) in numbers.iter_mut().zip(vector) {
                             *number += weight * value;
                         }
@@ -105,16 +141,14 @@ impl DenseWindows {
 }
 
 /// Which texels are whole: every texel that their samples blend is on the grid. At a level without any, all
-/// count as whole.
-pub fn whole_texels(grid: TexelGrid, template: &Template) -> Vec<bool> {
-    let samples: Vec<Bilinear> = template
-        .positions
-        .iter()
-        .map(|at| Bilinear::at(at.x, at.y))
-        .collect();
+/// count as whole. `turns` as in [`DenseWindows::of_picture`].
+pub fn whole_texels(grid: TexelGrid, template: &Template, turns: Option<&[Vec2]>) -> Vec<bool> {
+    let upright = samples(template, Vec2::X);
     let is_whole = |texel: usize| {
         let (row, col) = place(grid, texel);
-        let mut counting = samples.iter().flat_map(Bilinear::counting);
+        let turned = turns.map(|turns| samples(template, turns[texel]));
+        let samples = turned.as_ref().unwrap_or(&upright).iter();
+        let mut counting = samples.flat_map(Bilinear::counting);
         counting.all(|([drow, dcol], _)| grid.texel_at(row + drow, col + dcol).is_some())
     };
     let whole: Vec<bool> = (0..grid.len()).map(is_whole).collect();
@@ -122,6 +156,13 @@ pub fn whole_texels(grid: TexelGrid, template: &Template) -> Vec<bool> {
         true => whole,
         false => vec![true; grid.len()],
     }
+}
+
+/// The samples of a template whose x axis points along a unit vector (s, t).
+fn samples(template: &Template, along: Vec2) -> Vec<Bilinear> {
+    let positions = template.positions.iter();
+    let turned = positions.map(|&at| along.rotate(at));
+    turned.map(|at| Bilinear::at(at.x, at.y)).collect()
 }
 
 /// The vectors of all feature rows, one after the other, without padding.
@@ -140,7 +181,6 @@ fn place(grid: TexelGrid, texel: usize) -> (i64, i64) {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec2;
     use ndarray::Array3;
 
     use super::*;
@@ -187,16 +227,52 @@ mod tests {
             positions: vec![Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.5)],
             ..Template::default()
         };
-        let whole = whole_texels(level.grid, &template);
+        let whole = whole_texels(level.grid, &template, None);
         for (texel, whole) in whole.into_iter().enumerate() {
             let (row, col) = (texel / 9, texel % 9);
             assert_eq!(whole, row >= 2 && col <= 7, "{row} {col}");
         }
         let tile = ramp(true).0;
         assert!(
-            whole_texels(tile.grid, &template)
+            whole_texels(tile.grid, &template, None)
                 .iter()
                 .all(|&whole| whole)
         );
+    }
+
+    #[test]
+    fn turned_windows_see_the_picture_turned_back() {
+        let (level, embedding) = ramp(true);
+        let template = Template::square(3);
+        let rows = feature_rows(&level);
+        let vectors = flat_vectors(&embedding);
+        let picture = DensePicture {
+            grid: level.grid,
+            rows: &rows,
+            default: default_row(&level),
+            vectors: &vectors,
+            dimensions: 1,
+        };
+        let texel = level.grid.texel(3, 4);
+        let upright = DenseWindows::new(&level, &embedding, &template);
+        // The template's x axis points along t: what lay right of the texel is what lies above it.
+        let turns = vec![Vec2::Y; level.grid.len()];
+        let turned = DenseWindows::of_picture(picture, &template, Some(&turns));
+        let at =
+            |windows: &DenseWindows, row: usize, col: usize| windows.window(texel.0)[3 * row + col];
+        for row in 0..3 {
+            for col in 0..3 {
+                let (found, expected) = (at(&turned, row, col), at(&upright, 2 - col, row));
+                assert!(
+                    (found - expected).abs() < 1e-4,
+                    "{row} {col}: {found} {expected}"
+                );
+            }
+        }
+        let open = ramp(false).0;
+        let diagonal = vec![Vec2::new(0.6, 0.8); open.grid.len()];
+        let whole = whole_texels(open.grid, &template, Some(&diagonal));
+        // The corners of the window lie 1.4 away.
+        assert!(whole[2 * 9 + 2] && !whole[9 + 1] && !whole[9 + 4]);
     }
 }

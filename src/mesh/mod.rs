@@ -9,6 +9,7 @@
 //! | [`builtin`], [`shapes`] | the built-in mesh, and meshes with a formula |
 //! | [`rings`], [`connection`], [`frame`] | tangent planes, and how directions are carried between them |
 //! | [`field`] | the orientation field |
+//! | [`keys`], [`user_vertex`] | values that a user states at a few vertices, spread over the surface |
 //! | [`chart`] | the (s, t) chart round a point |
 //! | [`surface_bvh`], [`point_tree`] | nearest points and crossings, and points in a triangle |
 //! | [`tangents`], [`tessellation`] | tangents of textured triangles; triangles cut to a length |
@@ -27,6 +28,7 @@ pub mod field;
 pub(crate) mod frame;
 pub mod geodesic;
 pub mod geodesic_distance;
+pub mod keys;
 pub(crate) mod origin;
 pub(crate) mod pictures;
 mod point_tree;
@@ -43,6 +45,7 @@ mod texture_charts;
 pub mod topology;
 pub mod triangle_mesh;
 mod triangulation;
+mod user_vertex;
 pub mod writing;
 
 pub use cleaning::{RepairReport, TurnedComponent};

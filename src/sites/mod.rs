@@ -8,10 +8,11 @@
 //! | the texels of a texture atlas | 4 texels | [`atlas`] |
 //!
 //! [`level`] has what a target must tell; [`order`], [`scan_order`] and [`coloring`] say in which order its
-//! sites are visited. A [`Target`] is any of them.
+//! sites are visited; [`controls`] what a texture that changes follows. A [`Target`] is any of them.
 
 pub mod atlas;
 pub(crate) mod coloring;
+pub(crate) mod controls;
 pub mod grid;
 pub(crate) mod level;
 pub(crate) mod order;
@@ -21,6 +22,7 @@ pub mod vertices;
 
 pub use atlas::options::{AtlasOptions, Sampling};
 pub use atlas::preparation::AtlasSurface;
+pub use controls::SiteControls;
 pub use grid::target::GridTarget;
 pub use level::{Neighbor, Parent, SampleLocation, SiteEdge, SiteHierarchy, Sites};
 pub use order::Order;

@@ -4,6 +4,7 @@
 mod own_windows;
 mod site_levels;
 mod space_level;
+mod variant;
 
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
@@ -14,6 +15,7 @@ use crate::sites::level::Sites;
 use crate::synthesis::check::own_windows::{COHERENT_WIDTH, multiscale_levels, one_level};
 use crate::synthesis::check::site_levels::check_sites;
 use crate::synthesis::check::space_level::space_level;
+use crate::synthesis::check::variant::{check_controls, variant_levels, variant_neighborhoods};
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::metric::of_level::gram;
 use crate::synthesis::options::{Method, MetricKind, SynthesisOptions};
@@ -59,6 +61,7 @@ pub fn complete_for(
 ) -> Result<Plan> {
     let levels = match options.method {
         Method::KCoherence | Method::WeiLevoy => return complete(space, table, options),
+        Method::Progressive => return variant_levels(space, table, options),
         Method::Adaptive => round_levels(space, options)?,
         Method::Multiscale => multiscale_levels(space, options)?,
         Method::Coherent => one_level(space, options)?,
@@ -82,6 +85,7 @@ pub fn neighborhoods(
         Method::Adaptive => Vec::new(),
         Method::Multiscale => options.multiscale.neighborhoods(plan.levels),
         Method::Coherent => vec![Neighborhood::square(COHERENT_WIDTH, 0)],
+        Method::Progressive => variant_neighborhoods(table, &plan, options),
     })
 }
 
@@ -94,6 +98,19 @@ pub fn multiscale<const N: usize, S: Sites<N>>(
     let neighborhoods = options.multiscale.neighborhoods(levels);
     check_sites(inputs.sites, &neighborhoods.iter().collect::<Vec<_>>())?;
     Ok(neighborhoods)
+}
+
+/// Checks inputs of the progressive method and completes its options.
+pub fn progressive<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
+    options: &SynthesisOptions,
+) -> Result<Plan> {
+    exemplar(inputs.space, inputs.table)?;
+    let plan = variant_levels(inputs.space, inputs.table, options)?;
+    check_controls(inputs)?;
+    let neighborhoods = variant_neighborhoods(inputs.table, &plan, options);
+    check_sites(inputs.sites, &neighborhoods.iter().collect::<Vec<_>>())?;
+    Ok(plan)
 }
 
 /// Checks inputs of the coherent method.

@@ -40,7 +40,7 @@ struct LevelSize {
 
 const FORMAT: &str = "mesotex-checkpoint";
 /// Changes whenever the same run would give other numbers, or the file has another form.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 #[derive(Deserialize)]
 struct Meta {
@@ -49,6 +49,7 @@ struct Meta {
     engine: String,
     run: ContentId,
     level: u32,
+    searched: u64,
     seal: ContentId,
 }
 
@@ -124,6 +125,7 @@ impl Checkpoint {
         let map = LevelMap {
             level: Level(meta.level),
             coords: coords.rows().into_iter().map(coord).collect(),
+            searched: meta.searched,
         };
         if seal(&meta.run, &map) != meta.seal {
             return Err(reader.fault("seal", "it does not belong to what the file holds"));
@@ -170,6 +172,7 @@ impl Checkpoint {
         meta.insert("engine".into(), ENGINE.into());
         meta.insert("run".into(), self.run.to_string().into());
         meta.insert("level".into(), map.level.0.into());
+        meta.insert("searched".into(), map.searched.into());
         meta.insert("seal".into(), seal(&self.run, map).to_string().into());
         npz::write(&self.path, meta, |writer| writer.array("coords", coords)).map(drop)
     }
@@ -192,6 +195,7 @@ fn flat(map: &LevelMap) -> Vec<f32> {
 fn seal(run: &ContentId, map: &LevelMap) -> ContentId {
     let mut seal = Seal::new(FORMAT, VERSION, run);
     seal.text("level", &map.level.0.to_string());
+    seal.text("searched", &map.searched.to_string());
     seal.list("coords", &flat(map));
     seal.finish()
 }
@@ -207,6 +211,9 @@ fn run_id<const N: usize, S: Sites<N>>(
     hasher.update(&serde_json::to_vec(&stated).map_err(not_json)?);
     for level in &inputs.sites.levels {
         level.digest(&mut hasher);
+    }
+    if let Some(controls) = inputs.controls {
+        controls.digest(&mut hasher);
     }
     Ok(ContentId::of_hash(&hasher.finalize()))
 }
@@ -253,6 +260,7 @@ mod tests {
         LevelMap {
             level: Level(number),
             coords: (0..SITES[number as usize]).map(coord).collect(),
+            searched: 5,
         }
     }
 
@@ -457,6 +465,7 @@ mod tests {
                 space: &space,
                 table: &table,
                 sites: &sites,
+                controls: None,
             };
             let options = SynthesisOptions {
                 seed,

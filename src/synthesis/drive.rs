@@ -5,12 +5,11 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::grid::TexCoord;
 use crate::index::Level;
 use crate::progress::Progress;
 use crate::sites::level::Sites;
 use crate::synthesis::changes::Changes;
-use crate::synthesis::inputs::LevelMap;
+use crate::synthesis::inputs::{LevelContent, LevelMap};
 use crate::synthesis::rule::Rule;
 
 /// Visits sites in an order, each seeing what all others hold by then.
@@ -83,18 +82,20 @@ pub fn class_by_class<const N: usize, S: Sites<N>, R: Rule>(
 
 /// Runs level after level, the coarsest first, from `begun` on where a level is there already; `finished` is
 /// handed every level when it is done.
-pub fn coarse_to_fine(
+pub fn coarse_to_fine<C: Into<LevelContent>>(
     levels: usize,
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
-    mut level: impl FnMut(usize, Option<LevelMap>) -> Result<Vec<TexCoord>>,
+    mut level: impl FnMut(usize, Option<LevelMap>) -> Result<C>,
 ) -> Result<LevelMap> {
     let mut before = begun;
     let first = before.as_ref().map_or(levels, |map| map.level.index());
     for number in (0..first).rev() {
+        let LevelContent { coords, searched } = level(number, before.take())?.into();
         let map = LevelMap {
             level: Level(number as u32),
-            coords: level(number, before.take())?,
+            coords,
+            searched,
         };
         finished(&map)?;
         before = Some(map);

@@ -4,6 +4,7 @@ use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::grid::TexCoord;
 use crate::index::Level;
+use crate::sites::controls::SiteControls;
 use crate::sites::level::SiteHierarchy;
 
 /// What synthesis reads.
@@ -15,6 +16,8 @@ pub struct Inputs<'a, S> {
     pub table: &'a NeighborTable,
     /// Where synthesis writes.
     pub sites: &'a SiteHierarchy<S>,
+    /// What a texture that changes follows on level 0.
+    pub controls: Option<&'a SiteControls>,
 }
 
 impl<S> Clone for Inputs<'_, S> {
@@ -33,4 +36,24 @@ pub struct LevelMap {
     /// A texture coordinate per site, in texels of the level: texel centres on the finest, but for the coherent
     /// method's, which are real.
     pub coords: Vec<TexCoord>,
+    /// Choices of a method that admits only some texels, for which none of those proposed was admitted.
+    pub searched: u64,
+}
+
+/// What a level comes to hold.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LevelContent {
+    /// As in [`LevelMap`].
+    pub coords: Vec<TexCoord>,
+    /// As in [`LevelMap`].
+    pub searched: u64,
+}
+
+impl From<Vec<TexCoord>> for LevelContent {
+    fn from(coords: Vec<TexCoord>) -> Self {
+        Self {
+            coords,
+            ..Self::default()
+        }
+    }
 }

@@ -47,6 +47,7 @@ impl WithSites for AllLevels<'_> {
             space: self.space,
             table: self.table,
             sites,
+            controls: None,
         };
         synthesize(inputs, self.options, None, &mut |_| Ok(()), self.progress)
     }

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::synthesis::option_ranges::{at_least_one, few_rounds};
 use crate::synthesis::recipes::adaptive::options::AdaptiveOptions;
 use crate::synthesis::recipes::multiscale::options::MultiscaleOptions;
+use crate::synthesis::recipes::progressive::options::ProgressiveOptions;
 pub use crate::synthesis::recipes::tong::options::{KCoherenceOptions, Search};
 
 /// The paper that is followed.
@@ -23,6 +24,8 @@ pub enum Method {
     Multiscale,
     /// Ying 2001 §5: patches go on from finished sites at real coordinates; one level, one pass, fast
     Coherent,
+    /// Zhang 2003 §5: textures that change over the surface, and masks that keep their elements whole
+    Progressive,
 }
 
 impl Method {
@@ -34,6 +37,7 @@ impl Method {
             Self::Adaptive => "adaptive",
             Self::Multiscale => "multiscale",
             Self::Coherent => "coherent",
+            Self::Progressive => "progressive",
         }
     }
 }
@@ -88,6 +92,10 @@ pub struct SynthesisOptions {
     #[command(flatten)]
     #[serde(flatten)]
     pub multiscale: MultiscaleOptions,
+    /// Options of the progressive method.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub progressive: ProgressiveOptions,
     /// Seed of everything drawn at random.
     #[arg(skip)]
     pub seed: u64,
@@ -105,6 +113,7 @@ impl Default for SynthesisOptions {
             k_coherence: KCoherenceOptions::default(),
             adaptive: AdaptiveOptions::default(),
             multiscale: MultiscaleOptions::default(),
+            progressive: ProgressiveOptions::default(),
             seed: 0,
         }
     }
@@ -126,6 +135,7 @@ impl SynthesisOptions {
         self.k_coherence.validate()?;
         self.adaptive.validate()?;
         self.multiscale.validate()?;
+        self.progressive.validate()?;
         self.check_method()
     }
 
@@ -147,6 +157,9 @@ impl SynthesisOptions {
         if self.method != Method::Multiscale {
             self.multiscale.refuse_for(name)?;
         }
+        if self.method != Method::Progressive {
+            self.progressive.refuse_for(name)?;
+        }
         match self.unused_option() {
             None => Ok(()),
             Some((option, has)) => Err(Error::option(
@@ -165,6 +178,7 @@ impl SynthesisOptions {
             Method::Adaptive => (false, true, true, true),
             Method::Multiscale => (false, false, true, true),
             Method::Coherent => (true, true, true, true),
+            Method::Progressive => (false, true, true, false),
         };
         let given = [
             (

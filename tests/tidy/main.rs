@@ -15,6 +15,7 @@ const GROUND: [&str; 7] = [
     "index",
     "neighborhood",
     "progress",
+    "radial_basis",
     "random",
 ];
 

@@ -71,6 +71,22 @@ impl CandidateList {
                 self.proposals.push(at);
             }
         }
+        self.list_proposed(exemplar);
+    }
+
+    /// Collects the whole texels that some coordinates lie in; a coordinate may lie off the grid.
+    pub fn collect_proposed(
+        &mut self,
+        exemplar: &ExemplarLevel<'_>,
+        proposals: impl Iterator<Item = TexCoord>,
+    ) {
+        self.begin(exemplar.grid.len());
+        self.proposals.clear();
+        proposals.for_each(|at| self.proposals.push(at));
+        self.list_proposed(exemplar);
+    }
+
+    fn list_proposed(&mut self, exemplar: &ExemplarLevel<'_>) {
         self.proposals.place(exemplar.grid);
         for proposal in 0..self.proposals.len() {
             if let Some(texel) = self.proposals.texel(proposal)
@@ -80,6 +96,28 @@ impl CandidateList {
                 self.add_whole(exemplar, texel, self.sources.len() - 1, 1.0);
             }
         }
+    }
+
+    /// Drops the candidates that are not to be tried.
+    pub fn retain(&mut self, keep: impl Fn(u32) -> bool) {
+        let mut kept = 0;
+        for at in 0..self.list.len() {
+            if keep(self.list[at].texel) {
+                self.list.swap(kept, at);
+                self.origins.swap(kept, at);
+                kept += 1;
+            }
+        }
+        self.list.truncate(kept);
+        self.origins.truncate(kept);
+    }
+
+    /// Lists texels instead of what neighbours propose.
+    pub fn replace(&mut self, texels: impl Iterator<Item = u32>) {
+        self.list.clear();
+        self.origins.clear();
+        self.list
+            .extend(texels.map(|texel| Candidate { texel, factor: 1.0 }));
     }
 
     /// Adds the nearest texels of every coherent one, whose distances count `coherence` times, and
@@ -110,10 +148,10 @@ impl CandidateList {
     /// texel that is not listed.
     pub fn place(&self, grid: TexelGrid, texel: u32) -> TexCoord {
         let listed = self.list.iter().position(|listed| listed.texel == texel);
-        let Some(listed) = listed else {
+        let Some(&origin) = listed.and_then(|listed| self.origins.get(listed)) else {
             return grid.centre(TexelIndex(texel));
         };
-        let source = self.sources[self.origins[listed] as usize];
+        let source = self.sources[origin as usize];
         let inside = self.proposals.mean_inside(source);
         let [right, down] = inside.map(|place| place.clamp(MARGIN, 1.0 - MARGIN));
         let (row, col) = grid.row_col(TexelIndex(texel));

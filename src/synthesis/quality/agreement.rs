@@ -219,6 +219,7 @@ mod tests {
             space: &space,
             table: &table,
             sites: &sites,
+            controls: None,
         });
     }
 

@@ -58,6 +58,7 @@ pub fn coherent<const N: usize, S: Sites<N>>(
     let map = LevelMap {
         level: Level(0),
         coords: state.coords,
+        searched: 0,
     };
     finished(&map)?;
     Ok(map)

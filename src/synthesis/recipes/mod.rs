@@ -7,6 +7,7 @@
 //! | [`adaptive`] | `adaptive`: Chen and Dong 2008 |
 //! | [`multiscale`] | `multiscale`: Ying 2001 §4 |
 //! | [`coherent`] | `coherent`: Ying 2001 §5 |
+//! | [`progressive`] | `progressive`: Zhang 2003 §5 |
 //!
 //! Parts: the [`k_coherence`] rule, [`distance_floor`], [`reuse_penalty`], [`seam_repair`].
 
@@ -15,6 +16,7 @@ mod coherent;
 pub(crate) mod distance_floor;
 pub(crate) mod k_coherence;
 pub(crate) mod multiscale;
+pub(crate) mod progressive;
 pub(crate) mod reuse_penalty;
 pub(crate) mod seam_repair;
 pub(crate) mod tong;
@@ -47,6 +49,7 @@ pub fn synthesize<const N: usize, S: Sites<N>>(
         Method::Adaptive => adaptive::adaptive,
         Method::Multiscale => multiscale::multiscale,
         Method::Coherent => coherent::coherent,
+        Method::Progressive => progressive::progressive,
     };
     recipe(inputs, options, begun, finished, progress)
 }

@@ -103,6 +103,7 @@ fn one_texel_grows_into_a_copy() {
             space: &space,
             table: &table,
             sites: &sites,
+            controls: None,
         };
         let options = SynthesisOptions {
             k_coherence: KCoherenceOptions {
@@ -138,6 +139,7 @@ fn every_way_of_synthesis_beats_chance_and_fills_the_map() {
         space: &space,
         table: &table,
         sites: &sites,
+        controls: None,
     };
     for search in [Search::KCoherence, Search::Full] {
         for metric in [MetricKind::Gram, MetricKind::Embedded] {
@@ -233,6 +235,7 @@ fn seeds_differ_and_runs_do_not() {
         space: &space,
         table: &table,
         sites: &sites,
+        controls: None,
     };
     let with_seed = |seed| {
         run(
@@ -255,6 +258,7 @@ fn a_resumed_run_ends_like_an_uninterrupted_one() {
         space: &space,
         table: &table,
         sites: &sites,
+        controls: None,
     };
     let options = SynthesisOptions::default();
     let mut levels = Vec::new();
@@ -295,6 +299,7 @@ fn an_interrupted_run_stops() {
         space: &space,
         table: &table,
         sites: &sites,
+        controls: None,
     };
     let flag = std::sync::atomic::AtomicBool::new(true);
     let progress = Progress::new(&|_| {}, Some(&flag));
@@ -316,6 +321,7 @@ fn the_energy_of_a_copy_is_nothing_and_of_chance_is_one() {
         space: &space,
         table: &table,
         sites: &sites,
+        controls: None,
     };
     let texels = space.levels[0].grid;
     let copy = |site: u32| texels.texel((site / 32) % 16, site % 16);
@@ -427,6 +433,7 @@ fn inputs_that_do_not_fit_are_named() {
             space,
             table,
             sites,
+            controls: None,
         };
         synthesize(inputs, &options, None, &mut |_| Ok(()), Progress::silent())
             .unwrap_err()

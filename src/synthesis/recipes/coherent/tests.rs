@@ -53,6 +53,7 @@ fn run<const N: usize, S: Sites<N>>(
         space,
         table: &table,
         sites,
+        controls: None,
     };
     let options = SynthesisOptions {
         method: Method::Coherent,

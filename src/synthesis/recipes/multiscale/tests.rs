@@ -131,6 +131,7 @@ fn the_first_pass_draws_among_the_nearest_coarser_windows_and_exhausts_them() {
             space: &space,
             table: &table,
             sites: &sites,
+            controls: None,
         },
         level: 0,
         kind: Kind::First,
@@ -175,6 +176,7 @@ fn the_second_pass_draws_among_the_nearest_of_both_windows() {
             space: &space,
             table: &table,
             sites: &sites,
+            controls: None,
         },
         level: 0,
         kind: Kind::Second,
@@ -220,6 +222,7 @@ fn the_coarsest_level_takes_the_nearest_of_what_is_synthesized() {
             space: &space,
             table: &table,
             sites: &sites,
+            controls: None,
         },
         level: 0,
         kind: Kind::Coarsest,
@@ -260,6 +263,7 @@ fn whole_run(
         space,
         table,
         sites,
+        controls: None,
     };
     let progress = Progress::silent();
     let map = synthesize(inputs, options, None, &mut |_| Ok(()), progress);
@@ -289,6 +293,7 @@ fn windows_that_fit_neither_the_sample_nor_the_target_are_refused() {
         space: &space,
         table: &table,
         sites: &sites,
+        controls: None,
     };
     let refused = |change: fn(&mut SynthesisOptions)| {
         let mut options = options(0);

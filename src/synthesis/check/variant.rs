@@ -1,0 +1,104 @@
+//! Progressively-variant exemplars: whether windows fit their levels, and whether surface and exemplar have the same
+//! controls.
+
+use crate::error::{Error, Result};
+use crate::exemplar::controls::ControlKind;
+use crate::exemplar::neighbor_table::NeighborTable;
+use crate::exemplar::space::Space;
+use crate::neighborhood::{Neighborhood, window_width};
+use crate::sites::level::Sites;
+use crate::synthesis::check::{Plan, complete};
+use crate::synthesis::inputs::Inputs;
+use crate::synthesis::options::SynthesisOptions;
+
+/// The levels of the progressive method: those asked for, else all of the table that its windows fit.
+pub fn variant_levels(
+    space: &Space,
+    table: &NeighborTable,
+    options: &SynthesisOptions,
+) -> Result<Plan> {
+    let plan = complete(space, table, options)?;
+    let widest = options.progressive.widest();
+    let fits = |level: &usize| {
+        let grid = space.levels[*level].grid;
+        widest <= grid.width.min(grid.height)
+    };
+    let fitting = (0..plan.levels).take_while(fits).count();
+    if fitting == plan.levels || (options.levels.is_none() && fitting > 0) {
+        return Ok(Plan {
+            levels: fitting,
+            ..plan
+        });
+    }
+    let grid = space.levels[fitting].grid;
+    let option = match options.progressive.mask_window.widest() == widest {
+        true => "mask-window",
+        false => "color-window",
+    };
+    Err(Error::option(
+        option,
+        format!(
+            "{widest} texels on the exemplar's level {fitting} of {}×{}",
+            grid.width, grid.height
+        ),
+        match fitting {
+            0 => format!("at most {}", grid.width.min(grid.height)),
+            _ => format!(
+                "at most {}, or --levels {fitting}",
+                grid.width.min(grid.height)
+            ),
+        },
+    ))
+}
+
+/// The square windows that sites need on each level, finest first.
+pub fn variant_neighborhoods(
+    table: &NeighborTable,
+    plan: &Plan,
+    options: &SynthesisOptions,
+) -> Vec<Neighborhood> {
+    let of_level = |level: usize| {
+        let coarse = &table.levels[level].neighborhood.coarse_offsets;
+        let coarse = match level + 1 == plan.levels {
+            true => 0,
+            false => window_width(coarse),
+        };
+        Neighborhood::square(options.progressive.widest(), coarse)
+    };
+    (0..plan.levels).map(of_level).collect()
+}
+
+/// Whether the surface has what the exemplar has, as far as one is nothing without the other.
+pub fn check_controls<const N: usize, S: Sites<N>>(inputs: Inputs<'_, S>) -> Result<()> {
+    let of_exemplar = inputs.space.controls.first();
+    let has = |kind| of_exemplar.is_some_and(|controls| controls.has(kind));
+    let sites = inputs.sites.levels.first().map_or(0, Sites::count);
+    let Some(controls) = inputs.controls else {
+        return match has(ControlKind::Transition) {
+            false => Ok(()),
+            true => Err(
+                Error::data("transition", "of the exemplar, none of the surface")
+                    .expected("both")
+                    .advice("give --keys FILE.json, or a mesh with the property `transition`"),
+            ),
+        };
+    };
+    if controls.transition.len() != sites {
+        let found = format!("{} values", controls.transition.len());
+        return Err(Error::data("transition of the surface", found)
+            .expected(format!("one for each of {sites} sites")));
+    }
+    if !has(ControlKind::Transition) && controls.transition.iter().any(|&value| value != 0.0) {
+        return Err(
+            Error::data("transition", "of the surface, none of the exemplar")
+                .expected("both")
+                .advice("make the exemplar with vary, or exemplar --transition FILE"),
+        );
+    }
+    if controls.mask.is_some() && !has(ControlKind::Mask) {
+        return Err(Error::data("mask", "of the surface, none of the exemplar")
+            .expected("both")
+            .advice("make the exemplar with exemplar --mask FILE"));
+    }
+    Ok(())
+}
