@@ -132,11 +132,10 @@ mod tests {
     #[test]
     fn rectangles_have_their_border_centre_and_area() {
         // One touches the image's corner, one has a hole.
-        let mask = Array2::from_shape_fn((12, 16), |(row, col)| match (row, col) {
-            (0..3, 0..4) => 1,
-            (6, 9) => 0,
-            (4..9, 7..12) => 2,
-            _ => 0,
+        let within = |at: usize, from: usize, to: usize| at >= from && at < to;
+        let mask = Array2::from_shape_fn((12, 16), |(row, col)| {
+            let in_ring = within(row, 4, 9) && within(col, 7, 12) && (row, col) != (6, 9);
+            u8::from(row < 3 && col < 4) + 2 * u8::from(in_ring)
         });
         let Features { list, owner } = Features::of(&mask, LabelSet::FEATURES);
         assert_eq!(list.len(), 2);
