@@ -75,6 +75,8 @@ pub mod synthesis;
 
 pub mod textures;
 
+pub mod vary;
+
 pub mod render;
 pub mod report;
 

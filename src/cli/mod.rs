@@ -14,6 +14,7 @@ mod info;
 mod interruption;
 mod knn;
 mod machine;
+mod mask;
 mod mesh;
 mod outcome;
 mod outputs;
@@ -58,6 +59,7 @@ enum Command {
     Gram(gram::Arguments),
     Knn(knn::Arguments),
     Exemplar(exemplar::Arguments),
+    Mask(mask::Arguments),
     Mesh(mesh::Arguments),
     Synth(synth::Arguments),
     Render(render::Arguments),
@@ -84,6 +86,7 @@ impl Command {
             Self::Gram(arguments) => &arguments.common,
             Self::Knn(arguments) => &arguments.common,
             Self::Exemplar(arguments) => &arguments.common,
+            Self::Mask(arguments) => &arguments.common,
             Self::Mesh(arguments) => &arguments.common,
             Self::Synth(arguments) => &arguments.common,
             Self::Render(arguments) => &arguments.common,
@@ -100,6 +103,7 @@ impl Command {
             Self::Textons(arguments) => arguments.options.validate(),
             Self::Knn(arguments) => arguments.options.validate(),
             Self::Exemplar(arguments) => arguments.check(),
+            Self::Mask(arguments) => arguments.check(),
             Self::Mesh(arguments) => arguments.check(),
             Self::Synth(arguments) => arguments.check(),
             Self::Render(arguments) => arguments.check(),
@@ -120,6 +124,7 @@ impl Command {
             Self::Gram(arguments) => Ok(arguments.files()),
             Self::Knn(arguments) => Ok(arguments.files()),
             Self::Exemplar(arguments) => Ok(arguments.files()),
+            Self::Mask(arguments) => Ok(arguments.files()),
             Self::Mesh(arguments) => arguments.files(),
             Self::Synth(arguments) => arguments.files(),
             Self::Render(arguments) => Ok(arguments.files()),
@@ -142,6 +147,7 @@ impl Command {
             | Self::Gram(_)
             | Self::Knn(_)
             | Self::Exemplar(_)
+            | Self::Mask(_)
             | Self::Mesh(_)
             | Self::BakeMaps(_)
             | Self::Transfer(_) => STAGE_IF_INTERRUPTED,
@@ -158,6 +164,7 @@ impl Command {
             Self::Gram(arguments) => arguments.run(session),
             Self::Knn(arguments) => arguments.run(session),
             Self::Exemplar(arguments) => arguments.run(session),
+            Self::Mask(arguments) => arguments.run(session),
             Self::Mesh(arguments) => arguments.run(session),
             Self::Synth(arguments) => arguments.run(session),
             Self::Render(arguments) => arguments.run(session),
