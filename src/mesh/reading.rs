@@ -36,6 +36,10 @@ pub struct UserMesh {
     pub scale: Option<Vec<f32>>,
     /// Turn of the texture per vertex, in degrees counter-clockwise (PLY `rotation`).
     pub rotation: Option<Vec<f32>>,
+    /// How far a texture has changed at each vertex, 0 to 1 (PLY `transition`).
+    pub transition: Option<Vec<f32>>,
+    /// A painted mask per vertex, labels 0 to 3 (PLY `mask`).
+    pub mask: Option<Vec<f32>>,
     /// The file's normals per vertex; zero where it has none.
     pub normals: Option<Vec<Vec3>>,
     /// Texture coordinates of each triangle's corners; NaN where the file has none.
@@ -49,7 +53,8 @@ pub struct UserMesh {
 impl UserMesh {
     /// Whether numbers other than normals came with its vertices.
     pub fn has_vertex_numbers(&self) -> bool {
-        self.orientation.is_some() || self.scale.is_some() || self.rotation.is_some()
+        let scalars = [&self.scale, &self.rotation, &self.transition, &self.mask];
+        self.orientation.is_some() || scalars.into_iter().any(Option::is_some)
     }
 }
 
@@ -390,6 +395,8 @@ fn attach(
         orientation: vector(["sx", "sy", "sz"]),
         scale: scalar("scale"),
         rotation: scalar("rotation"),
+        transition: scalar("transition"),
+        mask: scalar("mask"),
         normals: file.normals.as_ref().map(file_normal),
         mesh,
         from_file,
@@ -414,6 +421,16 @@ fn check_properties(user: &UserMesh) -> Result<()> {
     for (vertex, rotation) in user.rotation.iter().flatten().enumerate() {
         if !rotation.is_finite() {
             return fault(vertex, format!("rotation {rotation}"), "degrees");
+        }
+    }
+    for (vertex, transition) in user.transition.iter().flatten().enumerate() {
+        if !(0.0..=1.0).contains(transition) {
+            return fault(vertex, format!("transition {transition}"), "0 to 1");
+        }
+    }
+    for (vertex, label) in user.mask.iter().flatten().enumerate() {
+        if ![0.0, 1.0, 2.0, 3.0].contains(label) {
+            return fault(vertex, format!("mask {label}"), "a label, 0 to 3");
         }
     }
     for (vertex, s) in user.orientation.iter().flatten().enumerate() {

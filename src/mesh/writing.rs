@@ -105,7 +105,13 @@ fn write_ply(path: &Path, user: &UserMesh, normals: &[Vec3]) -> Result<()> {
         let axes = axes.into_iter().flatten().map(|axis| Column::Float(axis));
         named.extend(names.into_iter().zip(axes));
     }
-    for (name, values) in [("scale", &user.scale), ("rotation", &user.rotation)] {
+    let scalars = [
+        ("scale", &user.scale),
+        ("rotation", &user.rotation),
+        ("transition", &user.transition),
+        ("mask", &user.mask),
+    ];
+    for (name, values) in scalars {
         named.extend(values.iter().map(|values| (name, Column::Float(values))));
     }
     let (comments, triangles) = ([MESH_MARK.into()], &user.mesh.triangles);

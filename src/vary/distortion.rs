@@ -152,6 +152,7 @@ pub fn distorted(
         space: &space,
         table: &table,
         sites: &sites,
+        controls: None,
     };
     let asked = options.synthesis(seed);
     let map = synthesize(inputs, &asked, None, &mut |_| Ok(()), progress).map_err(named_as_here)?;

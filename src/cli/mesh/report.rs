@@ -48,6 +48,8 @@ fn properties(user: &UserMesh) -> Vec<&'static str> {
         ("texture coordinates", user.corner_uvs.is_some()),
         ("orientation", user.orientation.is_some()),
         ("scale", user.scale.is_some()),
+        ("transition", user.transition.is_some()),
+        ("mask", user.mask.is_some()),
         ("rotation", user.rotation.is_some()),
     ];
     all.into_iter()

@@ -85,6 +85,8 @@ fn carried(model: &UserMesh, charts: Option<&TextureCharts<'_>>, mesh: TriangleM
             .map(|list| blend.directions(list)),
         scale: model.scale.as_ref().map(|list| blend.factors(list)),
         rotation: model.rotation.as_ref().map(|list| blend.degrees(list)),
+        transition: model.transition.as_ref().map(|list| blend.shares(list)),
+        mask: model.mask.as_ref().map(|list| blend.labels(list)),
         corner_uvs: charts.map(|charts| corner_uvs(charts, &tree, &model.mesh, &mesh)),
         from_file: (0..mesh.positions.len() as u32).collect(),
         origin: model.origin,
@@ -137,6 +139,32 @@ impl Blend<'_> {
                 .map(|(v, weight)| list[v].ln() * weight)
                 .sum::<f32>()
                 .exp()
+        })
+    }
+
+    /// Shares from 0 to 1.
+    fn shares(&self, list: &[f32]) -> Vec<f32> {
+        self.each(|place| {
+            let Some((corners, weights)) = place else {
+                return 0.0;
+            };
+            let parts = corners.into_iter().zip(weights);
+            let sum: f32 = parts.map(|(v, weight)| list[v] * weight).sum();
+            sum.clamp(0.0, 1.0)
+        })
+    }
+
+    /// Labels: that of the corner that weighs most.
+    fn labels(&self, list: &[f32]) -> Vec<f32> {
+        self.each(|place| {
+            let Some((corners, weights)) = place else {
+                return 0.0;
+            };
+            let heavier = |best: usize, at: usize| match weights[at] > weights[best] {
+                true => at,
+                false => best,
+            };
+            list[corners[(0..3).fold(0, heavier)]]
         })
     }
 

@@ -18,6 +18,13 @@ pub fn variant_levels(
     options: &SynthesisOptions,
 ) -> Result<Plan> {
     let plan = complete(space, table, options)?;
+    let controls = space.controls.first();
+    let varies = controls.is_some_and(|controls| controls.has(ControlKind::Transition));
+    if varies && table.transition_tolerance.is_none() {
+        return Err(Error::data("neighbour table", "no transition tolerance")
+            .expected("one, as the exemplar has a transition")
+            .advice("build it with knn --transition-tolerance 0.1"));
+    }
     let widest = options.progressive.widest();
     let fits = |level: &usize| {
         let grid = space.levels[*level].grid;

@@ -21,8 +21,6 @@ use crate::synthesis::recipes::progressive::label_vectors::{
 use crate::synthesis::recipes::progressive::ring_metric::RingMetric;
 use crate::synthesis::state::first_guess;
 
-const TOLERANCE: f32 = 0.1;
-
 /// A level with everything that the method compares.
 pub struct VariantLevel<'a> {
     /// Its texels, the nearest of each, and which may be picked.
@@ -109,10 +107,13 @@ impl<'a> VariantLevel<'a> {
         exemplar.whole_texels.retain(|&texel| fits[texel as usize]);
         let controls = space.controls.get(level);
         let transition = controls.and_then(|controls| controls.transition.as_ref());
-        let (values, tolerance) = match transition {
-            Some(transition) => (transition.iter().copied().collect(), TOLERANCE),
-            None => (vec![0.0; exemplar.grid.len()], f32::INFINITY),
-        };
+        let values = transition.map_or_else(
+            || vec![0.0; exemplar.grid.len()],
+            |transition| transition.iter().copied().collect(),
+        );
+        let tolerance = table
+            .transition_tolerance
+            .map_or(f32::INFINITY, |of| of as f32);
         let widths = [asked.color_window.widest(), asked.widest()];
         let own = pictures.windows(&space.levels[level], widths, asked.widest());
         let offsets = &table.levels[level].neighborhood.coarse_offsets;

@@ -31,6 +31,7 @@ fn exemplar(picture: impl Fn(usize, usize) -> f32, controls: Controls) -> (Space
         (of(0, 0) + of(0, 1) + of(1, 0) + of(1, 1)) / 4.0
     });
     let above = controls.coarser(GRID);
+    let varies = controls.transition.is_some();
     let space = Space {
         levels: [(GRID, finest), (GRID.coarser(), coarse)]
             .map(|(grid, numbers)| SpaceLevel {
@@ -46,6 +47,7 @@ fn exemplar(picture: impl Fn(usize, usize) -> f32, controls: Controls) -> (Space
     let options = KnnOptions {
         k: 5,
         neighborhood: 5,
+        transition_tolerance: varies.then_some(0.1),
         ..KnnOptions::default()
     };
     let table = build(&space, &options, Progress::silent()).unwrap();
