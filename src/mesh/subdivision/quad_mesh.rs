@@ -98,16 +98,16 @@ impl Fans {
             is_closed: vec![false; mesh.vertices],
             places: vec![0; mesh.opposite.len()],
         };
-        for vertex in 0..mesh.vertices {
+        for (vertex, &start) in first.iter().enumerate() {
             let begin = fans.corners.entries.len();
-            let mut corner = first[vertex];
+            let mut corner = start;
             while corner != NONE {
                 fans.places[corner as usize] = (fans.corners.entries.len() - begin) as u32;
                 fans.corners.entries.push(corner);
                 // Across the half-edge that arrives at the vertex lies the next one.
                 let arriving = corner / 4 * 4 + (corner + 3) % 4;
                 corner = mesh.opposite[arriving as usize];
-                if corner == first[vertex] {
+                if corner == start {
                     fans.is_closed[vertex] = true;
                     break;
                 }
