@@ -185,6 +185,7 @@ impl Arguments {
             .read([&self.input])
             .read(&companions(&self.input)?)
             .read(&self.surface.guide)
+            .read(&self.surface.keys)
             .write("output", [&self.output], mesh)
             .write("report", &self.options.report, Product::File(Format::Json));
         for folder in self
@@ -248,6 +249,12 @@ impl Arguments {
             ("direction", surface.direction.is_some(), field, of_field),
             ("align", surface.align != Alignment::Smooth, field, of_field),
             ("guide", surface.guide.is_some(), field, of_field),
+            (
+                "field-energy",
+                !surface.field_energy.is_default(),
+                field,
+                of_field,
+            ),
             ("texel", surface.texel.is_some(), field, of_field),
             (
                 "levels",

@@ -1,5 +1,6 @@
 //! `mesotex synth`: space, neighbour table and a mesh (or a flat grid) in, surface texton map out.
 
+mod controls;
 mod pictures;
 mod product;
 mod renamed;
@@ -172,6 +173,7 @@ impl Arguments {
         let mut files = Files::default()
             .read([&self.space, &self.table])
             .read(&self.target.surface.guide)
+            .read(&self.target.surface.keys)
             .write("output", [&self.output], product::product_at(&self.output))
             .write("report", &self.report, Product::File(Format::Json));
         if let Some(mesh) = &self.target.mesh {
@@ -242,7 +244,7 @@ impl WithSites for Job<'_> {
             space: self.space,
             table: self.table,
             sites,
-            controls: None,
+            controls: self.target.controls.as_ref(),
         };
         let options = self.options;
         let prepared = self.started.elapsed();

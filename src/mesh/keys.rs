@@ -55,6 +55,11 @@ impl KeyFile {
         Ok(file)
     }
 
+    /// Whether any key has a transition.
+    pub fn has_transition(&self) -> bool {
+        self.keys.iter().any(|key| key.transition.is_some())
+    }
+
     fn check(&self) -> Result<()> {
         for (number, key) in self.keys.iter().enumerate() {
             let place = format!("key {number}");

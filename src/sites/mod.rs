@@ -15,12 +15,13 @@ pub(crate) mod coloring;
 pub(crate) mod controls;
 pub mod grid;
 pub(crate) mod level;
+mod mesh_controls;
 pub(crate) mod order;
 pub(crate) mod scan_order;
 pub(crate) mod target;
 pub mod vertices;
 
-pub use atlas::options::{AtlasOptions, Sampling};
+pub use atlas::options::{AtlasOptions, ChartSource, Sampling};
 pub use atlas::preparation::AtlasSurface;
 pub use controls::SiteControls;
 pub use grid::target::GridTarget;

@@ -13,6 +13,7 @@ use crate::progress::Progress;
 use crate::sites::atlas::AtlasSites;
 use crate::sites::atlas::options::AtlasOptions;
 use crate::sites::atlas::preparation::{self, AtlasSurface};
+use crate::sites::controls::SiteControls;
 use crate::sites::grid::GridSites;
 use crate::sites::grid::round::RoundGridSites;
 use crate::sites::grid::target::GridTarget;
@@ -31,6 +32,8 @@ pub struct Target {
     /// Level 0 with the square window of the neighbour table, in which a map is measured, where `sites` has
     /// other neighbourhoods.
     pub measured: Option<TargetSites>,
+    /// What a texture that changes follows on it.
+    pub controls: Option<SiteControls>,
 }
 
 /// The surface of a target.
@@ -95,6 +98,7 @@ impl Target {
             sites: TargetSites::Grid(grid.hierarchy(neighborhoods)?),
             surface: TargetSurface::of_grid(grid),
             measured: None,
+            controls: None,
         })
     }
 
@@ -109,6 +113,7 @@ impl Target {
             sites: TargetSites::RoundGrid(grid.round_hierarchy(rings, levels)?),
             surface: TargetSurface::of_grid(grid),
             measured: Some(TargetSites::Grid(grid.hierarchy(&[square])?)),
+            controls: None,
         })
     }
 
@@ -156,6 +161,7 @@ impl Target {
             surface,
             sites: TargetSites::RoundVertices(round.hierarchy),
             measured: None,
+            controls: None,
         };
         Ok((target, source))
     }
@@ -180,6 +186,7 @@ impl Target {
             surface,
             sites: TargetSites::Atlas(hierarchy),
             measured: None,
+            controls: None,
         })
     }
 
@@ -200,6 +207,7 @@ impl Target {
             },
             sites: TargetSites::Vertices(surface.hierarchy),
             measured: None,
+            controls: None,
         }
     }
 

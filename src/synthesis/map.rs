@@ -7,6 +7,7 @@ use crate::grid::TexCoord;
 use crate::index::TextonLabel;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
+use crate::sites::controls::SiteControls;
 use crate::sites::level::{SiteHierarchy, Sites};
 use crate::sites::target::{Target, TargetSurface, WithSites};
 use crate::synthesis::inputs::{Inputs, LevelMap};
@@ -25,6 +26,7 @@ pub fn synthesize_map(
     let work = AllLevels {
         space,
         table,
+        controls: target.controls.as_ref(),
         options,
         progress,
     };
@@ -35,6 +37,7 @@ pub fn synthesize_map(
 struct AllLevels<'a> {
     space: &'a Space,
     table: &'a NeighborTable,
+    controls: Option<&'a SiteControls>,
     options: &'a SynthesisOptions,
     progress: Progress<'a>,
 }
@@ -47,7 +50,7 @@ impl WithSites for AllLevels<'_> {
             space: self.space,
             table: self.table,
             sites,
-            controls: None,
+            controls: self.controls,
         };
         synthesize(inputs, self.options, None, &mut |_| Ok(()), self.progress)
     }

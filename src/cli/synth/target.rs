@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cli::machine::Need;
 use crate::cli::session::Session;
+use crate::cli::synth::controls;
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
@@ -109,8 +110,20 @@ impl TargetArguments {
                 of_mesh,
             ),
             (
+                "keys",
+                surface.keys.is_some(),
+                method == Method::Progressive,
+                "--method progressive; directions alone are for --guide",
+            ),
+            (
                 "align",
                 surface.align != default.align,
+                self.grid.is_none(),
+                of_mesh,
+            ),
+            (
+                "field-energy",
+                !surface.field_energy.is_default(),
                 self.grid.is_none(),
                 of_mesh,
             ),
@@ -133,6 +146,12 @@ impl TargetArguments {
                 of_atlas,
             ),
             ("unwrap", self.atlas.unwrap, is_atlas, of_atlas),
+            (
+                "charts",
+                self.atlas.charts != default_atlas.charts,
+                is_atlas,
+                of_atlas,
+            ),
             (
                 "sampling",
                 self.atlas.sampling != default_atlas.sampling,
@@ -164,7 +183,7 @@ impl TargetArguments {
                 "atlas, but --grid has none",
                 "a mesh, or --onto grid",
             )),
-            (Some(Onto::Atlas), None) => self.atlas.validate(),
+            (Some(Onto::Atlas), None) => self.guided_atlas().validate(),
             _ => Ok(()),
         }
     }
@@ -197,38 +216,33 @@ impl TargetArguments {
             guides: self.surface.guides(),
             seed: session.seed(),
         });
-        match (&self.mesh, self.grid) {
-            (_, Some(_)) => Ok(Prepared {
+        let read = |path: &PathBuf| crate::mesh::reading::read(path, session.progress());
+        let user = self.mesh.as_ref().map(read).transpose()?;
+        let mesh = self.mesh.as_ref().zip(user.as_ref());
+        let mesh = mesh.map(|(path, user)| MeshTarget {
+            path,
+            user,
+            exemplar,
+            session,
+        });
+        let mut prepared = match (mesh, self.grid) {
+            (_, Some(_)) => Prepared {
                 target: self.grid_target(&windows, round.as_ref(), exemplar)?,
                 circles: None,
-            }),
-            (Some(path), None) if self.is_atlas() => {
-                let user = crate::mesh::reading::read(path, session.progress())?;
-                let mesh = MeshTarget {
-                    path,
-                    user: &user,
-                    exemplar,
-                    session,
-                };
+            },
+            (Some(mesh), None) if self.is_atlas() => {
                 let mut target = mesh.prepare_atlas(&self.atlas_options(&windows.own, session))?;
                 if is_measured && windows.are_others_measured() {
                     let measured = std::slice::from_ref(&windows.measured);
                     let options = self.atlas_options(measured, session);
                     target.measured = Some(mesh.prepare_atlas(&options)?.sites);
                 }
-                Ok(Prepared {
+                Prepared {
                     target,
                     circles: None,
-                })
+                }
             }
-            (Some(path), None) => {
-                let user = crate::mesh::reading::read(path, session.progress())?;
-                let mesh = MeshTarget {
-                    path,
-                    user: &user,
-                    exemplar,
-                    session,
-                };
+            (Some(mesh), None) => {
                 let mut prepared = match &round {
                     Some(round) => mesh.prepare_round(round)?,
                     None => mesh.prepare(&self.surface_options(&windows.own, session))?,
@@ -238,10 +252,18 @@ impl TargetArguments {
                     let options = self.surface_options(measured, session);
                     prepared.target.measured = Some(mesh.measured_sites(&options)?);
                 }
-                Ok(prepared)
+                prepared
             }
-            (None, None) => Err(Error::option("grid", "no target", "a mesh, or --grid WxH")),
+            (None, None) => {
+                return Err(Error::option("grid", "no target", "a mesh, or --grid WxH"));
+            }
+        };
+        if options.method == Method::Progressive {
+            let keys = self.surface.keys.as_deref();
+            let surface = &prepared.target.surface;
+            prepared.target.controls = controls::of_target(surface, user, keys, session)?;
         }
+        Ok(prepared)
     }
 
     /// Whether sites are texels of an atlas.
@@ -249,12 +271,19 @@ impl TargetArguments {
         self.onto == Some(Onto::Atlas)
     }
 
+    /// The options of an atlas with what guides its field.
+    fn guided_atlas(&self) -> AtlasOptions {
+        AtlasOptions {
+            guides: self.surface.guides(),
+            ..self.atlas.clone()
+        }
+    }
+
     /// How an atlas is prepared for square windows.
     fn atlas_options(&self, neighborhoods: &[Neighborhood], session: &Session) -> AtlasOptions {
         AtlasOptions {
-            guides: self.surface.guides(),
             seed: session.seed(),
-            ..self.atlas.clone().with_neighborhoods(neighborhoods)
+            ..self.guided_atlas().with_neighborhoods(neighborhoods)
         }
     }
 

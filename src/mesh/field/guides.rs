@@ -4,16 +4,19 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::format::json;
+use crate::mesh::field::cosine;
 use crate::mesh::field::curvature::principal_directions;
 use crate::mesh::field::{Constraint, Field, Wishes, orientation_field};
+use crate::mesh::keys::KeyFile;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
 use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::user_vertex::UserVertices;
 use crate::progress::Progress;
 
 /// What the field follows where nothing is said of a vertex.
@@ -29,15 +32,37 @@ pub enum Alignment {
     Uv,
 }
 
+/// What makes one orientation field better than another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum FieldEnergy {
+    /// The least change from vertex to vertex, squared: has one best field, found exactly (Knöppel 2013).
+    #[default]
+    Dirichlet,
+    /// The greatest sum of cosines of the angles along edges, improved from that field (Ying 2001, footnote 2).
+    Cosine,
+}
+
+impl FieldEnergy {
+    /// Whether it is what counts where nothing is said.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// Where the orientation field comes from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GuideOptions {
     /// A guide file: directions the field must take.
     pub guide: Option<PathBuf>,
+    /// A file of keys: directions the field must take as well.
+    pub keys: Option<PathBuf>,
     /// What the field follows elsewhere.
     pub align: Alignment,
     /// A direction in space that s follows wherever it lies along the surface.
     pub direction: Option<Vec<f64>>,
+    /// What makes one field better than another.
+    pub energy: FieldEnergy,
 }
 
 /// The largest angle, in degrees, between a wanted direction and the normal at which it counts as
@@ -124,16 +149,22 @@ pub fn guided_field(
     if let Some(path) = &options.guide {
         canvas.add_file(path, &mut wishes, &mut said)?;
     }
+    if let Some(path) = &options.keys {
+        canvas.add_keys(path, &mut wishes, &mut said)?;
+    }
     if let Some(direction) = &options.direction {
         canvas.add_direction(direction, &mut wishes, &mut said);
     }
     if options.align == Alignment::Uv {
         canvas.add_uvs(&mut wishes, &mut said)?;
     }
-    let field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed, progress)?;
-    match options.align {
-        Alignment::Curvature => canvas.lean_on_curvature(field, wishes, seed, progress),
-        Alignment::Smooth | Alignment::Uv => Ok(field),
+    let mut field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed, progress)?;
+    if options.align == Alignment::Curvature {
+        field = canvas.lean_on_curvature(field, &mut wishes, seed, progress)?;
+    }
+    match options.energy {
+        FieldEnergy::Dirichlet => Ok(field),
+        FieldEnergy::Cosine => canvas.improve_cosines(&field, &wishes, progress),
     }
 }
 
@@ -187,55 +218,44 @@ impl Canvas<'_> {
         let file: GuideFile = json::read(path)?;
         for (number, guide) in file.guides.iter().enumerate() {
             let place = format!("guide {number}");
-            let vertex = self
-                .guided_vertex(guide, &place)
-                .map_err(|e| e.in_file(path))?;
-            let direction = Vec3::from_array(guide.direction);
-            self.constrain(vertex, direction, &place, wishes, said)
+            self.add_guide(guide, &place, wishes, said)
                 .map_err(|error| error.in_file(path))?;
         }
         Ok(())
     }
 
-    fn guided_vertex(&self, guide: &Guide, place: &str) -> Result<usize> {
-        let fault =
-            |found: String, expected: String| Err(Error::data(place, found).expected(expected));
-        match (guide.vertex, guide.point) {
-            (Some(vertex), None) => {
-                let map = &self.user.from_file;
-                match usize::try_from(vertex).ok().and_then(|v| map.get(v)) {
-                    Some(&ours) if self.is_used(ours as usize) => Ok(ours as usize),
-                    Some(_) => fault(
-                        format!("vertex {vertex} is in no face"),
-                        "a vertex of the surface".into(),
-                    ),
-                    None => fault(
-                        format!("vertex {vertex}"),
-                        format!("below {} vertices", map.len()),
-                    ),
-                }
-            }
-            (None, Some(point)) if point.iter().all(|c| c.is_finite()) => {
-                let local = (DVec3::from_array(point) - self.user.origin).as_vec3();
-                let nearest = self.tree.nearest(local);
-                let Some(nearest) = nearest else {
-                    return fault("a point".into(), "a mesh with triangles".into());
-                };
-                let corners = self.user.mesh.triangles[nearest.triangle as usize];
-                let best = (0..3).fold(0, |best, k| {
-                    if nearest.weights[k] > nearest.weights[best] {
-                        k
-                    } else {
-                        best
-                    }
-                });
-                Ok(corners[best] as usize)
-            }
-            _ => fault(
-                "neither one vertex nor one point".into(),
-                "\"vertex\" or \"point\"".into(),
-            ),
+    /// Adds the directions of a file of keys.
+    fn add_keys(&self, path: &Path, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+        for (number, key) in KeyFile::read(path)?.keys.iter().enumerate() {
+            let Some(direction) = key.direction else {
+                continue;
+            };
+            let guide = Guide {
+                vertex: key.vertex,
+                point: key.point,
+                direction,
+            };
+            self.add_guide(&guide, &format!("key {number}"), wishes, said)
+                .map_err(|error| error.in_file(path))?;
         }
+        Ok(())
+    }
+
+    fn add_guide(
+        &self,
+        guide: &Guide,
+        place: &str,
+        wishes: &mut Wishes,
+        said: &mut [bool],
+    ) -> Result<()> {
+        let vertices = UserVertices {
+            user: self.user,
+            rings: self.rings,
+            tree: self.tree,
+        };
+        let vertex = vertices.at(guide.vertex, guide.point, place)?;
+        let direction = Vec3::from_array(guide.direction);
+        self.constrain(vertex, direction, place, wishes, said)
     }
 
     fn add_direction(&self, direction: &[f64], wishes: &mut Wishes, said: &mut [bool]) {
@@ -294,11 +314,11 @@ impl Canvas<'_> {
     }
 
     /// Draws the smooth field to the principal directions, each taken with the sign that is nearer;
-    /// the signs settle in a few rounds.
+    /// the signs settle in a few rounds. The wishes are left as they were in the last one.
     fn lean_on_curvature(
         &self,
         smooth: Field,
-        mut wishes: Wishes,
+        wishes: &mut Wishes,
         seed: u64,
         progress: Progress<'_>,
     ) -> Result<Field> {
@@ -312,8 +332,21 @@ impl Canvas<'_> {
                 p.direction * (firmness * sure * p.direction.dot(*u).signum())
             };
             wishes.leanings = principal.iter().zip(&field.vectors).map(lean).collect();
-            field = orientation_field(&self.user.mesh, self.rings, &wishes, seed, progress)?;
+            field = orientation_field(&self.user.mesh, self.rings, wishes, seed, progress)?;
         }
         Ok(field)
+    }
+
+    /// The field under the same wishes that the cosine energy leads to.
+    fn improve_cosines(
+        &self,
+        field: &Field,
+        wishes: &Wishes,
+        progress: Progress<'_>,
+    ) -> Result<Field> {
+        let (mesh, rings) = (&self.user.mesh, self.rings);
+        let heeded = (wishes, &mesh.vertex_areas()[..]);
+        let vectors = cosine::improved(rings, &field.vectors, heeded, progress)?;
+        Ok(Field::of_vectors(mesh, rings, vectors))
     }
 }

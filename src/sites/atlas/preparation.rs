@@ -5,13 +5,14 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::collecting::{AtlasCounts, LevelSamples, Window};
+use super::face_surface::FaceSurface;
 use super::geometry::Geometry;
 use super::level_cells::LevelCells;
-use super::options::{AtlasOptions, Sampling};
+use super::options::{AtlasOptions, ChartSource, Sampling};
 use super::parents::parents;
 use super::sites::AtlasSites;
 use super::texels::LevelTexels;
-use super::{edges, marching, paths, vertex_charts};
+use super::{edges, marching, paths, vertex_charts, vertex_stars};
 use crate::error::{Error, Result};
 use crate::mesh::atlas::{Atlas, TexelPoints};
 use crate::mesh::reading::UserMesh;
@@ -52,6 +53,42 @@ pub struct AtlasSurface {
     pub triangles: Vec<[u32; 3]>,
     /// Per level, what became of the samples.
     pub counts: Vec<AtlasCounts>,
+    /// How often a control mesh was subdivided, where each of its faces is a chart.
+    pub subdivisions: Option<u32>,
+}
+
+impl AtlasSurface {
+    /// Numbers of the mesh's vertices, blended at every site.
+    pub fn blended(&self, numbers: &[f32]) -> Vec<f32> {
+        self.at_corners(|corners, weights| {
+            let parts = corners.into_iter().zip(weights);
+            parts.map(|(vertex, weight)| numbers[vertex] * weight).sum()
+        })
+    }
+
+    /// Numbers of the mesh's vertices at every site: that of the corner that weighs most.
+    pub fn heaviest(&self, numbers: &[f32]) -> Vec<f32> {
+        self.at_corners(|corners, weights| {
+            let heavier = |best: usize, at: usize| match weights[at] > weights[best] {
+                true => at,
+                false => best,
+            };
+            numbers[corners[(0..3).fold(0, heavier)]]
+        })
+    }
+
+    /// What a function makes of every site's triangle.
+    fn at_corners(&self, of: impl Fn([usize; 3], [f32; 3]) -> f32) -> Vec<f32> {
+        let texels = self.texels.iter().map(|&texel| texel as usize);
+        let site = |texel: usize| {
+            let corners = self.mesh.triangles[self.points.triangle[texel] as usize];
+            of(
+                corners.map(|vertex| vertex as usize),
+                self.points.weights[texel],
+            )
+        };
+        texels.map(site).collect()
+    }
 }
 
 /// Prepares the atlas of a mesh and the sites of its levels, finest first.
@@ -61,12 +98,23 @@ pub fn prepare(
     progress: Progress<'_>,
 ) -> Result<(AtlasSurface, SiteHierarchy<AtlasSites>)> {
     options.validate()?;
-    let atlas = charts(user, options, progress)?;
+    let faces = match options.charts {
+        ChartSource::Faces => Some(FaceSurface::new(user, options.resolution, progress)?),
+        ChartSource::Uv => None,
+    };
+    let own;
+    let (user, atlas) = match &faces {
+        Some(faces) => (&faces.user, &faces.atlas),
+        None => {
+            own = charts(user, options, progress)?;
+            (user, &own)
+        }
+    };
     progress.check()?;
-    let points = pyramid(&user.mesh, &atlas, options)?;
+    let points = pyramid(&user.mesh, atlas, options)?;
     let texel = texel(&user.mesh, points[0].inside(), options.texture_scale)?;
     let guided = (&options.guides, options.seed);
-    let geometry = Geometry::new(user, &atlas, texel, guided, progress)?;
+    let geometry = Geometry::new(user, atlas, texel, guided, progress)?;
     let on_level = |(number, points)| {
         let texel = texel * f64::from(1_u32 << number);
         LevelTexels::new(&geometry, points, texel)
@@ -77,6 +125,7 @@ pub fn prepare(
         .map(|level| LevelCells::new(&geometry, level, progress))
         .collect::<Result<_>>()?;
     let pyramid = Pyramid {
+        faces: faces.as_ref(),
         geometry: &geometry,
         levels: &levels,
         cells: &cells,
@@ -130,6 +179,8 @@ const VERTICES_PER_SITE: usize = 4;
 
 /// All levels while they are sampled.
 struct Pyramid<'a> {
+    /// The control mesh, where each of its faces is a chart.
+    faces: Option<&'a FaceSurface>,
     geometry: &'a Geometry<'a>,
     levels: &'a [LevelTexels],
     cells: &'a [LevelCells<'a>],
@@ -192,11 +243,12 @@ impl Pyramid<'_> {
         let texel = self.texel * f64::from(1_u32 << number);
         let marched = paths::marched_mesh(self.geometry, texel, progress)?;
         let surface = (self.geometry, &marched);
-        match self.options.sampling {
-            Sampling::Charts if !self.is_coarse(number) => {
-                vertex_charts::sample(surface, level, window, progress)
-            }
-            _ => marching::sample(surface, level, window, progress),
+        if self.options.sampling == Sampling::Marching || self.is_coarse(number) {
+            return marching::sample(surface, level, window, progress);
+        }
+        match self.faces {
+            Some(faces) => vertex_stars::sample(faces, surface, level, window, progress),
+            None => vertex_charts::sample(surface, level, window, progress),
         }
     }
 
@@ -230,6 +282,7 @@ impl Pyramid<'_> {
             edges: edges::edges(level, cells),
             triangles: edges::triangles(level, cells),
             counts: Vec::new(),
+            subdivisions: self.faces.map(|faces| faces.steps),
         }
     }
 

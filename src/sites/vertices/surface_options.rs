@@ -6,7 +6,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::mesh::field::guides::{Alignment, GuideOptions};
+use crate::mesh::field::guides::{Alignment, FieldEnergy, GuideOptions};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::progress::Progress;
@@ -36,6 +36,11 @@ pub struct SurfaceOptions {
     /// `{"guides": [{"vertex": 7, "direction": [x,y,z]}, {"point": [x,y,z], "direction": [x,y,z]}]}`. The mesh's own sx, sy, sz (PLY) count as well.
     #[arg(long, value_name = "FIELD.json")]
     pub guide: Option<PathBuf>,
+    /// How far a texture has changed and which way it runs at some vertices: a JSON file
+    /// `{"keys": [{"vertex": 7, "transition": 0.5, "direction": [x,y,z]}, {"point": [x,y,z], "transition": 1}]}`. They replace the mesh's own transition (PLY).
+    #[arg(long, value_name = "KEYS.json")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keys: Option<PathBuf>,
     /// What the field follows elsewhere.
     #[arg(long, value_enum, default_value_t = Alignment::Smooth)]
     pub align: Alignment,
@@ -47,6 +52,10 @@ pub struct SurfaceOptions {
         value_name = "X,Y,Z"
     )]
     pub direction: Option<Vec<f64>>,
+    /// What makes one orientation field better than another.
+    #[arg(long, value_enum, default_value_t = FieldEnergy::Dirichlet)]
+    #[serde(skip_serializing_if = "FieldEnergy::is_default")]
+    pub field_energy: FieldEnergy,
     /// Seed of everything drawn at random.
     #[arg(skip)]
     pub seed: u64,
@@ -61,8 +70,10 @@ impl Default for SurfaceOptions {
             texel: None,
             crease: 40.0,
             guide: None,
+            keys: None,
             align: Alignment::Smooth,
             direction: None,
+            field_energy: FieldEnergy::Dirichlet,
             seed: 0,
         }
     }
@@ -87,8 +98,10 @@ impl SurfaceOptions {
     pub fn guides(&self) -> GuideOptions {
         GuideOptions {
             guide: self.guide.clone(),
+            keys: self.keys.clone(),
             align: self.align,
             direction: self.direction.clone(),
+            energy: self.field_energy,
         }
     }
 

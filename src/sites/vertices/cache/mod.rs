@@ -87,17 +87,21 @@ fn key(user: &UserMesh, options: &SurfaceOptions) -> Result<ContentId> {
     section("rotation", bytes_of(user.rotation.as_deref()));
     section("uvs", bytes_of(user.corner_uvs.as_deref()));
     section("vertices", bytes_of(Some(&user.from_file)));
-    let guide = match &options.guide {
-        Some(path) => fs::read(path).map_err(Error::io(path, "read"))?,
-        None => Vec::new(),
+    let content = |path: &Option<PathBuf>| match path {
+        Some(path) => fs::read(path).map_err(Error::io(path, "read")),
+        None => Ok(Vec::new()),
     };
-    section("guide", &guide);
+    section("guide", &content(&options.guide)?);
+    if options.keys.is_some() {
+        section("keys", &content(&options.keys)?);
+    }
     // Guides name points from zero; meshes near zero have no origin, and their keys none either.
     if user.origin != DVec3::ZERO {
         section("origin", bytemuck::cast_slice(&user.origin.to_array()));
     }
     let told = SurfaceOptions {
         guide: None,
+        keys: None,
         ..options.clone()
     };
     let told = serde_json::to_vec(&told).map_err(not_json)?;
