@@ -3,7 +3,7 @@
 mod overlay;
 mod picks;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ndarray::Array2;
@@ -114,8 +114,7 @@ impl Arguments {
         if let Some(path) = &self.overlay {
             overlay::draw(&image, &mask, &features).write(path)?;
         }
-        let greys: Vec<u8> = mask.iter().map(|label| label * GREY).collect();
-        write_png(&self.output, size[0], size[1], &greys)?;
+        write_mask(&self.output, &mask)?;
         Ok(self.outcome(&mask, &features))
     }
 
@@ -159,6 +158,13 @@ impl Arguments {
             .iter()
             .fold(outcome, |outcome, path| outcome.wrote(path))
     }
+}
+
+/// Writes a mask as a grey picture.
+pub(super) fn write_mask(path: &Path, mask: &Array2<u8>) -> Result<()> {
+    let (rows, cols) = mask.dim();
+    let greys: Vec<u8> = mask.iter().map(|label| label * GREY).collect();
+    write_png(path, cols as u32, rows as u32, &greys)
 }
 
 /// A feature for a program: centre and contour as (column, row) of pixels from the upper left.
