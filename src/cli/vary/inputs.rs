@@ -1,11 +1,11 @@
 //! The textures and masks that are varied.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::Args;
 use ndarray::Array2;
 
-use crate::btf::sample::{self, Sample};
+use crate::btf::sample::Sample;
 use crate::cli::exemplar::controls::read_mask;
 use crate::cli::exemplar::option_values::AlphaOption;
 use crate::cli::exemplar::reading::ImageReader;
@@ -79,16 +79,6 @@ impl InputOptions {
             Some(size) => [size.width, size.height],
         };
         (height as usize, width as usize)
-    }
-}
-
-/// The files of a texture.
-pub fn files_of(path: &Path) -> Vec<PathBuf> {
-    match path.is_dir() {
-        true => std::iter::once(path.to_path_buf())
-            .chain(sample::files_of(path))
-            .collect(),
-        false => vec![path.to_path_buf()],
     }
 }
 

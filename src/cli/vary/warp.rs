@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::cli::mask::files_of;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
 use crate::cli::vary::fields::FieldOptions;
-use crate::cli::vary::inputs::{InputOptions, files_of, mask_of};
+use crate::cli::vary::inputs::{InputOptions, mask_of};
 use crate::cli::vary::product::{Made, OutputOptions};
 use crate::error::{Error, Result};
 use crate::vary::canvas::extended;
