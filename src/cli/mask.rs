@@ -3,12 +3,13 @@
 mod overlay;
 mod picks;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ndarray::Array2;
 use serde_json::{Value, json};
 
+use crate::btf::sample::{self, Sample};
 use crate::cli::exemplar::controls::read_mask;
 use crate::cli::exemplar::option_values::AlphaOption;
 use crate::cli::exemplar::reading::ImageReader;
@@ -18,11 +19,12 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::exemplar::controls::MASK_LABELS;
-use crate::format::image::{Orientation, SourceEncoding, write_png};
+use crate::format::image::{FloatImage, Orientation, SourceEncoding, write_png};
 use crate::format::ours::Format;
 use crate::vary::color_mask::{Pick, mask_of_colors};
 use crate::vary::contours::{Feature, Features};
 use crate::vary::label_set::LabelSet;
+use crate::vary::material::Material;
 use crate::vary::morphology::Edit;
 
 /// The grey of label 1; label n is n times as bright.
@@ -39,7 +41,7 @@ Examples:
   mesotex mask leopard.png --pick '#2a2018:0.25' --pick 31,77:0.2 --edit erode:1 --edit dilate:1.5 -o spots.png
   mesotex mask flowers.png --painted dots.png --overlay check.png -o dots-mask.png")]
 pub struct Arguments {
-    /// The texture
+    /// The texture: an image, or a sample NAME.sample, whose mean image is taken
     pub image: PathBuf,
     /// The mask to write, a PNG
     #[arg(long, short)]
@@ -74,7 +76,7 @@ impl Arguments {
     pub fn files(&self) -> Files {
         let picture = Product::File(Format::Picture);
         Files::default()
-            .read([&self.image])
+            .read(&files_of(&self.image))
             .read(&self.painted)
             .write("output", [&self.output], picture)
             .write("overlay", &self.overlay, picture)
@@ -95,7 +97,7 @@ impl Arguments {
         let _locks = self.files().claim()?;
         let mut reader =
             ImageReader::new(self.orientation, AlphaOption::Ignore, self.layer.clone());
-        let image = reader.color(&self.image, SourceEncoding::Auto)?.image;
+        let image = self.texture(&mut reader, session)?;
         let size = [image.width, image.height];
         let mut mask = match &self.painted {
             Some(path) => read_mask(path, size, &mut reader)?,
@@ -114,9 +116,20 @@ impl Arguments {
         if let Some(path) = &self.overlay {
             overlay::draw(&image, &mask, &features).write(path)?;
         }
-        let greys: Vec<u8> = mask.iter().map(|label| label * GREY).collect();
-        write_png(&self.output, size[0], size[1], &greys)?;
+        write_mask(&self.output, &mask)?;
         Ok(self.outcome(&mask, &features))
+    }
+
+    /// The image; of a sample the mean of its images.
+    fn texture(&self, reader: &mut ImageReader, session: &Session) -> Result<FloatImage> {
+        if !self.image.is_dir() {
+            return Ok(reader.color(&self.image, SourceEncoding::Auto)?.image);
+        }
+        let sample = Sample::open(&self.image)?;
+        Ok(Material::of_sample(sample, 0, session.progress())?
+            .images
+            .swap_remove(0)
+            .image)
     }
 
     fn warn_of_one_label(&self, mask: &Array2<u8>, session: &Session) {
@@ -159,6 +172,21 @@ impl Arguments {
             .iter()
             .fold(outcome, |outcome, path| outcome.wrote(path))
     }
+}
+
+/// Writes a mask as a grey picture.
+pub(super) fn write_mask(path: &Path, mask: &Array2<u8>) -> Result<()> {
+    let (rows, cols) = mask.dim();
+    let greys: Vec<u8> = mask.iter().map(|label| label * GREY).collect();
+    write_png(path, cols as u32, rows as u32, &greys)
+}
+
+/// The files of a texture: of an image itself, of a sample those in its folder too.
+pub(super) fn files_of(path: &Path) -> Vec<PathBuf> {
+    let inside = path.is_dir().then(|| sample::files_of(path));
+    std::iter::once(path.to_path_buf())
+        .chain(inside.into_iter().flatten())
+        .collect()
 }
 
 /// A feature for a program: centre and contour as (column, row) of pixels from the upper left.

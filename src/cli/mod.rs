@@ -25,6 +25,7 @@ mod synth;
 mod terminal;
 mod textons;
 mod transfer;
+mod vary;
 
 use std::process::ExitCode;
 
@@ -60,6 +61,7 @@ enum Command {
     Knn(knn::Arguments),
     Exemplar(exemplar::Arguments),
     Mask(mask::Arguments),
+    Vary(vary::Arguments),
     Mesh(mesh::Arguments),
     Synth(synth::Arguments),
     Render(render::Arguments),
@@ -87,6 +89,7 @@ impl Command {
             Self::Knn(arguments) => &arguments.common,
             Self::Exemplar(arguments) => &arguments.common,
             Self::Mask(arguments) => &arguments.common,
+            Self::Vary(arguments) => arguments.common(),
             Self::Mesh(arguments) => &arguments.common,
             Self::Synth(arguments) => &arguments.common,
             Self::Render(arguments) => &arguments.common,
@@ -104,6 +107,7 @@ impl Command {
             Self::Knn(arguments) => arguments.options.validate(),
             Self::Exemplar(arguments) => arguments.check(),
             Self::Mask(arguments) => arguments.check(),
+            Self::Vary(arguments) => arguments.check(),
             Self::Mesh(arguments) => arguments.check(),
             Self::Synth(arguments) => arguments.check(),
             Self::Render(arguments) => arguments.check(),
@@ -125,6 +129,7 @@ impl Command {
             Self::Knn(arguments) => Ok(arguments.files()),
             Self::Exemplar(arguments) => Ok(arguments.files()),
             Self::Mask(arguments) => Ok(arguments.files()),
+            Self::Vary(arguments) => Ok(arguments.files()),
             Self::Mesh(arguments) => arguments.files(),
             Self::Synth(arguments) => arguments.files(),
             Self::Render(arguments) => Ok(arguments.files()),
@@ -148,6 +153,7 @@ impl Command {
             | Self::Knn(_)
             | Self::Exemplar(_)
             | Self::Mask(_)
+            | Self::Vary(_)
             | Self::Mesh(_)
             | Self::BakeMaps(_)
             | Self::Transfer(_) => STAGE_IF_INTERRUPTED,
@@ -165,6 +171,7 @@ impl Command {
             Self::Knn(arguments) => arguments.run(session),
             Self::Exemplar(arguments) => arguments.run(session),
             Self::Mask(arguments) => arguments.run(session),
+            Self::Vary(arguments) => arguments.run(session),
             Self::Mesh(arguments) => arguments.run(session),
             Self::Synth(arguments) => arguments.run(session),
             Self::Render(arguments) => arguments.run(session),

@@ -32,7 +32,7 @@ use crate::progress::Progress;
 use crate::synthesis::drive::wave_by_wave;
 use crate::vary::canvas::Extension;
 use crate::vary::filtering::options::FilterOptions;
-use crate::vary::filtering::pyramid::{Level, MaskCode, Texture, coarser_values};
+use crate::vary::filtering::pyramid::{Level, MOST_SOURCES, MaskCode, Texture, coarser_values};
 use crate::vary::filtering::rule::{Filtered, MostAlike, Source};
 use crate::vary::filtering::windows::Layout;
 
@@ -40,8 +40,6 @@ use crate::vary::filtering::windows::Layout;
 pub const MOST_SOURCE: usize = 1 << 18;
 /// Pixels of an output at most.
 pub const MOST_OUTPUT: usize = 1 << 22;
-/// Sources that are mixed at most.
-pub const MOST_SOURCES: usize = 2;
 /// The shortest side of a level.
 const SHORTEST_SIDE: usize = 8;
 

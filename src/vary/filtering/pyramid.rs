@@ -7,6 +7,9 @@ use crate::exemplar::controls::MASK_LABELS;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 
+/// Textures that are mixed at most.
+pub const MOST_SOURCES: usize = 2;
+
 /// A texture and its mask.
 #[derive(Clone, Copy, Debug)]
 pub struct Texture<'a> {

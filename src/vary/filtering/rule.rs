@@ -9,8 +9,7 @@ use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::synthesis::rule::Rule;
 use crate::vary::canvas::Extension;
-use crate::vary::filtering::MOST_SOURCES;
-use crate::vary::filtering::pyramid::Level;
+use crate::vary::filtering::pyramid::{Level, MOST_SOURCES};
 use crate::vary::filtering::search::{Pattern, nearest};
 use crate::vary::filtering::windows::{Layout, Plane};
 

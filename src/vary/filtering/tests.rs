@@ -4,6 +4,7 @@ use ndarray::Array3;
 use rand::Rng;
 
 use super::*;
+use crate::index::TexelIndex;
 use crate::random;
 
 fn grid(width: u32, height: u32, tileable: bool) -> TexelGrid {
