@@ -104,6 +104,8 @@ fn torus(sample: &Sample) -> SurfaceTextonMap {
         origin: glam::DVec3::ZERO,
         scale: None,
         textons: vec![TextonLabel(1); mesh.positions.len()],
+        transition: None,
+        mask: None,
         mesh,
         normals,
         orientations,

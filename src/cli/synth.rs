@@ -27,16 +27,16 @@ use crate::exemplar::space::Space;
 use crate::format::gltf::companions::companions;
 use crate::format::json;
 use crate::format::ours::Format;
-use crate::grid::TexCoord;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
 use crate::synthesis::checkpoint::Checkpoint;
-use crate::synthesis::inputs::Inputs;
+use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::map::surface_map;
 use crate::synthesis::options::{Method, SynthesisOptions};
+use crate::synthesis::pattern_controls::PatternControls;
 use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::{self, Agreement};
 use crate::synthesis::recipes::synthesize;
@@ -123,6 +123,7 @@ impl Arguments {
             (circles, AtlasFigures::of(&target)),
             done.measured.quality,
             done.measured.agreement,
+            done.searched,
         );
         let plane = Plane::of(&target);
         let atlas = target.surface.atlas;
@@ -234,6 +235,7 @@ struct Done {
     measured: Measured,
     checkpoint: Checkpoint,
     seconds: Seconds,
+    searched: u64,
 }
 
 impl WithSites for Job<'_> {
@@ -249,12 +251,16 @@ impl WithSites for Job<'_> {
         let options = self.options;
         let prepared = self.started.elapsed();
         let checkpoint = Checkpoint::new(&self.arguments.output, inputs, options)?;
-        let coords = self.synthesize(inputs, &checkpoint)?;
+        let LevelMap {
+            coords, searched, ..
+        } = self.synthesize(inputs, &checkpoint)?;
         let seconds = Seconds::new(prepared, self.started.elapsed());
-        let (map, edges) = rayon::join(
-            || surface_map(self.space, &self.target.surface, coords, options),
+        let (map, mut edges) = rayon::join(
+            || surface_map(self.space, self.target, coords, options),
             || self.target.surface.edges(),
         );
+        let pattern = PatternControls::of(self.space, options.method);
+        pattern.turn_edges(&mut edges, &map.coords);
         let measured = self.target.with_measured(Measure {
             job: &self,
             map: &map,
@@ -269,6 +275,7 @@ impl WithSites for Job<'_> {
             measured,
             checkpoint,
             seconds,
+            searched,
         })
     }
 }
@@ -348,7 +355,7 @@ impl Job<'_> {
         &self,
         inputs: Inputs<'_, S>,
         checkpoint: &Checkpoint,
-    ) -> Result<Vec<TexCoord>> {
+    ) -> Result<LevelMap> {
         let progress = self.session.progress();
         let begun = match self.arguments.resume {
             true => checkpoint.load(progress)?,
@@ -360,6 +367,6 @@ impl Job<'_> {
             }
             Ok(())
         };
-        Ok(synthesize(inputs, self.options, begun, &mut keep, progress)?.coords)
+        synthesize(inputs, self.options, begun, &mut keep, progress)
     }
 }

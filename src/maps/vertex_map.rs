@@ -32,6 +32,10 @@ pub struct SurfaceTextonMap {
     pub coords: Vec<TexCoord>,
     /// Texton labels; [`TextonLabel::NONE`] for a vertex in no face, and for plain images.
     pub textons: Vec<TextonLabel>,
+    /// How far the texture has changed at each vertex, 0 to 1, where it changes.
+    pub transition: Option<Vec<f32>>,
+    /// The label of each vertex's texel, 0 to 3, where the exemplar has a mask.
+    pub mask: Option<Vec<u8>>,
     /// Columns and rows of the sample.
     pub exemplar: [u32; 2],
     /// Mesh units a texel of the finest level covers where the scale is 1.
@@ -96,6 +100,12 @@ impl SurfaceTextonMap {
         columns.push(("s", Column::Float(&s)));
         columns.push(("t", Column::Float(&t)));
         columns.push(("texton", Column::UShort(&textons)));
+        if let Some(transition) = &self.transition {
+            columns.push(("transition", Column::Float(transition)));
+        }
+        if let Some(mask) = &self.mask {
+            columns.push(("mask", Column::UChar(mask)));
+        }
         ply::write(path, &self.comments(), &columns, &self.mesh.triangles)
     }
 
@@ -125,11 +135,7 @@ impl SurfaceTextonMap {
         let [width, height] = header.exemplar;
         let s = checked_column(file, "s", 0.0..=f64::from(width).next_down())?;
         let t = checked_column(file, "t", f64::MIN_POSITIVE..=f64::from(height))?;
-        let textons = checked_column(file, "texton", 0.0..=65535.0)?;
-        if let Some(vertex) = textons.iter().position(|label| label.fract() != 0.0) {
-            let place = format!("vertex {vertex}, property texton");
-            return Err(Error::data(place, textons[vertex].to_string()).expected("a whole number"));
-        }
+        let textons = whole_column(file, "texton", 65535.0)?;
         Ok(Self {
             mesh: TriangleMesh {
                 positions: vectors(file, ["x", "y", "z"])?,
@@ -151,6 +157,8 @@ impl SurfaceTextonMap {
                 .iter()
                 .map(|&label| TextonLabel(label as u16))
                 .collect(),
+            transition: transition(file)?,
+            mask: mask(file)?,
             exemplar: header.exemplar,
             texel: header.texel,
             origin: header.origin,
@@ -304,6 +312,36 @@ fn unit_vectors(file: &PlyFile, names: [&str; 3]) -> Result<Vec<Vec3>> {
     .expected("a unit vector"))
 }
 
+/// A column of whole numbers from 0 to `most`.
+fn whole_column<'a>(file: &'a PlyFile, name: &str, most: f64) -> Result<&'a [f64]> {
+    let column = checked_column(file, name, 0.0..=most)?;
+    match column.iter().position(|label| label.fract() != 0.0) {
+        None => Ok(column),
+        Some(vertex) => {
+            let place = format!("vertex {vertex}, property {name}");
+            Err(Error::data(place, column[vertex].to_string()).expected("a whole number"))
+        }
+    }
+}
+
+/// The column `transition`, where there is one.
+fn transition(file: &PlyFile) -> Result<Option<Vec<f32>>> {
+    if file.column("transition").is_none() {
+        return Ok(None);
+    }
+    let column = checked_column(file, "transition", 0.0..=1.0)?;
+    Ok(Some(column.iter().map(|&value| value as f32).collect()))
+}
+
+/// The column `mask`, where there is one.
+fn mask(file: &PlyFile) -> Result<Option<Vec<u8>>> {
+    if file.column("mask").is_none() {
+        return Ok(None);
+    }
+    let column = whole_column(file, "mask", 3.0)?;
+    Ok(Some(column.iter().map(|&label| label as u8).collect()))
+}
+
 /// The column `scale`, where there is one that is not 1 everywhere. A texel times its scale has the
 /// range of a texel.
 fn scale(file: &PlyFile, texel: f64) -> Result<Option<Vec<f32>>> {
@@ -351,6 +389,8 @@ mod tests {
             normals: vec![Vec3::Z; 3],
             orientations: vec![Vec3::X; 3],
             scale: Some(vec![1.0, 0.5, 2.0]),
+            transition: Some(vec![0.0, 0.25, 1.0]),
+            mask: Some(vec![3, 0, 1]),
             coords: vec![TexCoord { s: 0.5, t: 0.5 }; 3],
             textons: vec![TextonLabel(1), TextonLabel(2), TextonLabel::NONE],
             exemplar: [8, 4],

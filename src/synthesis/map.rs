@@ -9,9 +9,10 @@ use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::sites::controls::SiteControls;
 use crate::sites::level::{SiteHierarchy, Sites};
-use crate::sites::target::{Target, TargetSurface, WithSites};
+use crate::sites::target::{Target, WithSites};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::pattern_controls::PatternControls;
 use crate::synthesis::recipes::synthesize;
 
 /// Synthesizes a map on a target. Errors: inputs and options that do not fit, and
@@ -31,7 +32,7 @@ pub fn synthesize_map(
         progress,
     };
     let finest = target.sites.with(work)?;
-    Ok(surface_map(space, &target.surface, finest.coords, options))
+    Ok(surface_map(space, target, finest.coords, options))
 }
 
 struct AllLevels<'a> {
@@ -59,15 +60,22 @@ impl WithSites for AllLevels<'_> {
 /// The map of finished coordinates on the target's surface; vertices in no face hold nothing.
 pub fn surface_map(
     space: &Space,
-    surface: &TargetSurface,
+    target: &Target,
     coords: Vec<TexCoord>,
     options: &SynthesisOptions,
 ) -> SurfaceTextonMap {
-    let grid = space.levels[0].grid;
+    let (surface, grid) = (&target.surface, space.levels[0].grid);
+    let controls = target.controls.as_ref();
+    let pattern = PatternControls::of(space, options.method);
     let mut map = SurfaceTextonMap {
         mesh: surface.mesh.clone(),
         normals: surface.normals.clone(),
-        orientations: surface.orientations.clone(),
+        orientations: pattern.turned(&surface.orientations, &surface.normals, &coords),
+        transition: pattern
+            .varies
+            .then(|| controls.map(|of| of.transition.clone()))
+            .flatten(),
+        mask: pattern.labels(&coords),
         scale: surface.scale.clone(),
         textons: textons(space, &coords),
         coords,

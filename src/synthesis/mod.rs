@@ -15,7 +15,7 @@
 //! | which texels are tried | [`candidates`] |
 //! | how neighbourhoods are compared | [`metric`] |
 //! | which candidate is kept | [`keep`] |
-//! | the whole way, from files' contents to a map | [`map`] |
+//! | the whole way, from files' contents to a map | [`map`]; what becomes of [controls](pattern_controls) |
 //! | how good the result is | [`quality`], drawn in [`false_color`] |
 //! | what can be asked, and whether it fits | [`options`] in their [ranges](option_ranges), [`check`], [`memory`] |
 //!
@@ -36,6 +36,7 @@ pub(crate) mod memory;
 mod metric;
 mod option_ranges;
 pub mod options;
+pub(crate) mod pattern_controls;
 pub(crate) mod quality;
 pub mod recipes;
 pub(crate) mod rule;

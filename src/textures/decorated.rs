@@ -83,6 +83,8 @@ pub fn decorated(
         scale,
         coords,
         textons,
+        transition: None,
+        mask: None,
         exemplar: map.exemplar,
         texel: map.texel,
         origin: map.origin,

@@ -343,6 +343,8 @@ pub fn map() -> Vec<u8> {
         orientations: vec![Vec3::X; 4],
         scale: Some(vec![1.0, 0.5, 2.0, 1.0]),
         coords: vec![TexCoord { s: 0.5, t: 0.5 }; 4],
+        transition: Some(vec![0.5; 4]),
+        mask: Some(vec![1; 4]),
         textons: vec![
             TextonLabel(1),
             TextonLabel(2),

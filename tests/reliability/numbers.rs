@@ -139,6 +139,8 @@ fn map_headers_give_the_texel_back() {
         scale: None,
         coords: vec![TexCoord { s: 0.5, t: 0.5 }; 3],
         textons: vec![TextonLabel(1); 3],
+        transition: None,
+        mask: None,
         exemplar: [8, 4],
         origin: DVec3::ZERO,
         texel: 1.0,

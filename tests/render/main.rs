@@ -206,6 +206,8 @@ fn map_over(
         orientations: normals.iter().map(orientation).collect(),
         coords: (0..count).map(coord).collect(),
         textons: (0..count).map(|v| TextonLabel((v % 7) as u16)).collect(),
+        transition: None,
+        mask: None,
         mesh,
         normals,
         exemplar,

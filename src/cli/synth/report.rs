@@ -38,6 +38,10 @@ pub struct Report {
     #[serde(flatten)]
     quality: Quality,
     metric_agreement: Option<Agreement>,
+    /// Of the progressive method: choices on the finest level for which no texel that neighbours proposed was
+    /// admitted, so that all that are admitted were compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    searched: Option<u64>,
 }
 
 /// How the neighbourhoods of an atlas were sampled at the finest level.
@@ -123,6 +127,7 @@ impl Report {
         (circles, atlas): (Option<&'static str>, Option<AtlasFigures>),
         quality: Quality,
         metric_agreement: Option<Agreement>,
+        searched: u64,
     ) -> Self {
         Self {
             format: FORMAT,
@@ -139,6 +144,7 @@ impl Report {
             options: options.clone(),
             quality,
             metric_agreement,
+            searched: (options.method == Method::Progressive).then_some(searched),
         }
     }
 
@@ -178,6 +184,20 @@ impl Report {
         if let Some(chi2) = found.histogram_chi2 {
             outcome = outcome.line(format!(
                 "histogram distance {chi2:.4} (χ², surface against sample)"
+            ));
+        }
+        if let Some(found) = found.fragments {
+            outcome = outcome.line(format!(
+                "{} elements of the mask, {} of them fragments: {:.2} % (in the exemplar {:.2} %)",
+                found.components,
+                found.fragments,
+                100.0 * found.fragment_share,
+                100.0 * found.exemplar_fragment_share
+            ));
+        }
+        if let Some(searched) = self.searched {
+            outcome = outcome.line(format!(
+                "{searched} choices among all texels of the site's transition, as neighbours proposed none"
             ));
         }
         if let Some(found) = self.metric_agreement {

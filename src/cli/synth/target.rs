@@ -204,7 +204,7 @@ impl TargetArguments {
         is_measured: bool,
         session: &Session,
     ) -> Result<Prepared> {
-        let exemplar = memory::exemplar_bytes(space, table);
+        let exemplar = memory::exemplar_bytes(space, table, options);
         let windows = Windows {
             own: neighborhoods(space, table, options)?,
             measured: table.neighborhoods().swap_remove(0),

@@ -5,6 +5,7 @@
 pub(crate) mod agreement;
 mod coherence;
 pub(crate) mod energy;
+mod fragments;
 mod histogram;
 
 use serde::Serialize;
@@ -34,6 +35,9 @@ pub struct Quality {
     pub energies: Option<MeanEnergies>,
     /// Distance of the texton histograms, surface by area against sample; `None` for plain images.
     pub histogram_chi2: Option<f64>,
+    /// Whether the elements of the texture stay whole, where the exemplar has a mask.
+    #[serde(flatten)]
+    pub fragments: Option<fragments::Fragments>,
 }
 
 /// The mean neighbourhood distance of a map, over others.
@@ -63,6 +67,7 @@ pub fn measure_edges(
         mean_edge: coherence.mean_edge,
         energies: None,
         histogram_chi2: histogram::chi2(space, coords, areas),
+        fragments: fragments::measure(space, coords, edges, areas),
     }
 }
 

@@ -161,8 +161,9 @@ fn every_site_holds_a_texel_of_its_band() {
 fn a_painted_mask_is_followed() {
     let (space, table) = widening();
     let sites = sites(&space, &table, 32);
+    // As wide as the stripes are in the middle of the exemplar.
     let painted: Vec<u8> = (0..32 * 32)
-        .map(|site| u8::from(site % 32 / 5 % 2 == 0))
+        .map(|site| u8::from(site % 32 % 5 < 3))
         .collect();
     let controls = SiteControls {
         transition: vec![0.5; 32 * 32],
