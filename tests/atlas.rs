@@ -53,6 +53,29 @@ fn prepared() -> tempfile::TempDir {
     folder
 }
 
+/// A torus of quadrilaterals, beside the others.
+fn write_quads(folder: &Path) {
+    let mesh = shapes::torus(8, 5, 1.0, 0.4);
+    let mut text = String::new();
+    for p in &mesh.positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    let (halves, _) = mesh.triangles.as_chunks::<2>();
+    for [[a, b, c], [.., d]] in halves {
+        text += &format!("f {} {} {} {}\n", a + 1, b + 1, c + 1, d + 1);
+    }
+    fs::write(folder.join("quads.obj"), text).unwrap();
+}
+
+const FACES: [&str; 6] = [
+    "quads.obj",
+    "--onto",
+    "atlas",
+    "--resolution",
+    "70",
+    "--charts=faces",
+];
+
 const ATLAS: [&str; 6] = [
     "torus.obj",
     "--onto",
@@ -107,6 +130,40 @@ fn every_method_fills_the_charts_and_threads_change_no_byte() {
             );
         }
     }
+}
+
+#[test]
+fn faces_of_a_control_mesh_are_charts_of_its_smooth_surface() {
+    let folder = prepared();
+    write_quads(folder.path());
+    for (method, more) in [
+        ("multiscale", &[][..]),
+        ("coherent", &["--sampling", "marching"]),
+        ("coherent", &["--field-energy", "cosine"]),
+    ] {
+        let on = |threads: &str| {
+            let words = ["synth", "a.space.npz", "a.knn.npz", "-o", "q.atlas"];
+            let method = ["--json", "--method", method, "--threads", threads];
+            let told = succeed(folder.path(), &[&words[..], &FACES, &method, more].concat());
+            let told: Value = serde_json::from_str(&told).unwrap();
+            (told, files(&folder.path().join("q.atlas")))
+        };
+        let [(told, one), (_, two)] = ["1", "2"].map(on);
+        assert!(one == two, "{method}");
+        // 40 faces in 7 columns of 10 texels: 8 to a square's side.
+        assert_eq!(
+            (&told["charts"], &told["subdivisions"]),
+            (&40.into(), &2.into())
+        );
+        assert!(told["stretch_mean"].as_f64().unwrap() < 0.15, "{told}");
+        let map = AtlasMap::read(&folder.path().join("q.atlas")).unwrap();
+        assert_eq!(map.mesh.triangles.len(), 40 * 2 * 16);
+        assert_eq!(map.coords.iter().flatten().count(), 40 * 64);
+    }
+    let words = [
+        "render", "a.sample", "q.atlas", "-o", "frames", "--frames", "1", "--size", "32x32",
+    ];
+    succeed(folder.path(), &words);
 }
 
 #[test]
@@ -243,6 +300,17 @@ fn options_that_an_atlas_does_not_have_are_refused() {
             "--crease: given for --onto atlas",
         ),
         (" --resolution 0", 2, "--resolution: 0"),
+        (" --charts faces", 1, "face 0: 3 corners"),
+        (
+            " --charts faces --unwrap",
+            2,
+            "--charts: faces together with --unwrap",
+        ),
+        (
+            " --charts faces --align uv",
+            2,
+            "--align: uv together with --charts faces",
+        ),
         (" --texture-scale nan", 2, "--texture-scale: NaN"),
     ] {
         refused(&format!("{atlas}{more}"), code, said);
@@ -253,6 +321,7 @@ fn options_that_an_atlas_does_not_have_are_refused() {
         2,
         "--sampling: given for",
     );
+    refused("-o m.map.ply --charts faces", 2, "--charts: given for");
     refused(
         "-o m.map.ply --resolution 512",
         2,

@@ -223,9 +223,10 @@ mod fixtures {
     use image::{GrayImage, Luma, Rgb, RgbImage};
     use mesotex::mesh::builtin::kettlebell;
 
-    /// `bunny.obj`, `material/`, `capture/` and `felt/`.
+    /// `bunny.obj`, `horse.obj`, `material/`, `capture/` and `felt/`.
     pub fn fill(folder: &Path) {
         mesh(&folder.join("bunny.obj"));
+        quadrilaterals(&folder.join("horse.obj"));
         material(&folder.join("material"));
         capture(&folder.join("capture"));
         felt(&folder.join("felt"));
@@ -240,6 +241,16 @@ mod fixtures {
         for [a, b, c] in &mesh.triangles {
             let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
         }
+        fs::write(path, text).unwrap();
+    }
+
+    /// The six faces of a cube.
+    fn quadrilaterals(path: &Path) {
+        let mut text = String::new();
+        for corner in 0..8 {
+            let _ = writeln!(text, "v {} {} {}", corner & 1, corner >> 1 & 1, corner >> 2);
+        }
+        text.push_str("f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n");
         fs::write(path, text).unwrap();
     }
 

@@ -158,6 +158,28 @@ fn threads_do_not_change_a_byte() {
 }
 
 #[test]
+fn cosines_along_edges_are_no_worse_under_their_own_energy() {
+    let (folder, _) = with_torus();
+    let figures = |energy: &str| {
+        let words = [
+            "mesh",
+            "torus.obj",
+            "-o",
+            "x.ply",
+            "--orient",
+            "--field-energy",
+            energy,
+        ];
+        let told = report(&words, folder.path());
+        assert_eq!(told["singularity_index_sum"], 0);
+        ["field_energy", "field_cosine"].map(|name| told[name].as_f64().unwrap())
+    };
+    let ([least, before], [energy, after]) = (figures("dirichlet"), figures("cosine"));
+    assert!(after >= before && after <= 1.0, "{before} → {after}");
+    assert!(energy >= least * (1.0 - 1e-9), "{least} → {energy}");
+}
+
+#[test]
 fn bad_options_and_guides_are_refused() {
     let (folder, _) = with_torus();
     let at = folder.path();

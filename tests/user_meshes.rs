@@ -139,6 +139,7 @@ fn options_of_mesh_take_effect_or_are_refused() {
     for (option, value) in [
         ("--direction", "0,1,0"),
         ("--align", "curvature"),
+        ("--field-energy", "cosine"),
         ("--guide", "g.json"),
         ("--texel", "0.1"),
         ("--levels", "3"),

@@ -248,6 +248,12 @@ impl Arguments {
             ("direction", surface.direction.is_some(), field, of_field),
             ("align", surface.align != Alignment::Smooth, field, of_field),
             ("guide", surface.guide.is_some(), field, of_field),
+            (
+                "field-energy",
+                !surface.field_energy.is_default(),
+                field,
+                of_field,
+            ),
             ("texel", surface.texel.is_some(), field, of_field),
             (
                 "levels",

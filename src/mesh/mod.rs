@@ -13,6 +13,7 @@
 //! | [`surface_bvh`], [`point_tree`] | nearest points and crossings, and points in a triangle |
 //! | [`tangents`], [`tessellation`] | tangents of textured triangles; triangles cut to a length |
 //! | [`geodesic`], [`geodesic_distance`], [`smoothing`] | straight lines and distances on a surface, and a surface without its finest detail |
+//! | [`subdivision`] | Catmull-Clark surfaces of meshes of quadrilaterals |
 //! | [`atlas`] | texture coordinates cut into charts, and where texels lie on the surface |
 //! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
 //! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
@@ -36,6 +37,7 @@ pub mod retile;
 pub mod rings;
 pub mod shapes;
 pub mod smoothing;
+pub mod subdivision;
 pub(crate) mod surface_bvh;
 pub(crate) mod tangents;
 pub(crate) mod tessellation;

@@ -11,8 +11,7 @@ use crate::format::ours::MESH_MARK;
 use crate::format::polygon_mesh::PolygonMesh;
 use crate::format::{gltf, obj, off, ply, source, stl};
 use crate::mesh::cleaning::{
-    RepairReport, Split, retain_triangles, split_non_manifold, useful_triangles, weld,
-    without_specks,
+    RepairReport, Split, retain, split_non_manifold, useful_triangles, weld, without_specks,
 };
 use crate::mesh::origin::{origin_of, parse_origin, warn_of_precision};
 use crate::mesh::topology::NONE;
@@ -40,6 +39,9 @@ pub struct UserMesh {
     pub normals: Option<Vec<Vec3>>,
     /// Texture coordinates of each triangle's corners; NaN where the file has none.
     pub corner_uvs: Option<Vec<[Vec2; 3]>>,
+    /// The face of the file, counted from 0, that each triangle was cut from; empty where every triangle is a
+    /// face of its own. Triangles of one face stand together.
+    pub face_of: Vec<u32>,
     /// What positions count from; subtracted from the file's coordinates, zero for a mesh near zero.
     pub origin: DVec3,
     /// What cleaning changed.
@@ -210,14 +212,14 @@ pub fn clean(
         .iter()
         .map(|&p| (DVec3::from_array(p) - origin).as_vec3())
         .collect();
-    let (mut mesh, mut uvs) = cut_polygons(&file, positions, &mut report, progress)?;
+    let (mut mesh, mut cut) = cut_polygons(&file, positions, &mut report, progress)?;
     progress.check()?;
     let from_file = close_up(&mut mesh, file.splits_vertices, &mut report);
     let keep = useful_triangles(&mesh, &mut report);
-    retain_triangles(&mut mesh, uvs.as_mut(), &keep);
+    cut.retain(&mut mesh, &keep);
     if options.specks > 0.0 {
         let keep = without_specks(&mesh, options.specks, &mut report);
-        retain_triangles(&mut mesh, uvs.as_mut(), &keep);
+        cut.retain(&mut mesh, &keep);
     }
     if mesh.triangles.is_empty() {
         return Err(Error::data("faces", "none with an area").expected("a surface"));
@@ -225,7 +227,7 @@ pub fn clean(
     progress.check()?;
     let split = split_non_manifold(&mut mesh, &mut report);
     progress.check()?;
-    turn_corners(uvs.as_mut(), &split);
+    turn_corners(cut.uvs.as_mut(), &split);
     for component in &mut report.turned_components {
         let centre = DVec3::from_array(component.centre) + origin;
         component.centre = centre.to_array();
@@ -234,7 +236,7 @@ pub fn clean(
     if options.strict && !report.is_sound() {
         return Err(refusal(&report));
     }
-    let mut user = attach(file, mesh, uvs, from_file, &split, report)?;
+    let mut user = attach(file, mesh, cut, from_file, &split, report)?;
     user.origin = origin;
     Ok(user)
 }
@@ -264,15 +266,33 @@ fn refusal(report: &RepairReport) -> Error {
 /// Polygons cut from one look at whether to stop to the next.
 const POLYGONS_BETWEEN_CHECKS: usize = 4096;
 
-type CornerUvs = Option<Vec<[Vec2; 3]>>;
+/// What belongs to the triangles that polygons were cut into.
+struct Cut {
+    /// The polygon of each.
+    face_of: Vec<u32>,
+    /// Texture coordinates of their corners, if the file has any.
+    uvs: Option<Vec<[Vec2; 3]>>,
+}
+
+impl Cut {
+    /// Keeps the triangles of a mesh that say so, and what belongs to them.
+    fn retain(&mut self, mesh: &mut TriangleMesh, keep: &[bool]) {
+        retain(&mut mesh.triangles, keep);
+        retain(&mut self.face_of, keep);
+        if let Some(uvs) = &mut self.uvs {
+            retain(uvs, keep);
+        }
+    }
+}
 
 fn cut_polygons(
     file: &PolygonMesh,
     positions: Vec<Vec3>,
     report: &mut RepairReport,
     progress: Progress<'_>,
-) -> Result<(TriangleMesh, CornerUvs)> {
+) -> Result<(TriangleMesh, Cut)> {
     let mut triangles = Vec::with_capacity(file.faces.sizes.len());
+    let mut face_of = Vec::with_capacity(file.faces.sizes.len());
     let mut uvs = file
         .corner_uvs
         .as_ref()
@@ -289,6 +309,7 @@ fn cut_polygons(
         report.cut_polygons += usize::from(polygon.len() > 3);
         for triangle in triangulate(&corners, progress)? {
             triangles.push(triangle.map(|corner| polygon[corner]));
+            face_of.push(number as u32);
             if let (Some(uvs), Some(all)) = (&mut uvs, &file.corner_uvs) {
                 uvs.push(triangle.map(|corner| Vec2::from_array(all[begin + corner])));
             }
@@ -299,7 +320,7 @@ fn cut_polygons(
         positions,
         triangles,
     };
-    Ok((mesh, uvs))
+    Ok((mesh, Cut { face_of, uvs }))
 }
 
 /// Lets triangles share the vertices at one place; a split format's vertices are also renumbered
@@ -340,7 +361,7 @@ fn turn_corners(uvs: Option<&mut Vec<[Vec2; 3]>>, split: &Split) {
 fn attach(
     file: PolygonMesh,
     mesh: TriangleMesh,
-    corner_uvs: CornerUvs,
+    cut: Cut,
     from_file: Vec<u32>,
     split: &Split,
     report: RepairReport,
@@ -393,7 +414,8 @@ fn attach(
         normals: file.normals.as_ref().map(file_normal),
         mesh,
         from_file,
-        corner_uvs,
+        corner_uvs: cut.uvs,
+        face_of: cut.face_of,
         origin: DVec3::ZERO,
         report,
     };

@@ -19,7 +19,7 @@ pub(crate) mod scan_order;
 pub(crate) mod target;
 pub mod vertices;
 
-pub use atlas::options::{AtlasOptions, Sampling};
+pub use atlas::options::{AtlasOptions, ChartSource, Sampling};
 pub use atlas::preparation::AtlasSurface;
 pub use grid::target::GridTarget;
 pub use level::{Neighbor, Parent, SampleLocation, SiteEdge, SiteHierarchy, Sites};

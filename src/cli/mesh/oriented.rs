@@ -7,6 +7,7 @@ use crate::cli::outcome::Outcome;
 use crate::error::Result;
 use crate::mesh::connection::Connection;
 use crate::mesh::field::Field;
+use crate::mesh::field::cosine::mean_cosine;
 use crate::mesh::field::guides::{Canvas, guided_field};
 use crate::mesh::field::singularities::{Singularity, singularities};
 use crate::mesh::pictures;
@@ -72,12 +73,15 @@ impl Oriented {
             })
             .collect();
         let energy = self.field.energy;
+        let cosine = mean_cosine(&self.rings, &self.field.vectors);
         outcome
             .line(format!(
-                "field: {} singular triangles, index sum {sum}, smoothness energy {energy:.6e}",
+                "field: {} singular triangles, index sum {sum}, smoothness energy {energy:.6e}, \
+                 mean cosine along edges {cosine:.6}",
                 list.len()
             ))
             .figure("field_energy", energy)
+            .figure("field_cosine", cosine)
             .figure("singularity_index_sum", sum)
             .figure("singularities", list)
     }

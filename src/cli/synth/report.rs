@@ -47,6 +47,9 @@ pub struct AtlasFigures {
     resolution: u32,
     /// Charts.
     charts: usize,
+    /// How often a control mesh was subdivided, where its faces are the charts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    subdivisions: Option<u32>,
     /// The mean stretch of the samples, and that of the best 95 % of texels at the most.
     stretch_mean: f32,
     stretch_95: f32,
@@ -71,6 +74,7 @@ impl AtlasFigures {
         Some(Self {
             resolution: atlas.points.width,
             charts: atlas.atlas.charts,
+            subdivisions: atlas.subdivisions,
             stretch_mean: stretch.iter().sum::<f32>() / stretch.len().max(1) as f32,
             stretch_95: stretch
                 .get(stretch.len() * 95 / 100)
@@ -82,9 +86,12 @@ impl AtlasFigures {
     }
 
     fn line(&self) -> String {
+        let faces = self.subdivisions.map_or(String::new(), |steps| {
+            format!(", the faces of a control mesh subdivided {steps} times")
+        });
         format!(
-            "{0}x{0} texels, {1} charts: samples stretch the texture by {2:.3} on the average, by no more than {3:.3} \
-             at 95 % of texels",
+            "{0}x{0} texels, {1} charts{faces}: samples stretch the texture by {2:.3} on the average, by no more than \
+             {3:.3} at 95 % of texels",
             self.resolution, self.charts, self.stretch_mean, self.stretch_95
         )
     }

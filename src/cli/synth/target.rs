@@ -115,6 +115,12 @@ impl TargetArguments {
                 of_mesh,
             ),
             (
+                "field-energy",
+                !surface.field_energy.is_default(),
+                self.grid.is_none(),
+                of_mesh,
+            ),
+            (
                 "crease",
                 surface.crease != default.crease,
                 has_pyramid,
@@ -133,6 +139,12 @@ impl TargetArguments {
                 of_atlas,
             ),
             ("unwrap", self.atlas.unwrap, is_atlas, of_atlas),
+            (
+                "charts",
+                self.atlas.charts != default_atlas.charts,
+                is_atlas,
+                of_atlas,
+            ),
             (
                 "sampling",
                 self.atlas.sampling != default_atlas.sampling,
@@ -164,7 +176,7 @@ impl TargetArguments {
                 "atlas, but --grid has none",
                 "a mesh, or --onto grid",
             )),
-            (Some(Onto::Atlas), None) => self.atlas.validate(),
+            (Some(Onto::Atlas), None) => self.guided_atlas().validate(),
             _ => Ok(()),
         }
     }
@@ -249,12 +261,19 @@ impl TargetArguments {
         self.onto == Some(Onto::Atlas)
     }
 
+    /// The options of an atlas with what guides its field.
+    fn guided_atlas(&self) -> AtlasOptions {
+        AtlasOptions {
+            guides: self.surface.guides(),
+            ..self.atlas.clone()
+        }
+    }
+
     /// How an atlas is prepared for square windows.
     fn atlas_options(&self, neighborhoods: &[Neighborhood], session: &Session) -> AtlasOptions {
         AtlasOptions {
-            guides: self.surface.guides(),
             seed: session.seed(),
-            ..self.atlas.clone().with_neighborhoods(neighborhoods)
+            ..self.guided_atlas().with_neighborhoods(neighborhoods)
         }
     }
 

@@ -16,19 +16,10 @@ pub use manifold::{Split, split_non_manifold};
 pub use report::{RepairReport, TurnedComponent};
 pub use welding::weld;
 
-/// Keeps the triangles of a list that say so, and what belongs to them.
-pub(crate) fn retain_triangles<T>(
-    mesh: &mut TriangleMesh,
-    attached: Option<&mut Vec<T>>,
-    keep: &[bool],
-) {
+/// Keeps the entries of a list per triangle for which `keep` says so.
+pub(crate) fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
     let mut flags = keep.iter();
-    mesh.triangles
-        .retain(|_| flags.next().copied().unwrap_or(false));
-    if let Some(attached) = attached {
-        let mut flags = keep.iter();
-        attached.retain(|_| flags.next().copied().unwrap_or(false));
-    }
+    list.retain(|_| flags.next().copied().unwrap_or(false));
 }
 
 /// Which triangles to keep: those with an area that no earlier one has the corners of.

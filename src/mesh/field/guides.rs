@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::format::json;
+use crate::mesh::field::cosine;
 use crate::mesh::field::curvature::principal_directions;
 use crate::mesh::field::{Constraint, Field, Wishes, orientation_field};
 use crate::mesh::reading::UserMesh;
@@ -29,6 +30,24 @@ pub enum Alignment {
     Uv,
 }
 
+/// What makes one orientation field better than another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum FieldEnergy {
+    /// The least change from vertex to vertex, squared: has one best field, found exactly (Knöppel 2013).
+    #[default]
+    Dirichlet,
+    /// The greatest sum of cosines of the angles along edges, improved from that field (Ying 2001, footnote 2).
+    Cosine,
+}
+
+impl FieldEnergy {
+    /// Whether it is what counts where nothing is said.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// Where the orientation field comes from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GuideOptions {
@@ -38,6 +57,8 @@ pub struct GuideOptions {
     pub align: Alignment,
     /// A direction in space that s follows wherever it lies along the surface.
     pub direction: Option<Vec<f64>>,
+    /// What makes one field better than another.
+    pub energy: FieldEnergy,
 }
 
 /// The largest angle, in degrees, between a wanted direction and the normal at which it counts as
@@ -130,10 +151,13 @@ pub fn guided_field(
     if options.align == Alignment::Uv {
         canvas.add_uvs(&mut wishes, &mut said)?;
     }
-    let field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed, progress)?;
-    match options.align {
-        Alignment::Curvature => canvas.lean_on_curvature(field, wishes, seed, progress),
-        Alignment::Smooth | Alignment::Uv => Ok(field),
+    let mut field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed, progress)?;
+    if options.align == Alignment::Curvature {
+        field = canvas.lean_on_curvature(field, &mut wishes, seed, progress)?;
+    }
+    match options.energy {
+        FieldEnergy::Dirichlet => Ok(field),
+        FieldEnergy::Cosine => canvas.improve_cosines(&field, &wishes, progress),
     }
 }
 
@@ -294,11 +318,11 @@ impl Canvas<'_> {
     }
 
     /// Draws the smooth field to the principal directions, each taken with the sign that is nearer;
-    /// the signs settle in a few rounds.
+    /// the signs settle in a few rounds. The wishes are left as they were in the last one.
     fn lean_on_curvature(
         &self,
         smooth: Field,
-        mut wishes: Wishes,
+        wishes: &mut Wishes,
         seed: u64,
         progress: Progress<'_>,
     ) -> Result<Field> {
@@ -312,8 +336,21 @@ impl Canvas<'_> {
                 p.direction * (firmness * sure * p.direction.dot(*u).signum())
             };
             wishes.leanings = principal.iter().zip(&field.vectors).map(lean).collect();
-            field = orientation_field(&self.user.mesh, self.rings, &wishes, seed, progress)?;
+            field = orientation_field(&self.user.mesh, self.rings, wishes, seed, progress)?;
         }
         Ok(field)
+    }
+
+    /// The field under the same wishes that the cosine energy leads to.
+    fn improve_cosines(
+        &self,
+        field: &Field,
+        wishes: &Wishes,
+        progress: Progress<'_>,
+    ) -> Result<Field> {
+        let (mesh, rings) = (&self.user.mesh, self.rings);
+        let heeded = (wishes, &mesh.vertex_areas()[..]);
+        let vectors = cosine::improved(rings, &field.vectors, heeded, progress)?;
+        Ok(Field::of_vectors(mesh, rings, vectors))
     }
 }

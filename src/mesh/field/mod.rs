@@ -4,8 +4,9 @@
 //! In: rings, wanted directions. Out: a vector at every vertex, of which synthesis takes the
 //! direction; its length falls to zero at singularities. A component without wanted directions
 //! gets the eigenvector of the smallest eigenvalue of the connection Laplacian; one with them the
-//! field of least energy that takes them exactly.
+//! field of least energy that takes them exactly. [`cosine`] improves it under another energy.
 
+pub mod cosine;
 pub mod curvature;
 pub mod guides;
 mod hermitian;
@@ -62,6 +63,15 @@ impl Field {
     pub fn angles(&self) -> Vec<f64> {
         self.vectors.iter().map(|u| u.to_angle()).collect()
     }
+
+    /// A field of vectors found elsewhere.
+    pub fn of_vectors(mesh: &TriangleMesh, rings: &Rings, vectors: Vec<DVec2>) -> Self {
+        let laplacian = connection_laplacian(mesh, rings, Weights::Cotangent);
+        Self {
+            energy: rayleigh_quotient(&laplacian, &masses(mesh), &vectors),
+            vectors,
+        }
+    }
 }
 
 /// The world's up, towards which t of an unguided field points as far as it can.
@@ -76,7 +86,7 @@ pub fn orientation_field(
     progress: Progress<'_>,
 ) -> Result<Field> {
     let laplacian = connection_laplacian(mesh, rings, Weights::Cotangent);
-    let mass: Vec<f64> = mesh.vertex_areas().into_iter().map(f64::from).collect();
+    let mass = masses(mesh);
     let mut vectors = vec![DVec2::X; mesh.positions.len()];
     let mut fixed = vec![false; mesh.positions.len()];
     for constraint in &wishes.constraints {
@@ -108,6 +118,11 @@ pub fn orientation_field(
     }
     let energy = rayleigh_quotient(&laplacian, &mass, &vectors);
     Ok(Field { vectors, energy })
+}
+
+/// What each vertex's vector counts in the mass: its area.
+fn masses(mesh: &TriangleMesh) -> Vec<f64> {
+    mesh.vertex_areas().into_iter().map(f64::from).collect()
 }
 
 /// Energy over mass; vertices in no triangle have neither.

@@ -1,6 +1,7 @@
 //! How much memory an atlas takes while it is prepared, before any work is done.
 
-use super::options::AtlasOptions;
+use super::options::{AtlasOptions, ChartSource};
+use crate::mesh::atlas::FaceSquares;
 use crate::mesh::reading::UserMesh;
 
 /// Bytes of a packed sample and of a packed neighbour.
@@ -33,13 +34,32 @@ pub fn bytes_to_prepare(user: &UserMesh, options: &AtlasOptions) -> u64 {
     let kept = (window + SITE + ENTRY * coarse / 4.0) * levels;
     let bytes = sites * (kept + window)
         + texels * TEXEL * levels
-        + user.mesh.triangles.len() as f64 * TRIANGLE
+        + triangles(user, options) * TRIANGLE
         + PROGRAM;
     bytes as u64
 }
 
+/// Triangles of the surface: the mesh's own, or those of its subdivision.
+fn triangles(user: &UserMesh, options: &AtlasOptions) -> f64 {
+    let own = user.mesh.triangles.len() as f64;
+    let steps = squares(user, options).map_or(0, |squares| squares.steps());
+    own * 4.0_f64.powi(steps as i32)
+}
+
+/// The squares of a control mesh's faces, where these are charts and have room.
+fn squares(user: &UserMesh, options: &AtlasOptions) -> Option<FaceSquares> {
+    let faces = user.mesh.triangles.len() / 2;
+    match options.charts {
+        ChartSource::Faces => FaceSquares::new(faces, options.resolution).ok(),
+        ChartSource::Uv => None,
+    }
+}
+
 /// The share of the image that charts fill: as much as the mesh's own cover, or as new ones do.
 fn filled(user: &UserMesh, options: &AtlasOptions) -> f64 {
+    if let Some(squares) = squares(user, options) {
+        return squares.filled();
+    }
     let Some(uvs) = user.corner_uvs.as_ref().filter(|_| !options.unwrap) else {
         return FILLED;
     };

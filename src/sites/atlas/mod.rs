@@ -11,7 +11,9 @@
 //! | [`geometry`] | the mesh, its orientation field and the way over it |
 //! | [`texels`] | the texels of one level: places, frames, areas |
 //! | [`cells`], [`level_cells`] | samples between four texels, across charts' borders too |
-//! | [`vertex_charts`], [`marching`], [`paths`] | where samples lie: in planar charts, or along straight paths |
+//! | [`face_surface`] | the subdivided surface of a control mesh, a chart per face |
+//! | [`vertex_charts`], [`vertex_stars`], [`drawing`] | where samples lie: in planar charts |
+//! | [`marching`], [`paths`] | where samples lie: along straight paths |
 //! | [`collecting`], [`neighbors`] | samples and neighbours of all sites, packed |
 //! | [`scan_lines`] | the order in which texels are visited one by one |
 //! | [`parents`], [`edges`] | the place of every texel on the coarser level, and pairs of texels side by side |
@@ -19,7 +21,9 @@
 
 mod cells;
 mod collecting;
+mod drawing;
 mod edges;
+mod face_surface;
 mod geometry;
 mod level_cells;
 mod marching;
@@ -35,6 +39,7 @@ mod sites;
 mod tests;
 mod texels;
 mod vertex_charts;
+mod vertex_stars;
 
 pub use collecting::AtlasCounts;
 pub use sites::AtlasSites;

@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::mesh::field::guides::GuideOptions;
+use crate::mesh::field::guides::{Alignment, GuideOptions};
 use crate::neighborhood::{Neighborhood, window_width};
 
 /// How the neighbourhoods of texels are sampled.
@@ -16,6 +16,17 @@ pub enum Sampling {
     Charts,
     /// Along a straight path to each sample (Ying 2001 §4.1)
     Marching,
+}
+
+/// What the charts of an atlas are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ChartSource {
+    /// The parts of the mesh's texture coordinates, or of new ones
+    #[default]
+    Uv,
+    /// A square for each face of a mesh of quadrilaterals, whose Catmull-Clark surface is textured (Ying 2001 §4.2)
+    Faces,
 }
 
 /// How an atlas is prepared.
@@ -41,6 +52,9 @@ pub struct AtlasOptions {
     /// Make new texture coordinates instead of taking the mesh's own.
     #[arg(long)]
     pub unwrap: bool,
+    /// What the charts of the atlas are.
+    #[arg(long, value_enum, default_value_t = ChartSource::Uv)]
+    pub charts: ChartSource,
     /// How the neighbourhoods of texels are sampled.
     #[arg(long, value_enum, default_value_t = Sampling::Charts)]
     pub sampling: Sampling,
@@ -62,6 +76,7 @@ impl Default for AtlasOptions {
             resolution: 1024,
             texture_scale: 1.0,
             unwrap: false,
+            charts: ChartSource::Uv,
             sampling: Sampling::Charts,
             guides: GuideOptions::default(),
             seed: 0,
@@ -118,6 +133,29 @@ impl AtlasOptions {
                 format!("{least} to {most}"),
             ));
         }
+        self.check_charts()?;
         self.guides.validate()
+    }
+
+    /// Refuses faces as charts together with what needs texture coordinates.
+    fn check_charts(&self) -> Result<()> {
+        if self.charts == ChartSource::Uv {
+            return Ok(());
+        }
+        if self.unwrap {
+            return Err(Error::option(
+                "charts",
+                "faces together with --unwrap",
+                "one of the two",
+            ));
+        }
+        if self.guides.align == Alignment::Uv {
+            return Err(Error::option(
+                "align",
+                "uv together with --charts faces, which has no texture coordinates of the mesh's own",
+                "smooth or curvature",
+            ));
+        }
+        Ok(())
     }
 }

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::collecting::{AtlasCounts, LevelSamples, Window};
+use super::face_surface::FaceSurface;
 use super::geometry::Geometry;
 use super::level_cells::LevelCells;
-use super::options::{AtlasOptions, Sampling};
+use super::options::{AtlasOptions, ChartSource, Sampling};
 use super::parents::parents;
 use super::sites::AtlasSites;
 use super::texels::LevelTexels;
-use super::{edges, marching, paths, vertex_charts};
+use super::{edges, marching, paths, vertex_charts, vertex_stars};
 use crate::error::{Error, Result};
 use crate::mesh::atlas::{Atlas, TexelPoints};
 use crate::mesh::reading::UserMesh;
@@ -52,6 +53,8 @@ pub struct AtlasSurface {
     pub triangles: Vec<[u32; 3]>,
     /// Per level, what became of the samples.
     pub counts: Vec<AtlasCounts>,
+    /// How often a control mesh was subdivided, where each of its faces is a chart.
+    pub subdivisions: Option<u32>,
 }
 
 /// Prepares the atlas of a mesh and the sites of its levels, finest first.
@@ -61,12 +64,23 @@ pub fn prepare(
     progress: Progress<'_>,
 ) -> Result<(AtlasSurface, SiteHierarchy<AtlasSites>)> {
     options.validate()?;
-    let atlas = charts(user, options, progress)?;
+    let faces = match options.charts {
+        ChartSource::Faces => Some(FaceSurface::new(user, options.resolution, progress)?),
+        ChartSource::Uv => None,
+    };
+    let own;
+    let (user, atlas) = match &faces {
+        Some(faces) => (&faces.user, &faces.atlas),
+        None => {
+            own = charts(user, options, progress)?;
+            (user, &own)
+        }
+    };
     progress.check()?;
-    let points = pyramid(&user.mesh, &atlas, options)?;
+    let points = pyramid(&user.mesh, atlas, options)?;
     let texel = texel(&user.mesh, points[0].inside(), options.texture_scale)?;
     let guided = (&options.guides, options.seed);
-    let geometry = Geometry::new(user, &atlas, texel, guided, progress)?;
+    let geometry = Geometry::new(user, atlas, texel, guided, progress)?;
     let on_level = |(number, points)| {
         let texel = texel * f64::from(1_u32 << number);
         LevelTexels::new(&geometry, points, texel)
@@ -77,6 +91,7 @@ pub fn prepare(
         .map(|level| LevelCells::new(&geometry, level, progress))
         .collect::<Result<_>>()?;
     let pyramid = Pyramid {
+        faces: faces.as_ref(),
         geometry: &geometry,
         levels: &levels,
         cells: &cells,
@@ -130,6 +145,8 @@ const VERTICES_PER_SITE: usize = 4;
 
 /// All levels while they are sampled.
 struct Pyramid<'a> {
+    /// The control mesh, where each of its faces is a chart.
+    faces: Option<&'a FaceSurface>,
     geometry: &'a Geometry<'a>,
     levels: &'a [LevelTexels],
     cells: &'a [LevelCells<'a>],
@@ -192,11 +209,12 @@ impl Pyramid<'_> {
         let texel = self.texel * f64::from(1_u32 << number);
         let marched = paths::marched_mesh(self.geometry, texel, progress)?;
         let surface = (self.geometry, &marched);
-        match self.options.sampling {
-            Sampling::Charts if !self.is_coarse(number) => {
-                vertex_charts::sample(surface, level, window, progress)
-            }
-            _ => marching::sample(surface, level, window, progress),
+        if self.options.sampling == Sampling::Marching || self.is_coarse(number) {
+            return marching::sample(surface, level, window, progress);
+        }
+        match self.faces {
+            Some(faces) => vertex_stars::sample(faces, surface, level, window, progress),
+            None => vertex_charts::sample(surface, level, window, progress),
         }
     }
 
@@ -230,6 +248,7 @@ impl Pyramid<'_> {
             edges: edges::edges(level, cells),
             triangles: edges::triangles(level, cells),
             counts: Vec::new(),
+            subdivisions: self.faces.map(|faces| faces.steps),
         }
     }
 

@@ -4,13 +4,15 @@
 //!
 //! Where a chart folds, closes a ring or ends too early a straight path leads to the sample.
 //!
-//! Charts are discrete exponential maps (Schmidt 2006): an unwrapped atlas has no control mesh whose texture
-//! maps could be put together as the paper does.
+//! Charts are discrete exponential maps (Schmidt 2006): an atlas of texture coordinates has no control mesh whose
+//! texture maps could be put together as the paper does. [`vertex_stars`](super::vertex_stars) is for those that
+//! have one.
 
-use glam::{Mat2, Quat, Vec2, Vec3};
+use glam::Vec2;
 use rayon::prelude::*;
 
 use super::collecting::{Block, LevelSamples, Window, join};
+use super::drawing::Drawing;
 use super::geometry::{Geometry, largest};
 use super::level_cells::LevelCells;
 use super::paths::Paths;
@@ -95,15 +97,6 @@ struct VertexCharts<'a> {
     found: Vec<InTriangle>,
 }
 
-/// How a chart is laid on the template's plane, for one site.
-#[derive(Clone, Copy)]
-struct Drawing {
-    /// Where the site lies in the chart.
-    centre: Vec2,
-    /// From the chart to texels along s and t.
-    texels_from_chart: Mat2,
-}
-
 impl VertexCharts<'_> {
     /// Samples the sites of one vertex.
     fn take(
@@ -141,7 +134,8 @@ impl VertexCharts<'_> {
     fn locate(&mut self, site: usize, placed: &[Placed]) {
         self.found.clear();
         if let Some(drawing) = self.drawing(site) {
-            let draw = |at: Vec2| drawing.texels_from_chart * (at - drawing.centre);
+            let texels_from_chart = drawing.chart_from_texels.inverse();
+            let draw = |at: Vec2| texels_from_chart * (at - drawing.centre);
             self.sampler
                 .locate_drawn(&self.grower, placed, draw, &mut self.found);
         }
@@ -174,38 +168,11 @@ impl VertexCharts<'_> {
         reach.fold(0.0, f32::max)
     }
 
-    /// How the chart grown last is laid on the template's plane for a site: in its triangle the directions s
-    /// and t become the axes. `None` where the chart folds at the site.
+    /// How the chart grown last is laid on the template's plane for a site. `None` where it folds there.
     fn drawing(&self, site: usize) -> Option<Drawing> {
         let point = self.level.point(self.geometry, site);
         let ids = self.geometry.mesh.triangles[point.triangle as usize];
         let [a, b, c] = ids.map(|id| self.grower.position_of(id));
-        let (a, b, c) = (a?, b?, c?);
-        let [x, y, z] = point.weights;
-        let axes = self.axes_on_triangle(site, point.triangle as usize)?;
-        let [along_s, along_t] = axes.map(|[first, second]| (b - a) * first + (c - a) * second);
-        let chart_from_texels = Mat2::from_cols(along_s, along_t);
-        (chart_from_texels.determinant() > 0.0).then(|| Drawing {
-            centre: a * x + b * y + c * z,
-            texels_from_chart: chart_from_texels.inverse(),
-        })
-    }
-
-    /// One texel along s and one along t at a site, each in parts of the first two edges of its triangle.
-    fn axes_on_triangle(&self, site: usize, triangle: usize) -> Option<[[f32; 2]; 2]> {
-        let [a, b, c] = self.geometry.mesh.corners(triangle);
-        let (first, second) = (b - a, c - a);
-        let normal = first.cross(second).try_normalize()?;
-        let frame = self.level.frames[site];
-        let turn = Quat::from_rotation_arc(frame.n, normal);
-        let doubled = first.cross(second).dot(normal);
-        let parts = |axis: Vec3| {
-            let axis = turn * axis * self.level.spacing[site];
-            [
-                axis.cross(second).dot(normal) / doubled,
-                first.cross(axis).dot(normal) / doubled,
-            ]
-        };
-        Some([parts(frame.s), parts(frame.t)])
+        Drawing::new(self.geometry, self.level, site, [a?, b?, c?])
     }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::mesh::field::guides::{Alignment, GuideOptions};
+use crate::mesh::field::guides::{Alignment, FieldEnergy, GuideOptions};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::progress::Progress;
@@ -47,6 +47,10 @@ pub struct SurfaceOptions {
         value_name = "X,Y,Z"
     )]
     pub direction: Option<Vec<f64>>,
+    /// What makes one orientation field better than another.
+    #[arg(long, value_enum, default_value_t = FieldEnergy::Dirichlet)]
+    #[serde(skip_serializing_if = "FieldEnergy::is_default")]
+    pub field_energy: FieldEnergy,
     /// Seed of everything drawn at random.
     #[arg(skip)]
     pub seed: u64,
@@ -63,6 +67,7 @@ impl Default for SurfaceOptions {
             guide: None,
             align: Alignment::Smooth,
             direction: None,
+            field_energy: FieldEnergy::Dirichlet,
             seed: 0,
         }
     }
@@ -89,6 +94,7 @@ impl SurfaceOptions {
             guide: self.guide.clone(),
             align: self.align,
             direction: self.direction.clone(),
+            energy: self.field_energy,
         }
     }
 

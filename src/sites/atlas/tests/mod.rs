@@ -1,6 +1,7 @@
 //! Meshes with known atlases.
 
 mod closed_forms;
+mod faces;
 mod flat;
 mod prepared;
 

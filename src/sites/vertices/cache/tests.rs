@@ -9,6 +9,7 @@ use tempfile::TempDir;
 
 use super::*;
 use crate::format::npz;
+use crate::mesh::field::guides::FieldEnergy;
 use crate::mesh::shapes;
 use crate::mesh::surface_bvh::SurfacePoint;
 use crate::progress::{Event, Progress};
@@ -259,6 +260,15 @@ fn a_surface_of_another_mesh_is_not_taken_under_this_ones_name() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("texel") || error.contains("seal"), "{error}");
+}
+
+#[test]
+fn another_field_energy_makes_another_surface() {
+    let (one, mut other) = (Cached::new(), Cached::new());
+    other.options.field_energy = FieldEnergy::Cosine;
+    assert_ne!(one.wanted().key, other.wanted().key);
+    let told = serde_json::to_string(&one.options).unwrap();
+    assert!(!told.contains("field-energy"), "{told}");
 }
 
 #[test]

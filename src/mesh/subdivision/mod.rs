@@ -1,0 +1,23 @@
+//! Subdivision surfaces: geometry alone.
+//!
+//! In: a control mesh of quadrilaterals. Out: ever finer meshes of quadrilaterals, values carried to their
+//! vertices, and the values of the smooth surface that they tend to.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`quad_mesh`] | how quadrilaterals hang together |
+//! | [`quad_faces`] | the quadrilateral faces of a user's mesh |
+//! | [`catmull_clark`] | the rules of Catmull and Clark |
+//! | [`refinement`] | several steps, and the cells of a control face |
+//! | [`star`], [`cell_finder`] | the faces round a vertex, flattened, and which of their cells holds a point |
+
+pub mod catmull_clark;
+mod cell_finder;
+pub mod quad_faces;
+pub mod quad_mesh;
+pub mod refinement;
+pub mod star;
+
+pub use quad_mesh::{Fans, QuadMesh};
+pub use refinement::Refinement;
+pub use star::{Star, StarPoint};
