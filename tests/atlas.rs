@@ -130,8 +130,9 @@ fn frames_show_holes_and_relief() {
         let shape = Shape {
             relief,
             alpha: Some(&alpha),
+            is_covered: false,
         };
-        decorated(&map, shape, Progress::silent()).unwrap()
+        decorated(&map, shape, Progress::silent()).unwrap().map
     };
     let (level, moved) = (shown(None), shown(Some((&heights, 0.5))));
     let torus = shapes::torus(30, 16, 1.0, 0.4);

@@ -9,12 +9,13 @@ use crate::exemplar::channels::ChannelKind;
 use crate::maps::atlas_map::AtlasMap;
 use crate::maps::atlas_map::description::LARGEST;
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::mesh::atlas::padding;
+use crate::mesh::atlas::{TexelPoints, padding};
 use crate::progress::Progress;
 use crate::textures::channel::{SampleChannel, unit_vector};
 use crate::textures::fine_texels::FineTexels;
 use crate::textures::frames::{TangentFrames, in_frame, sample_frame};
 use crate::textures::growth::grown;
+use crate::textures::texel_sites::TexelSites;
 use crate::textures::texture::Texture;
 
 /// How far the nearest chart's tangent frame is looked for, in texels: farther than images are padded.
@@ -77,21 +78,25 @@ impl<'a> Canvas<'a> {
             ChannelKind::Normal => self.carry_normals(channel),
             _ => self.carry_numbers(channel),
         };
-        let mut filled = self.inside();
-        check_alpha(&texture, &filled)?;
-        for &(outside, _) in &self.padding {
-            filled[outside as usize] = true;
-        }
-        texture.fill_rest(&filled);
+        let is_inside = |texel: usize| self.texels.points.is_inside(texel);
+        check_alpha(&texture, is_inside)?;
+        texture.fill_beyond(&self.padding, is_inside);
         Ok(texture)
     }
 
-    /// Per texel whether it lies in a chart.
-    fn inside(&self) -> Vec<bool> {
-        let texels = 0..self.texels.points.triangle.len();
-        texels
-            .map(|texel| self.texels.points.is_inside(texel))
-            .collect()
+    /// The texels inside charts, as points that are shaded one by one.
+    pub fn sites(&self) -> TexelSites {
+        TexelSites::new(self.map, &self.texels.points)
+    }
+
+    /// Where the texels lie on the mesh.
+    pub fn points(&self) -> &TexelPoints {
+        &self.texels.points
+    }
+
+    /// Texels outside charts, each with the texel inside that it repeats.
+    pub fn padding(&self) -> &[(u32, u32)] {
+        &self.padding
     }
 
     fn blank(&self, channel: &SampleChannel) -> Texture {
@@ -178,13 +183,9 @@ impl<'a> Canvas<'a> {
 }
 
 /// Refuses an alpha that leaves nothing to be seen.
-fn check_alpha(texture: &Texture, inside: &[bool]) -> Result<()> {
-    let mut seen = texture
-        .numbers
-        .iter()
-        .zip(inside)
-        .filter(|(_, inside)| **inside);
-    if texture.kind == ChannelKind::Alpha && seen.all(|(alpha, _)| *alpha <= 0.0) {
+fn check_alpha(texture: &Texture, is_inside: impl Fn(usize) -> bool) -> Result<()> {
+    let mut seen = (0..texture.numbers.len()).filter(|&texel| is_inside(texel));
+    if texture.kind == ChannelKind::Alpha && seen.all(|texel| texture.numbers[texel] <= 0.0) {
         return Err(
             Error::data(format!("channel `{}`", texture.name), "0 at every texel")
                 .expected("texels that are not wholly transparent")

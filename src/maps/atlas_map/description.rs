@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::json;
 use crate::format::own_folder::is_plain_name;
+use crate::grid::TexelGrid;
 use crate::maps::vertex_map::{LONGEST, is_method_name};
 use crate::mesh::origin::FARTHEST;
 
@@ -105,6 +106,20 @@ impl Description {
         let description: Self = json::read(&path)?;
         description.check().map_err(|error| error.in_file(&path))?;
         Ok(description)
+    }
+
+    /// The sample's grid at level 0.
+    pub fn grid(&self) -> TexelGrid {
+        TexelGrid {
+            width: self.exemplar[0],
+            height: self.exemplar[1],
+            tileable: self.tileable,
+        }
+    }
+
+    /// Texels in all, those outside charts included.
+    pub fn texels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
     }
 
     pub(super) fn check(&self) -> Result<()> {
