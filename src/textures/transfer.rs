@@ -9,7 +9,7 @@ use crate::exemplar::channels::ChannelKind;
 use crate::maps::atlas_map::AtlasMap;
 use crate::maps::atlas_map::description::LARGEST;
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::mesh::atlas::{TexelPoints, padding};
+use crate::mesh::atlas::{MOST_TEXELS, TexelPoints, padding};
 use crate::progress::Progress;
 use crate::textures::channel::{SampleChannel, unit_vector};
 use crate::textures::fine_texels::FineTexels;
@@ -35,12 +35,7 @@ pub struct Canvas<'a> {
 impl<'a> Canvas<'a> {
     /// For textures that have `finer` times as many columns and rows as the map, which is 1 or more.
     pub fn new(map: &'a AtlasMap, finer: u32) -> Result<Self> {
-        let most = LARGEST / map.width.max(map.height).max(1);
-        if !(1..=most).contains(&finer) {
-            let expected =
-                format!("1 to {most}: texture maps have up to {LARGEST} columns and rows");
-            return Err(Error::option("finer", finer.to_string(), expected));
-        }
+        check_finer([map.width, map.height], finer)?;
         let atlas = map.atlas();
         let texels = FineTexels::new(map, &atlas, finer)?;
         Ok(Self {
@@ -180,6 +175,24 @@ impl<'a> Canvas<'a> {
         });
         turned.sum()
     }
+}
+
+/// Refuses textures that no image can hold, or none at all: those of `finer` times the sides of an atlas.
+pub fn check_finer([width, height]: [u32; 2], finer: u32) -> Result<()> {
+    let of_sides = LARGEST / width.max(height).max(1);
+    let texels = u64::from(width) * u64::from(height);
+    let of_texels = (MOST_TEXELS / texels.max(1)).isqrt() as u32;
+    let most = of_sides.min(of_texels);
+    if (1..=most).contains(&finer) {
+        return Ok(());
+    }
+    Err(Error::option(
+        "finer",
+        finer.to_string(),
+        format!(
+            "1 to {most}: texture maps have up to {MOST_TEXELS} texels and {LARGEST} columns and rows"
+        ),
+    ))
 }
 
 /// Refuses an alpha that leaves nothing to be seen.

@@ -27,7 +27,7 @@ use crate::textures::channel::SampleChannel;
 use crate::textures::folder::{TEXTURES_FOLDER, Written, write_textures};
 use crate::textures::memory;
 use crate::textures::model::ModelOptions;
-use crate::textures::transfer::Canvas;
+use crate::textures::transfer::{Canvas, check_finer};
 
 /// Carry other aligned maps of the sample onto a synthesized surface.
 ///
@@ -163,6 +163,7 @@ impl Arguments {
     fn onto_atlas(&self, session: &Session) -> Result<Outcome> {
         let progress = session.progress();
         let description = AtlasMap::read_description(&self.input)?;
+        check_finer([description.width, description.height], self.finer)?;
         let channels = self.channels(description.grid(), session)?;
         self.model.check_channels(&channels)?;
         self.check_memory(&description, &channels)?;

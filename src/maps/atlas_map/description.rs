@@ -12,6 +12,7 @@ use crate::format::json;
 use crate::format::own_folder::is_plain_name;
 use crate::grid::TexelGrid;
 use crate::maps::vertex_map::{LONGEST, is_method_name};
+use crate::mesh::atlas::MOST_TEXELS;
 use crate::mesh::origin::FARTHEST;
 
 /// The file's name.
@@ -135,6 +136,10 @@ impl Description {
         if !within([self.width, self.height], LARGEST) {
             let found = sides([self.width, self.height]);
             return fault("width, height", found, "1 to 16384 each");
+        }
+        if self.texels() > MOST_TEXELS {
+            let expected = format!("at most {MOST_TEXELS} texels");
+            return fault("width, height", sides([self.width, self.height]), &expected);
         }
         if !within(self.exemplar, LONGEST) {
             return fault("exemplar", sides(self.exemplar), "two sides, 1 to 65535");
