@@ -7,6 +7,7 @@ use std::path::Path;
 
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use mesotex::exemplar::ChannelKind;
+use mesotex::format::exr::{self, ExrImage, Numbers};
 use mesotex::format::id::ContentId;
 use mesotex::format::image::{Precision, ReadOptions, decode_srgb, read, read_with};
 use mesotex::grid::TexCoord;
@@ -773,4 +774,86 @@ fn a_plain_colour_that_nothing_shows_is_refused() {
     }
     let said = refused("render x.sample relief.atlas -o o --surface-color 0.1,0.5,0.2");
     assert!(said.contains("0 to 255"), "{said}");
+}
+
+#[test]
+fn maps_of_other_depths_keep_what_they_hold() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let deep = |x: u32, y: u32| Luma([(257 * x + 16 * y) as u16]);
+    image::ImageBuffer::from_fn(SAMPLE, SAMPLE, deep)
+        .save(at("deep.png"))
+        .unwrap();
+    let texels = || (0..SAMPLE * SAMPLE).map(|texel| (texel % SAMPLE, texel / SAMPLE));
+    let wide = |name: &str, of: &dyn Fn((u32, u32)) -> f32| {
+        let numbers: Vec<f32> = texels().map(of).collect();
+        (name.to_owned(), Numbers::Float(numbers.into()))
+    };
+    let image = ExrImage {
+        size: [SAMPLE; 2],
+        channels: [
+            wide("R", &|(x, _)| x as f32 / 4.0),
+            wide("G", &|(_, y)| y as f32 / 16.0),
+            wide("B", &|_| 2.5),
+        ]
+        .into(),
+        attributes: Default::default(),
+    };
+    let encoded = exr::encode(&image, exr::Compression::default()).unwrap();
+    exr::write(&at("wide.exr"), &encoded).unwrap();
+    let grey = |x: u32, _| Luma([16 * x as u8]);
+    GrayImage::from_fn(SAMPLE, SAMPLE, grey)
+        .save(at("grey.png"))
+        .unwrap();
+    run(
+        folder.path(),
+        "transfer ball.atlas --maps mask:deep.png color:wide.exr -o a",
+    );
+    let map = AtlasMap::read(&at("ball.atlas")).unwrap();
+    let channel = |name: &str, kind, data: bool| {
+        let options = match data {
+            true => ReadOptions::data(),
+            false => ReadOptions::default(),
+        };
+        let image = read_with(&at(name), &options).unwrap().image;
+        SampleChannel::of_image("x".into(), kind, image, map.grid(), 1).unwrap()
+    };
+    let (deep, wide) = (
+        channel("deep.png", ChannelKind::Mask, true),
+        channel("wide.exr", ChannelKind::Color, false),
+    );
+    let stored = |name: &str| read_with(&at(name), &ReadOptions::data()).unwrap().image;
+    let (deep_map, wide_map) = (stored("a/deep.png"), stored("a/wide.exr"));
+    assert_eq!(
+        [deep_map.precision, wide_map.precision],
+        [Precision::Bits16, Precision::Float]
+    );
+    for texel in (0..map.len()).filter(|texel| map.chart[*texel] >= 0) {
+        let coord = map.coords[texel].unwrap();
+        // Half a step of 16 bits.
+        assert!((deep_map.data[texel] - deep.at(coord)[0]).abs() < 0.6 / 65535.0);
+        for (number, wanted) in wide_map.data[3 * texel..].iter().zip(wide.at(coord)) {
+            assert!((number - wanted).abs() < 1e-5);
+        }
+    }
+    // Grey colours stay grey in their image, and are all three in the model.
+    run(
+        folder.path(),
+        "transfer ball.atlas --maps color:grey.png -o b",
+    );
+    assert_eq!(stored("b/grey.png").channels, 1);
+    let model = embedded_png(&fs::read(at("b/surface.glb")).unwrap());
+    assert_eq!(model.channels, 3);
+    assert!(
+        model
+            .data
+            .chunks_exact(3)
+            .all(|c| c[0] == c[1] && c[1] == c[2])
+    );
+    // Of one number per texel there are no normals; of three no masks.
+    let refused = |line: &str| refuse(folder.path(), &line.split(' ').collect::<Vec<_>>(), 1);
+    let said = refused("transfer ball.atlas --maps mask:wide.exr -o c");
+    assert!(said.contains("wide.exr"), "{said}");
+    let said = refused("transfer ball.atlas --maps normal:deep.png -o c");
+    assert!(said.contains("deep.png"), "{said}");
 }

@@ -25,6 +25,9 @@ pub const VERSION: u32 = 1;
 /// The most columns and rows of an atlas.
 pub const LARGEST: u32 = 16384;
 
+/// The kinds of channels.
+const KINDS: [&str; 5] = ["color", "height", "mask", "alpha", "normal"];
+
 /// `atlas.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description {
@@ -177,6 +180,10 @@ fn check_channels(channels: &[ChannelFile]) -> Result<()> {
         if !names.insert(&channel.name) {
             let found = format!("`{}` again", channel.name);
             return fault("name", found, "names that differ");
+        }
+        if !KINDS.contains(&channel.kind.as_str()) {
+            let found = format!("`{}`", channel.kind);
+            return fault("kind", found, "color, height, mask, alpha or normal");
         }
         if !(channel.low < channel.high && (channel.high - channel.low).is_finite()) {
             let found = format!("{}, {}", channel.low, channel.high);
