@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::cli::machine::Need;
+use crate::cli::machine::available_memory;
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::format::id::ContentId;
@@ -11,6 +11,7 @@ use crate::maps::atlas_map::{ATLAS_FOLDER, AtlasMap, Description};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::render::cover::Cover;
+use crate::texton::options::ByteSize;
 use crate::textures::atlas_surface::texel_of;
 use crate::textures::decorated::{Decorated, Shape, decorated};
 use crate::textures::folder::read_channel;
@@ -30,22 +31,29 @@ pub(in crate::cli) fn files(path: &Path) -> Vec<PathBuf> {
     }
 }
 
-/// Refuses work on an atlas that this machine has too little memory for; `bytes` are what it takes.
+/// Refuses an atlas for which this machine has too little memory; `bytes` are what the work on it takes.
 pub(in crate::cli) fn check_memory(
+    path: &Path,
     description: &Description,
     bytes: u64,
-    (option, advice): (&'static str, &str),
 ) -> Result<()> {
-    let need = Need {
-        bytes,
-        work: format!(
-            "an atlas of {}x{} texels and what is made of it",
-            description.width, description.height
-        ),
-        option,
-        advice: advice.into(),
+    fits(description, bytes, available_memory())
+        .map_err(|error| error.in_file(&path.join(ATLAS_FOLDER.description)))
+}
+
+fn fits(description: &Description, bytes: u64, available: Option<ByteSize>) -> Result<()> {
+    let Some(available) = available.filter(|available| bytes > available.0) else {
+        return Ok(());
     };
-    need.check()
+    let found = format!(
+        "{}×{} texels, and what is made of them takes about {}",
+        description.width,
+        description.height,
+        ByteSize(bytes)
+    );
+    Err(Error::data("width, height", found)
+        .expected(format!("at most the {available} of memory there is now"))
+        .advice("synthesize it with a lower --resolution"))
 }
 
 /// How an atlas is drawn.
@@ -87,8 +95,7 @@ impl AtlasInput {
         bytes: impl FnOnce(&Description) -> u64,
     ) -> Result<Self> {
         let description = AtlasMap::read_description(path)?;
-        let advice = "an atlas of a lower synth --resolution";
-        check_memory(&description, bytes(&description), ("map", advice))?;
+        check_memory(path, &description, bytes(&description))?;
         let channel = |kind| read_channel(path, &description, kind);
         let alpha = channel(ChannelKind::Alpha)?;
         if let Some(color) = look.surface_color {
@@ -147,5 +154,35 @@ impl AtlasInput {
             alpha: alpha?,
             color: self.look.surface_color?.linear(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::textures::memory::{bytes_to_bake, bytes_to_draw};
+
+    #[test]
+    fn atlases_too_large_for_the_machine_are_refused_before_they_are_read() {
+        let description: Description = serde_json::from_value(serde_json::json!({
+            "format": "mesotex-atlas", "version": 1, "width": 8192, "height": 4096, "exemplar": [8, 8],
+            "tileable": true, "texel": 1.0, "origin": [0.0, 0.0, 0.0], "seed": 0, "method": "coherent",
+            "sample": "0".repeat(32), "space": "0".repeat(32), "coords": "0".repeat(32),
+            "surface": "0".repeat(32), "channels": [],
+        }))
+        .unwrap();
+        for bytes in [bytes_to_draw(&description), bytes_to_bake(&description)] {
+            assert!(fits(&description, bytes, None).is_ok());
+            assert!(fits(&description, bytes, Some(ByteSize(bytes))).is_ok());
+            let error = fits(&description, bytes, Some(ByteSize(1 << 30))).unwrap_err();
+            let text = error.to_string();
+            let parts = [
+                "8192×4096",
+                &ByteSize(bytes).to_string(),
+                "1.00 GiB",
+                "--resolution",
+            ];
+            assert!(parts.iter().all(|part| text.contains(part)), "{text}");
+        }
     }
 }

@@ -12,6 +12,7 @@ use serde_json::json;
 use crate::cli::atlas;
 use crate::cli::exemplar::option_values::{AlphaOption, ImageEncoding};
 use crate::cli::exemplar::reading::ImageReader;
+use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -182,8 +183,17 @@ impl Arguments {
     /// Refuses textures that this machine has too little memory for.
     fn check_memory(&self, description: &Description, channels: &[SampleChannel]) -> Result<()> {
         let bytes = memory::bytes_to_transfer(description, self.finer, channels, &self.model);
-        let advice = "a smaller --finer, fewer --maps, or an atlas of a lower synth --resolution";
-        atlas::check_memory(description, bytes, ("finer", advice))
+        if self.finer == 1 {
+            return atlas::check_memory(&self.input, description, bytes);
+        }
+        let [width, height] = [description.width, description.height].map(|side| side * self.finer);
+        let need = Need {
+            bytes,
+            work: format!("texture maps of {width}x{height} texels"),
+            option: "finer",
+            advice: "a smaller --finer, or fewer --maps".into(),
+        };
+        need.check()
     }
 
     fn onto_vertices(&self, session: &Session) -> Result<Outcome> {
