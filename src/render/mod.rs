@@ -11,6 +11,7 @@
 pub mod bounds;
 mod camera;
 mod compass;
+pub mod cover;
 mod environment;
 mod fragment;
 pub mod frame;
@@ -31,7 +32,7 @@ pub mod renderer;
 mod seen_points;
 pub mod sequence;
 mod surroundings;
-mod texel_baking;
+pub mod texel_baking;
 pub mod texel_table;
 mod tone;
 pub mod values;

@@ -8,6 +8,7 @@
 use glam::{DVec3, Vec3, Vec4};
 use multiversion::multiversion;
 
+use crate::render::cover::received;
 use crate::render::light::{Incidence, luminance};
 use crate::render::nearest::Weight;
 use crate::render::occlusion::Departure;
@@ -62,6 +63,8 @@ struct Corner {
     blend: Blend,
     /// Luminance of the light that reaches it.
     seen: f32,
+    /// The light that a plain colour below the texture receives; zero where there is none.
+    irradiance: Vec4,
 }
 
 /// Shades a point of the surface that nothing is known of.
@@ -107,6 +110,7 @@ fn shade_point<T: Stored>(
         let vertex = vertex as usize;
         radiance.begin_known(&mut corner.blend, seen.view, points.weights(seen));
         corner.seen = 0.0;
+        corner.irradiance = Vec4::ZERO;
         let axes = Axes::of_vertex(map, vertex);
         for (index, (incidence, reaches)) in lights.iter().enumerate() {
             let local = axes.local(incidence.towards.as_dvec3());
@@ -120,11 +124,16 @@ fn shade_point<T: Stored>(
         }
     }
     let mut shaded = Shaded::default();
-    for ((corner, seen), share) in corners.iter().zip(&point.corners).zip(hit.barycentric()) {
+    let read = corners.iter().zip(&point.corners).zip(triangle);
+    for (((corner, seen), &vertex), share) in read.zip(hit.barycentric()) {
         if corner.seen == 0.0 || share <= 0.0 {
             continue;
         }
-        let color = radiance.at(table, seen.coord, seen.detail, &corner.blend);
+        let texture = radiance.at(table, seen.coord, seen.detail, &corner.blend);
+        let color = match scene.cover {
+            Some(cover) => cover.mixed(vertex as usize, texture, corner.irradiance),
+            None => texture,
+        };
         shaded.color += share * color;
         shaded.visibility += share * corner.seen / all.max(f32::MIN_POSITIVE);
         shaded.beyond += share * corner.blend.beyond();
@@ -145,6 +154,9 @@ impl Corner {
         match weights {
             Some(weights) => radiance.add_weighted::<T>(blend, local, weights, irradiance),
             None => radiance.add_light::<T>(blend, local, irradiance),
+        }
+        if scene.cover.is_some() {
+            self.irradiance += received(irradiance, local.z);
         }
         self.seen += luminance(irradiance);
     }

@@ -16,6 +16,7 @@ use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::camera::View;
+use crate::render::cover::Cover;
 use crate::render::fragment::{Pieces, point};
 use crate::render::frame::{Frame, GeometryLayers};
 use crate::render::known_weights::KnownWeights;
@@ -75,6 +76,7 @@ pub struct Renderer<'a> {
     map: &'a SurfaceTextonMap,
     radiance: &'a Radiance,
     manner: Manner,
+    cover: Option<&'a Cover>,
     progress: Progress<'a>,
     bounds: Bounds,
     caster: Option<ShadowCaster>,
@@ -125,6 +127,7 @@ impl<'a> Renderer<'a> {
             map,
             radiance,
             manner,
+            cover: None,
             progress,
             bounds,
             vertices: Vertices {
@@ -140,6 +143,12 @@ impl<'a> Renderer<'a> {
             weights: VertexLights::default(),
             seen: None,
         })
+    }
+
+    /// Lets a plain colour show where the texture is transparent; `cover` has an entry per vertex of the map.
+    #[must_use]
+    pub fn over(self, cover: Option<&'a Cover>) -> Self {
+        Self { cover, ..self }
     }
 
     /// Renders one frame. Every loop over pixels or vertices leaves off once it is interrupted; what
@@ -210,6 +219,8 @@ impl<'a> Renderer<'a> {
             lights,
             occluders: self.caster.as_ref().map(|caster| &caster.occluders),
             soft_rays: self.manner.soft_rays,
+            cover: self.cover,
+            side: None,
             progress: self.progress,
         }
     }

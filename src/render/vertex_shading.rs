@@ -13,6 +13,7 @@ use crate::index::TexelIndex;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::render::camera::View;
+use crate::render::cover::{Cover, received};
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
@@ -49,6 +50,11 @@ pub struct Scene<'a> {
     pub soft_rays: u32,
     /// What is known of the lights at vertices.
     pub weights: KnownWeights<'a>,
+    /// A plain colour below the texture, where it is transparent.
+    pub cover: Option<&'a Cover>,
+    /// The side of what is shaded, in mesh units, by which levels of the sample are chosen; a pixel's footprint
+    /// where it is `None`.
+    pub side: Option<f64>,
     /// Who may ask to stop.
     pub progress: Progress<'a>,
 }
@@ -65,8 +71,17 @@ pub fn sites_by_texel(map: &SurfaceTextonMap, grid: TexelGrid) -> Vec<Site> {
     for &vertex in map.mesh.triangles.iter().flatten() {
         used[vertex as usize] = true;
     }
-    let mut sites: Vec<Site> = (0..used.len())
-        .filter(|&vertex| used[vertex])
+    sites_of(map, grid, |vertex| used[vertex])
+}
+
+/// The vertices of a map that are `wanted`, in the order of their texels.
+pub fn sites_of(
+    map: &SurfaceTextonMap,
+    grid: TexelGrid,
+    wanted: impl Fn(usize) -> bool,
+) -> Vec<Site> {
+    let mut sites: Vec<Site> = (0..map.mesh.positions.len())
+        .filter(|&vertex| wanted(vertex))
         .map(|vertex| Site {
             vertex: vertex as u32,
             texel: grid.texel_nearest(map.coords[vertex]),
@@ -143,24 +158,37 @@ fn shade_chunk<T: Stored>(
             numbers = &near;
         }
         for (site, out) in sharing.iter().zip(&mut out) {
-            let view_cosine = begin::<T>(scene, reaches, blend, site);
-            *out = if blend.is_dark() {
+            let begun = begin::<T>(scene, reaches, blend, site);
+            let vertex = site.vertex as usize;
+            let color = if blend.is_dark() {
                 Vec4::ZERO
             } else if one_texel {
                 radiance.blend_texel(numbers, blend)
             } else {
-                let texel = scene.map.texel_at(site.vertex as usize);
-                let detail = scene.detail(site.point, view_cosine, texel);
-                let coord = scene.map.coords[site.vertex as usize];
-                radiance.at(table, coord, detail, blend)
+                let texel = scene.map.texel_at(vertex);
+                let detail = scene.detail(site.point, begun.view_cosine, texel);
+                radiance.at(table, scene.map.coords[vertex], detail, blend)
+            };
+            *out = match scene.cover {
+                Some(cover) => cover.mixed(vertex, color, begun.irradiance),
+                None => color,
             };
         }
     }
 }
 
-/// Gathers view and lights of a vertex; returns the view's cosine.
+/// What is known of a vertex before its sample is read.
+struct Begun {
+    /// The view's cosine.
+    view_cosine: f64,
+    /// The light that a plain colour below the texture receives; zero where there is none.
+    irradiance: Vec4,
+}
+
+/// Gathers view and lights of a vertex.
 #[inline(always)]
-fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: &Site) -> f64 {
+fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: &Site) -> Begun {
+    let mut received_light = Vec4::ZERO;
     let axes = Axes::new(site.normal, site.orientation);
     let view = axes.local(scene.view.towards_viewer(site.point.as_dvec3()));
     scene.radiance.begin(blend, view);
@@ -174,6 +202,9 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
             let irradiance = incidence.irradiance.map(|value| value * reaches);
             let weights = scene.weights.of(index, site.vertex as usize);
             let radiance = scene.radiance;
+            if scene.cover.is_some() {
+                received_light += received(irradiance, local.z);
+            }
             match weights {
                 Some(weights) => radiance.add_weighted::<T>(blend, local, weights, irradiance),
                 None => radiance.add_light::<T>(blend, local, irradiance),
@@ -183,14 +214,21 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
     if scene.lights.len() > 1 {
         scene.radiance.merge_lights(blend);
     }
-    view.z
+    Begun {
+        view_cosine: view.z,
+        irradiance: received_light,
+    }
 }
 
 impl Scene<'_> {
     /// How many pyramid levels up a pixel's footprint at a point is as large as a texel of `texel`
     /// mesh units: log₂ of the longer side of the footprint, in texels. The foreshortening counts up to eightfold.
+    /// Where the scene states the side of what is shaded, that counts in place of the footprint.
     #[inline]
     pub fn detail(&self, point: Vec3, view_cosine: f64, texel: f64) -> f32 {
+        if let Some(side) = self.side {
+            return (side / texel).log2().max(0.0) as f32;
+        }
         let depth = self.view.camera_from_world(point.as_dvec3()).z.max(1e-12);
         let pixels = self.view.pixels_per_unit_at(depth) * texel;
         let footprint = 1.0 / (pixels * view_cosine.abs().max(0.125));
