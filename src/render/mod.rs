@@ -30,6 +30,7 @@ pub mod raster;
 pub mod renderer;
 mod seen_points;
 pub mod sequence;
+mod sides;
 mod surroundings;
 mod texel_baking;
 pub mod texel_table;

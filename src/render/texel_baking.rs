@@ -11,6 +11,7 @@ use crate::render::pixel_shading::{Workspace, shade};
 use crate::render::plan::PlannedFrame;
 use crate::render::raster::Hit;
 use crate::render::renderer::Renderer;
+use crate::render::vertex_shading::Scene;
 use crate::render::vertex_shadows::VertexShadows;
 
 /// Points that one task shades.
@@ -30,7 +31,10 @@ impl Renderer<'_> {
         let shadows = &mut VertexShadows::default();
         let of_vertices = self.visibility_of_all(&frame.lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
-        let scene = self.scene(&frame.view, &frame.lights, KnownWeights::default());
+        let scene = Scene {
+            shows_inside: false,
+            ..self.scene(&frame.view, &frame.lights, KnownWeights::default())
+        };
         progress.begin("texels", hits.len() as u64);
         let mut colors = vec![[0.0; 3]; hits.len()];
         colors
