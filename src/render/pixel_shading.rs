@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3, Vec4};
 use multiversion::multiversion;
 
 use crate::render::cover::received;
-use crate::render::light::{Incidence, luminance};
+use crate::render::light::{Incidence, Light, luminance};
 use crate::render::nearest::Weight;
 use crate::render::occlusion::Departure;
 use crate::render::radiance::Blend;
@@ -111,12 +111,14 @@ fn shade_point<T: Stored>(
         radiance.begin_known(&mut corner.blend, seen.view, points.weights(seen));
         corner.seen = 0.0;
         corner.irradiance = Vec4::ZERO;
-        let axes = Axes::of_vertex(map, vertex);
+        let axes = Axes::of_vertex(map, vertex).turned(point.turned);
         for (index, (incidence, reaches)) in lights.iter().enumerate() {
             let local = axes.local(incidence.towards.as_dvec3());
             if local.z > 0.0 && *reaches > 0.0 {
                 let irradiance = incidence.irradiance.map(|value| value * reaches);
-                corner.add_light::<T>(scene, scene.weights.of(index, vertex), local, irradiance);
+                let known = scene.weights.of(index, vertex);
+                let weights = known.filter(|_| !point.turned);
+                corner.add_light::<T>(scene, weights, local, irradiance);
             }
         }
         if lights.len() > 1 {
@@ -172,10 +174,15 @@ fn gather_lights(
 ) -> f32 {
     let (hit, p) = (&point.hit, point.place);
     let corners = scene.map.mesh.triangles[hit.triangle as usize];
-    let interpolated = |of_vertices: &[f32]| -> f32 {
+    let interpolated = |of_vertices: &[f32], light: &Light| -> f32 {
         let shares = corners.iter().zip(hit.barycentric());
         shares
-            .map(|(&v, share)| share * of_vertices[v as usize])
+            .map(
+                |(&v, share)| match reaches_side(scene, v as usize, light, point.turned) {
+                    true => share * of_vertices[v as usize],
+                    false => 0.0,
+                },
+            )
             .sum()
     };
     lights.clear();
@@ -184,13 +191,23 @@ fn gather_lights(
         let incidence = light.at(p);
         let reaches = match visibility {
             Visibility::Open => 1.0,
-            Visibility::OfVertices(lists) => interpolated(lists[index]),
+            Visibility::OfVertices(lists) => interpolated(lists[index], light),
             Visibility::Rays => ray_visibility(scene, index, &incidence, hit, p),
         };
         all += luminance(incidence.irradiance);
         lights.push((incidence, reaches));
     }
     all
+}
+
+/// Whether what is known of a light at a vertex speaks of the side that is seen. Without borders it always speaks of the outside.
+#[inline(always)]
+fn reaches_side(scene: &Scene, vertex: usize, light: &Light, turned: bool) -> bool {
+    if !scene.has_border {
+        return true;
+    }
+    let towards = light.at(scene.map.mesh.positions[vertex]).towards;
+    (towards.dot(scene.map.normals[vertex]) > 0.0) != turned
 }
 
 /// The share of a light that reaches a point of a triangle, by rays that leave the side of the
@@ -205,7 +222,12 @@ pub fn ray_visibility(
 ) -> f32 {
     let triangle = hit.triangle as usize;
     let corners = scene.map.mesh.triangles[triangle];
-    let lit = |&v: &u32| scene.map.normals[v as usize].dot(incidence.towards) > 0.0;
+    let side = if scene.turns(hit.triangle, p) {
+        -1.0
+    } else {
+        1.0
+    };
+    let lit = |&v: &u32| side * scene.map.normals[v as usize].dot(incidence.towards) > 0.0;
     if !corners.iter().any(lit) {
         return 0.0;
     }

@@ -52,6 +52,7 @@ impl Renderer<'_> {
         let visibility = self.pixel_visibility(&of_vertices);
         let scene = Scene {
             side: Some(texel),
+            shows_inside: false,
             ..self.scene(&frame.view, &frame.lights, KnownWeights::default())
         };
         progress.begin("texels", hits.len() as u64);

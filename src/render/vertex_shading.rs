@@ -18,6 +18,7 @@ use crate::render::known_weights::KnownWeights;
 use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
 use crate::render::radiance::{Blend, Radiance};
+use crate::render::sides::shows_inside;
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
 
 /// A vertex to shade, with all that shading reads of the map.
@@ -29,6 +30,8 @@ pub struct Site {
     pub texel: TexelIndex,
     /// Where it is.
     pub point: Vec3,
+    /// Whether the [inside](crate::render::sides) is seen.
+    pub turned: bool,
     normal: Vec3,
     orientation: Vec3,
 }
@@ -46,6 +49,10 @@ pub struct Scene<'a> {
     pub lights: &'a [Light],
     /// What casts shadows where pixels ask; `None` for no shadows.
     pub occluders: Option<&'a Occluders>,
+    /// Whether the mesh has a border, so that light reaches both sides of it.
+    pub has_border: bool,
+    /// Whether a triangle seen from behind shows its [inside](crate::render::sides); else its outside is seen as the view grazes it.
+    pub shows_inside: bool,
     /// Rays for lights that have a size.
     pub soft_rays: u32,
     /// What is known of the lights at vertices.
@@ -86,6 +93,7 @@ pub fn sites_of(
             vertex: vertex as u32,
             texel: grid.texel_nearest(map.coords[vertex]),
             point: map.mesh.positions[vertex],
+            turned: false,
             normal: map.normals[vertex],
             orientation: map.orientations[vertex],
         })
@@ -115,6 +123,13 @@ pub fn shade(scene: &Scene, reaches: &[&[f32]], sites: &[Site]) -> Vec<Vec4> {
 }
 
 impl Scene<'_> {
+    /// Whether the inside of a triangle is seen at a point of it.
+    #[inline(always)]
+    pub fn turns(&self, triangle: u32, point: Vec3) -> bool {
+        let viewer = || self.view.towards_viewer(point.as_dvec3());
+        self.shows_inside && shows_inside(&self.map.mesh, triangle, viewer())
+    }
+
     /// The share of a light that reaches a point on the lit side of the surface.
     #[inline(never)]
     pub fn visibility(
@@ -189,7 +204,7 @@ struct Begun {
 #[inline(always)]
 fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: &Site) -> Begun {
     let mut received_light = Vec4::ZERO;
-    let axes = Axes::new(site.normal, site.orientation);
+    let axes = Axes::new(site.normal, site.orientation).turned(site.turned);
     let view = axes.local(scene.view.towards_viewer(site.point.as_dvec3()));
     scene.radiance.begin(blend, view);
     for (index, light) in scene.lights.iter().enumerate() {
@@ -200,7 +215,8 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
             .map_or(1.0, |of| of[site.vertex as usize]);
         if local.z > 0.0 && reaches > 0.0 {
             let irradiance = incidence.irradiance.map(|value| value * reaches);
-            let weights = scene.weights.of(index, site.vertex as usize);
+            let known = scene.weights.of(index, site.vertex as usize);
+            let weights = known.filter(|_| !site.turned);
             let radiance = scene.radiance;
             if scene.cover.is_some() {
                 received_light += received(irradiance, local.z);
@@ -256,6 +272,15 @@ impl Axes {
         Self {
             axes: [s, n.cross(s), n],
         }
+    }
+
+    /// The frame of the other side, where `inside` is seen.
+    #[inline(always)]
+    pub fn turned(mut self, inside: bool) -> Self {
+        if inside {
+            self.axes[2] = -self.axes[2];
+        }
+        self
     }
 
     /// A mesh-space direction in the frame, as a unit vector.
