@@ -74,6 +74,8 @@ pub mod synthesis;
 
 pub mod textures;
 
+pub mod vary;
+
 pub mod render;
 pub mod report;
 

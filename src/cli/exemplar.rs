@@ -3,7 +3,7 @@
 
 mod arguments;
 pub(super) mod channels;
-mod controls;
+pub(super) mod controls;
 mod describe;
 pub(super) mod option_values;
 pub(super) mod reading;
@@ -13,7 +13,7 @@ use std::f32::consts::PI;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value, json};
 
 pub use crate::cli::exemplar::arguments::Arguments;
 pub use crate::cli::exemplar::describe::describe_channels;
@@ -62,7 +62,9 @@ impl Arguments {
         let unknown = ContentId::of_bytes(&[]);
         let mut space = space_of_images(&images, controls, self.levels, self.tile, &unknown)?;
         let mut table = neighbor_table::build(&space, &self.knn, session.progress())?;
-        space.sample = self.write_sample(sample_path, colors)?;
+        let source = json!({"kind": "plain images", "images": self.images.len()});
+        let written = write_plain_sample(sample_path, &self.output, (colors, self.tile), source);
+        space.sample = written.map_err(|error| error.in_file(&self.images[0]))?;
         space.write(space_path, None)?;
         table.space = space.id.clone();
         table.write(table_path, &self.knn)?;
@@ -94,49 +96,51 @@ impl Arguments {
         weights::check(&self.weights, self.images.len())?;
         self.knn.validate()
     }
+}
 
-    /// The first image as a sample: a white Lambertian plane under a light from above is 1/π.
-    fn write_sample(&self, path: &Path, colors: &FloatImage) -> Result<ContentId> {
-        let mut radiance = colors.clone().into_linear().into_rgb().data;
-        if let Some(below) = radiance.iter().find(|value| **value < 0.0) {
-            return Err(Error::data("colour", below.to_string())
-                .expected("0 or more in the first image")
-                .in_file(&self.images[0]));
-        }
-        radiance.iter_mut().for_each(|value| *value /= PI);
-        let above = Direction(DVec3::Z);
-        let name = self
-            .output
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy();
-        let mut writer = SampleWriter::create(
-            path,
-            Description {
-                format: crate::btf::sample::FORMAT.into(),
-                version: crate::btf::sample::VERSION,
-                name: name.into_owned(),
-                width: colors.width,
-                height: colors.height,
-                channels: 3,
-                dtype: DType::F4,
-                texel_mm: None,
-                layout: Layout::Product,
-                views: vec![above],
-                lights: vec![above],
-                pairs: None,
-                tileable: self.tile,
-                id: ContentId::of_bytes(&[]),
-                source: json!({"kind": "plain images", "images": self.images.len()}),
-            },
-        )?;
-        writer.push(&radiance)?;
-        Ok(writer.finish()?.id)
+/// Colours as a sample of one view and one light: a white Lambertian plane under a light from above is 1/π.
+/// `name` is what the outputs are named after, `source` says where the colours come from.
+pub(in crate::cli) fn write_plain_sample(
+    path: &Path,
+    name: &Path,
+    (colors, tileable): (&FloatImage, bool),
+    source: Value,
+) -> Result<ContentId> {
+    let mut radiance = colors.clone().into_linear().into_rgb().data;
+    if let Some(below) = radiance.iter().find(|value| **value < 0.0) {
+        return Err(
+            Error::data("colour", below.to_string()).expected("0 or more: it is rendered as light")
+        );
     }
+    radiance.iter_mut().for_each(|value| *value /= PI);
+    let above = Direction(DVec3::Z);
+    let name = name.file_name().unwrap_or_default().to_string_lossy();
+    let mut writer = SampleWriter::create(
+        path,
+        Description {
+            format: crate::btf::sample::FORMAT.into(),
+            version: crate::btf::sample::VERSION,
+            name: name.into_owned(),
+            width: colors.width,
+            height: colors.height,
+            channels: 3,
+            dtype: DType::F4,
+            texel_mm: None,
+            layout: Layout::Product,
+            views: vec![above],
+            lights: vec![above],
+            pairs: None,
+            tileable,
+            id: ContentId::of_bytes(&[]),
+            source,
+        },
+    )?;
+    writer.push(&radiance)?;
+    Ok(writer.finish()?.id)
 }
 
 /// `NAME.KIND`.
-fn with_kind(name: &Path, kind: &str) -> PathBuf {
+pub(in crate::cli) fn with_kind(name: &Path, kind: &str) -> PathBuf {
     let mut path = name.as_os_str().to_owned();
     path.push(format!(".{kind}"));
     PathBuf::from(path)

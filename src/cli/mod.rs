@@ -15,6 +15,7 @@ mod info;
 mod interruption;
 mod knn;
 mod machine;
+mod mask;
 mod mesh;
 mod outcome;
 mod outputs;
@@ -25,6 +26,7 @@ mod synth;
 mod terminal;
 mod textons;
 mod transfer;
+mod vary;
 
 use std::process::ExitCode;
 
@@ -59,6 +61,8 @@ enum Command {
     Gram(gram::Arguments),
     Knn(knn::Arguments),
     Exemplar(exemplar::Arguments),
+    Mask(mask::Arguments),
+    Vary(vary::Arguments),
     Mesh(mesh::Arguments),
     Synth(synth::Arguments),
     Render(render::Arguments),
@@ -85,6 +89,8 @@ impl Command {
             Self::Gram(arguments) => &arguments.common,
             Self::Knn(arguments) => &arguments.common,
             Self::Exemplar(arguments) => &arguments.common,
+            Self::Mask(arguments) => &arguments.common,
+            Self::Vary(arguments) => arguments.common(),
             Self::Mesh(arguments) => &arguments.common,
             Self::Synth(arguments) => &arguments.common,
             Self::Render(arguments) => &arguments.common,
@@ -101,6 +107,8 @@ impl Command {
             Self::Textons(arguments) => arguments.options.validate(),
             Self::Knn(arguments) => arguments.options.validate(),
             Self::Exemplar(arguments) => arguments.check(),
+            Self::Mask(arguments) => arguments.check(),
+            Self::Vary(arguments) => arguments.check(),
             Self::Mesh(arguments) => arguments.check(),
             Self::Synth(arguments) => arguments.check(),
             Self::Render(arguments) => arguments.check(),
@@ -121,6 +129,8 @@ impl Command {
             Self::Gram(arguments) => Ok(arguments.files()),
             Self::Knn(arguments) => Ok(arguments.files()),
             Self::Exemplar(arguments) => Ok(arguments.files()),
+            Self::Mask(arguments) => Ok(arguments.files()),
+            Self::Vary(arguments) => Ok(arguments.files()),
             Self::Mesh(arguments) => arguments.files(),
             Self::Synth(arguments) => arguments.files(),
             Self::Render(arguments) => Ok(arguments.files()),
@@ -143,6 +153,8 @@ impl Command {
             | Self::Gram(_)
             | Self::Knn(_)
             | Self::Exemplar(_)
+            | Self::Mask(_)
+            | Self::Vary(_)
             | Self::Mesh(_)
             | Self::BakeMaps(_)
             | Self::Transfer(_) => STAGE_IF_INTERRUPTED,
@@ -159,6 +171,8 @@ impl Command {
             Self::Gram(arguments) => arguments.run(session),
             Self::Knn(arguments) => arguments.run(session),
             Self::Exemplar(arguments) => arguments.run(session),
+            Self::Mask(arguments) => arguments.run(session),
+            Self::Vary(arguments) => arguments.run(session),
             Self::Mesh(arguments) => arguments.run(session),
             Self::Synth(arguments) => arguments.run(session),
             Self::Render(arguments) => arguments.run(session),

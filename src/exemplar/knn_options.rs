@@ -56,6 +56,11 @@ pub struct KnnOptions {
     /// Parents that two-level search considers first (Tong 2002 §5.2: 100).
     #[arg(long, default_value_t = Self::default().candidates, value_name = "N")]
     pub candidates: u32,
+    /// List only texels whose transition differs by less than this (Zhang 2003 eq. 1: 0.1), 0 to 1; for a space
+    /// with a transition [default: any texel]
+    #[arg(long, value_name = "E")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transition_tolerance: Option<f64>,
 }
 
 impl Default for KnnOptions {
@@ -67,6 +72,7 @@ impl Default for KnnOptions {
             min_separation: None,
             search: Search::Auto,
             candidates: 100,
+            transition_tolerance: None,
         }
     }
 }
@@ -105,6 +111,7 @@ impl KnnOptions {
                 ));
             }
         }
+        check_tolerance(self.transition_tolerance)?;
         for (name, width) in [
             ("neighborhood", self.neighborhood),
             ("coarse-neighborhood", self.coarse_neighborhood),
@@ -149,6 +156,18 @@ impl KnnOptions {
             Some(texels) => f64::from(texels) / 2_f64.powi(level as i32),
         };
         (texels.round() as u32).max(1)
+    }
+}
+
+/// Refuses a tolerance that no transition can meet.
+pub fn check_tolerance(tolerance: Option<f64>) -> Result<()> {
+    match tolerance {
+        Some(tolerance) if !(tolerance > 0.0 && tolerance <= 1.0) => Err(Error::option(
+            "transition-tolerance",
+            tolerance.to_string(),
+            "a difference above 0, at most 1",
+        )),
+        _ => Ok(()),
     }
 }
 

@@ -14,10 +14,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::{Error, Result};
-use crate::exemplar::knn_options::{KnnOptions, Search, WIDEST};
+use crate::exemplar::controls::ControlKind;
+use crate::exemplar::knn_options::{KnnOptions, Search, WIDEST, check_tolerance};
 use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
 use crate::exemplar::neighbor_list::{Rows, assemble};
-use crate::exemplar::separated_neighbors::Choice;
+use crate::exemplar::separated_neighbors::{Band, Choice};
 use crate::exemplar::space::Space;
 use crate::exemplar::square_window::check_square;
 use crate::exemplar::texel_block::TexelBlock;
@@ -64,6 +65,8 @@ pub struct NeighborTable {
     pub k: usize,
     /// Whether neighbourhoods wrap round the sample's border.
     pub tileable: bool,
+    /// Listed texels' transitions differ by less than this (Zhang 2003 eq. 1); `None`: any are listed.
+    pub transition_tolerance: Option<f64>,
     /// This table's own id.
     pub id: ContentId,
     /// The id of the space it was made from.
@@ -120,6 +123,13 @@ pub fn build_and_measure(
     progress: Progress<'_>,
 ) -> Result<(NeighborTable, Vec<LevelSearch>)> {
     options.validate()?;
+    if options.transition_tolerance.is_some() {
+        let levels = 0..space.levels.len();
+        let checked = levels.map(|at| {
+            space.required_control(at, ControlKind::Transition, "--transition-tolerance")
+        });
+        checked.collect::<Result<Vec<_>>>()?;
+    }
     for (at, level) in space.levels.iter().enumerate() {
         let (k, separation) = (options.k as usize, options.separation(level.grid, at));
         if k > level.grid.len() {
@@ -134,6 +144,7 @@ pub fn build_and_measure(
         levels,
         k: options.k as usize,
         tileable: space.tileable(),
+        transition_tolerance: options.transition_tolerance,
         id: ContentId::of_bytes(&[]),
         space: space.id.clone(),
     };
@@ -223,7 +234,17 @@ impl LevelTask<'_> {
 
     fn choice(&self) -> Choice {
         let (grid, k) = (self.space.levels[self.at].grid, self.options.k as usize);
-        Choice::new(grid, &self.whole, self.min_separation, k)
+        Choice::new(grid, &self.whole, self.min_separation, k, self.band())
+    }
+
+    /// The band of the level's transition, where one is asked for.
+    fn band(&self) -> Option<Band> {
+        let tolerance = self.options.transition_tolerance? as f32;
+        let transition = self.space.controls.get(self.at)?.transition.as_ref()?;
+        Some(Band {
+            transition: transition.iter().copied().collect(),
+            tolerance,
+        })
     }
 
     fn two_level(&self, progress: Progress<'_>) -> Result<(Found, f64)> {
@@ -264,6 +285,8 @@ struct Meta {
     version: u32,
     k: usize,
     tileable: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    transition_tolerance: Option<f64>,
     levels: Vec<LevelMeta>,
     options: Value,
     space: ContentId,
@@ -294,6 +317,7 @@ impl NeighborTable {
             version: VERSION,
             k: self.k,
             tileable: self.tileable,
+            transition_tolerance: self.transition_tolerance,
             levels: self.levels.iter().map(TableLevel::meta).collect(),
             options: serde_json::to_value(options)
                 .map_err(|error| Error::data("options", error.to_string()))?,
@@ -329,6 +353,12 @@ impl NeighborTable {
         let Some(id) = meta.id else {
             return Err(file.fault("meta.json: id", "missing"));
         };
+        if check_tolerance(meta.transition_tolerance).is_err() {
+            let found = format!("{:?}", meta.transition_tolerance);
+            return Err(file
+                .fault("meta.json: transition_tolerance", found)
+                .expected("above 0, at most 1"));
+        }
         let count = meta.levels.len();
         if !(1..=MOST_LEVELS).contains(&count) || meta.k == 0 {
             return Err(file
@@ -349,6 +379,7 @@ impl NeighborTable {
             levels,
             k: meta.k,
             tileable: meta.tileable,
+            transition_tolerance: meta.transition_tolerance,
             id,
             space: meta.space,
         })

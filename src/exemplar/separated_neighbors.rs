@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use multiversion::multiversion;
 
-use crate::exemplar::neighbor_list::Row;
+use crate::exemplar::neighbor_list::{Near, Row};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 
@@ -23,11 +23,36 @@ pub struct Choice {
     pub k: usize,
     /// 0, or infinity for texels that may not be listed; empty where all may.
     barred: Vec<f32>,
+    band: Option<Band>,
+}
+
+/// Texels of a transition near enough to each other to be listed together (Zhang 2003 eq. 1).
+#[derive(Clone, Debug)]
+pub struct Band {
+    /// The transition of each texel.
+    pub transition: Vec<f32>,
+    /// They differ by less than this.
+    pub tolerance: f32,
+}
+
+impl Band {
+    /// Whether one texel may be listed for another.
+    pub fn has(&self, texel: TexelIndex, other: TexelIndex) -> bool {
+        let [own, other] = [texel, other].map(|texel| self.transition[texel.index()]);
+        (own - other).abs() < self.tolerance
+    }
 }
 
 impl Choice {
-    /// Chooses `k` neighbours a texel, itself included, among `whole` texels.
-    pub fn new(grid: TexelGrid, whole: &[bool], separation: u32, k: usize) -> Self {
+    /// Chooses `k` neighbours a texel, itself included, among `whole` texels; with a band, of those in each
+    /// other's.
+    pub fn new(
+        grid: TexelGrid,
+        whole: &[bool],
+        separation: u32,
+        k: usize,
+        band: Option<Band>,
+    ) -> Self {
         let bar = |&whole: &bool| if whole { 0.0 } else { f32::INFINITY };
         let barred = match whole.iter().all(|&whole| whole) {
             true => Vec::new(),
@@ -38,6 +63,7 @@ impl Choice {
             reach: i64::from(separation.max(1)) - 1,
             k,
             barred,
+            band,
         }
     }
 
@@ -45,6 +71,23 @@ impl Choice {
     /// with the number found when there are too few.
     pub fn choose(&self, texel: TexelIndex, distances: &mut [f32]) -> Row {
         choose(self, texel, distances)
+    }
+
+    /// Whether one texel may be listed for another, as far as their transitions say.
+    pub fn in_band(&self, texel: TexelIndex, other: TexelIndex) -> bool {
+        self.band.as_ref().is_none_or(|band| band.has(texel, other))
+    }
+
+    /// A row that may be short: where a band is asked for, its last neighbour is repeated.
+    pub fn completed(&self, mut row: Vec<Near>) -> Row {
+        match row.last() {
+            Some(&last) if self.band.is_some() => row.resize(self.k, last),
+            _ => {}
+        }
+        match row.len() == self.k {
+            true => Ok(row),
+            false => Err(row.len()),
+        }
     }
 
     /// Rows within the separation of one.
@@ -78,16 +121,21 @@ impl Choice {
 fn choose(choice: &Choice, texel: TexelIndex, distances: &mut [f32]) -> Row {
     let mut chosen = Vec::with_capacity(choice.k);
     chosen.push((distances[texel.index()], texel.0));
+    if let Some(band) = &choice.band {
+        let all = distances.iter_mut().zip(0..);
+        all.filter(|(_, other)| !band.has(texel, TexelIndex(*other)))
+            .for_each(|(distance, _)| *distance = f32::INFINITY);
+    }
     let mut field = Field::new(choice, distances);
     field.bar_around(texel);
     while chosen.len() < choice.k {
         let Some((distance, nearest)) = field.nearest() else {
-            return Err(chosen.len());
+            break;
         };
         chosen.push((distance, nearest.0));
         field.bar_around(nearest);
     }
-    Ok(chosen)
+    choice.completed(chosen)
 }
 
 /// The distances from one texel, with those out of the question at infinity.
@@ -198,7 +246,7 @@ mod tests {
     fn everything_within_the_separation_is_barred() {
         for (tileable, separation) in [(true, 3), (false, 3), (true, 40), (false, 40)] {
             let grid = grid(tileable);
-            let choice = Choice::new(grid, &vec![true; grid.len()], separation, 2);
+            let choice = Choice::new(grid, &vec![true; grid.len()], separation, 2, None);
             let reach = i64::from(separation) - 1;
             for texel in (0..grid.len() as u32).map(TexelIndex) {
                 let mut distances = vec![1.0; grid.len()];
@@ -218,11 +266,38 @@ mod tests {
     }
 
     #[test]
+    fn only_texels_of_the_band_are_listed_and_short_rows_repeat_their_last() {
+        let grid = grid(false);
+        let band = Band {
+            transition: (0..grid.len())
+                .map(|texel| (texel % 21) as f32 / 20.0)
+                .collect(),
+            tolerance: 0.09,
+        };
+        let whole = vec![true; grid.len()];
+        let choice = Choice::new(grid, &whole, 1, 40, Some(band.clone()));
+        for texel in [TexelIndex(0), TexelIndex(31)] {
+            let row = choice.choose(texel, &mut vec![1.0; grid.len()]).unwrap();
+            assert_eq!(row.len(), 40);
+            assert!(
+                row.iter()
+                    .all(|&(_, other)| band.has(texel, TexelIndex(other)))
+            );
+            let mut listed: Vec<u32> = row.iter().map(|near| near.1).collect();
+            listed.dedup();
+            // Two columns at the end, three inside.
+            assert_eq!(listed.len(), if texel.0 == 0 { 12 } else { 18 });
+        }
+        let plain = Choice::new(grid, &whole, 40, 2, None);
+        assert_eq!(plain.completed(vec![(0.0, 5)]), Err(1));
+    }
+
+    #[test]
     fn of_equals_the_first_is_nearest_and_barred_texels_never_are() {
         let grid = grid(false);
         let mut whole = vec![true; grid.len()];
         whole[70] = false;
-        let choice = Choice::new(grid, &whole, 1, 4);
+        let choice = Choice::new(grid, &whole, 1, 4, None);
         let mut distances = vec![2.0; grid.len()];
         for near in [70, 90, 83] {
             distances[near] = 0.5;
@@ -230,7 +305,7 @@ mod tests {
         distances[0] = 0.0;
         let row = choice.choose(TexelIndex(0), &mut distances).unwrap();
         assert_eq!(row, [(0.0, 0), (0.5, 83), (0.5, 90), (2.0, 1)]);
-        let all = Choice::new(grid, &vec![true; grid.len()], 40, 2);
+        let all = Choice::new(grid, &vec![true; grid.len()], 40, 2, None);
         let mut distances = vec![2.0; grid.len()];
         assert_eq!(all.choose(TexelIndex(5), &mut distances), Err(1));
     }

@@ -76,8 +76,8 @@ impl TwoLevelSearch<'_> {
                     sort_first(&mut order, &mut sorted, count);
                     let listed = &order[..count.min(order.len())];
                     let row = self.choose(texel, listed);
-                    if row.is_ok() || count >= order.len() {
-                        return (texel, row);
+                    if row.len() == self.k || count >= order.len() {
+                        return (texel, self.choice.completed(row));
                     }
                     count *= 2;
                 }
@@ -99,13 +99,13 @@ impl TwoLevelSearch<'_> {
             .collect()
     }
 
-    /// Greedy choice among the children of some parents.
-    fn choose(&self, texel: TexelIndex, parents: &[Near]) -> Row {
+    /// Greedy choice among the children of some parents; may be short.
+    fn choose(&self, texel: TexelIndex, parents: &[Near]) -> Vec<Near> {
         let grid = self.fine.grid();
         let mut open: Vec<Near> = parents
             .iter()
             .flat_map(|&(_, parent)| grid.children(TexelIndex(parent)))
-            .filter(|child| self.whole[child.index()])
+            .filter(|&child| self.whole[child.index()] && self.choice.in_band(texel, child))
             .map(|child| (self.fine.between(texel, child), child.0))
             .collect();
         open.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -122,11 +122,7 @@ impl TwoLevelSearch<'_> {
                 row.push(candidate);
             }
         }
-        if row.len() == self.k {
-            Ok(row)
-        } else {
-            Err(row.len())
-        }
+        row
     }
 
     /// The share of exact search's neighbours (the texel itself left out) that `found` lists, on a

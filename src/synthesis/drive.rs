@@ -81,6 +81,31 @@ pub fn class_by_class<const N: usize, S: Sites<N>, R: Rule>(
     Ok(())
 }
 
+/// Visits sites once, wave after wave, in parallel inside a wave: the same as visiting one by one in the order of the
+/// waves, where no site of a wave reads another of it.
+pub fn wave_by_wave<R: Rule>(
+    rule: &R,
+    state: &mut R::State,
+    waves: &[Vec<u32>],
+    progress: Progress<'_>,
+) -> Result<()> {
+    for wave in waves {
+        let held = &*state;
+        let choose = |scratch: &mut R::Scratch, &site: &u32| match progress.is_interrupted() {
+            true => R::Take::default(),
+            false => rule.choose(held, site as usize, scratch),
+        };
+        let sites = wave.par_iter().with_min_len(rule.batch());
+        let chosen: Vec<R::Take> = sites.map_init(R::Scratch::default, choose).collect();
+        progress.check()?;
+        for (&site, take) in wave.iter().zip(chosen) {
+            rule.set(state, site as usize, take);
+        }
+        progress.advance(wave.len() as u64)?;
+    }
+    Ok(())
+}
+
 /// Runs level after level, the coarsest first, from `begun` on where a level is there already; `finished` is
 /// handed every level when it is done.
 pub fn coarse_to_fine(

@@ -27,7 +27,7 @@ mod candidates;
 mod changes;
 pub(crate) mod check;
 pub mod checkpoint;
-mod drive;
+pub(crate) mod drive;
 pub(crate) mod false_color;
 pub mod inputs;
 mod keep;
@@ -38,7 +38,7 @@ mod option_ranges;
 pub mod options;
 pub(crate) mod quality;
 pub mod recipes;
-mod rule;
+pub(crate) mod rule;
 pub(crate) mod state;
 
 pub use check::neighborhoods;

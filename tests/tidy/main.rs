@@ -19,7 +19,7 @@ const GROUND: [&str; 7] = [
 ];
 
 /// Each room and what it may import beside itself and the ground (docs/architecture.md).
-const ROOMS: [(&str, &[&str]); 11] = [
+const ROOMS: [(&str, &[&str]); 12] = [
     ("btf", &[]),
     ("texton", &["btf"]),
     ("exemplar", &["btf", "texton"]),
@@ -28,6 +28,7 @@ const ROOMS: [(&str, &[&str]); 11] = [
     ("maps", &["mesh"]),
     ("textures", &["exemplar", "mesh", "maps"]),
     ("synthesis", &["exemplar", "mesh", "sites", "maps"]),
+    ("vary", &["btf", "exemplar", "sites", "synthesis"]),
     ("render", &["btf", "mesh", "maps"]),
     ("report", &[]),
     (
@@ -41,6 +42,7 @@ const ROOMS: [(&str, &[&str]); 11] = [
             "maps",
             "textures",
             "synthesis",
+            "vary",
             "render",
             "report",
         ],

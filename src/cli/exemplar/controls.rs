@@ -34,31 +34,63 @@ pub(super) fn read(
         height: size[1],
         tileable: arguments.tile,
     };
-    let sides = (grid.height as usize, grid.width as usize);
-    let mut controls = Controls::default();
-    if let Some(path) = &arguments.mask {
-        let image = grey(control(path, size, reader)?, path)?;
-        let labels = labels(&image).map_err(|error| error.in_file(path))?;
-        controls.mask = Some(shaped(Array2::from_shape_vec(sides, labels))?);
-    }
-    if let Some(path) = &arguments.transition {
-        let image = grey(control(path, size, reader)?, path)?;
-        let transition = Controls {
-            transition: Some(shaped(Array2::from_shape_vec(sides, image.data))?),
-            ..Controls::default()
-        };
-        transition
-            .check(grid)
-            .map_err(|error| error.in_file(path))?;
-        controls.transition = transition.transition;
-    }
-    if let Some(path) = &arguments.orientation_map {
-        let image = control(path, size, reader)?;
-        let directions = directions(&image).map_err(|error| error.in_file(path))?;
-        let sides = (sides.0, sides.1, 2);
-        controls.orientation = Some(shaped(Array3::from_shape_vec(sides, directions))?);
-    }
-    Ok(controls)
+    Ok(Controls {
+        mask: optional(&arguments.mask, |path| read_mask(path, size, reader))?,
+        transition: optional(&arguments.transition, |path| {
+            read_transition(path, grid, reader)
+        })?,
+        orientation: optional(&arguments.orientation_map, |path| {
+            read_orientation(path, size, reader)
+        })?,
+    })
+}
+
+fn optional<T>(path: &Option<PathBuf>, read: impl FnOnce(&Path) -> Result<T>) -> Result<Option<T>> {
+    path.as_deref().map(read).transpose()
+}
+
+/// Rows and columns of an image of [width, height].
+fn sides(size: [u32; 2]) -> (usize, usize) {
+    (size[1] as usize, size[0] as usize)
+}
+
+/// The labels of a mask of [width, height].
+pub(in crate::cli) fn read_mask(
+    path: &Path,
+    size: [u32; 2],
+    reader: &mut ImageReader,
+) -> Result<Array2<u8>> {
+    let image = grey(control(path, size, reader)?, path)?;
+    let labels = labels(&image).map_err(|error| error.in_file(path))?;
+    shaped(Array2::from_shape_vec(sides(size), labels))
+}
+
+/// The values of a transition of a grid.
+pub(in crate::cli) fn read_transition(
+    path: &Path,
+    grid: TexelGrid,
+    reader: &mut ImageReader,
+) -> Result<Array2<f32>> {
+    let size = [grid.width, grid.height];
+    let image = grey(control(path, size, reader)?, path)?;
+    let controls = Controls {
+        transition: Some(shaped(Array2::from_shape_vec(sides(size), image.data))?),
+        ..Controls::default()
+    };
+    controls.check(grid).map_err(|error| error.in_file(path))?;
+    Ok(controls.transition.unwrap_or_default())
+}
+
+/// The unit vectors of an orientation of [width, height].
+pub(in crate::cli) fn read_orientation(
+    path: &Path,
+    size: [u32; 2],
+    reader: &mut ImageReader,
+) -> Result<Array3<f32>> {
+    let image = control(path, size, reader)?;
+    let directions = directions(&image).map_err(|error| error.in_file(path))?;
+    let (rows, cols) = sides(size);
+    shaped(Array3::from_shape_vec((rows, cols, 2), directions))
 }
 
 fn shaped<T>(array: std::result::Result<T, ndarray::ShapeError>) -> Result<T> {

@@ -50,7 +50,11 @@ impl ImageReader {
     }
 
     /// An image as light, and its alpha where that is kept.
-    pub(super) fn color(&mut self, path: &Path, encoding: SourceEncoding) -> Result<ReadImage> {
+    pub(in crate::cli) fn color(
+        &mut self,
+        path: &Path,
+        encoding: SourceEncoding,
+    ) -> Result<ReadImage> {
         let options = ReadOptions {
             encoding,
             ..self.options.clone()
@@ -69,7 +73,7 @@ impl ImageReader {
     }
 
     /// The numbers of a control as they stand.
-    pub(super) fn control(&mut self, path: &Path) -> Result<FloatImage> {
+    pub(in crate::cli) fn control(&mut self, path: &Path) -> Result<FloatImage> {
         let options = ReadOptions {
             purpose: Purpose::Data,
             alpha: Alpha::Ignore,
@@ -109,7 +113,7 @@ impl ImageReader {
 }
 
 /// Refuses an image of another size than the first, [width, height].
-pub(super) fn check_size(image: &FloatImage, first: [u32; 2], path: &Path) -> Result<()> {
+pub(in crate::cli) fn check_size(image: &FloatImage, first: [u32; 2], path: &Path) -> Result<()> {
     if [image.width, image.height] == first {
         return Ok(());
     }

@@ -5,9 +5,11 @@
 //! | [`target`] | the grid, its surface and its levels |
 //! | [`window`] | square windows: every sample is a site |
 //! | [`round`] | round neighbourhoods: a sample lies between four sites |
+//! | [`turned`] | neighbourhoods scaled and turned at every site: a sample lies between four sites |
 
 pub(crate) mod round;
 pub mod target;
+pub mod turned;
 pub(crate) mod window;
 
 use either::Either;

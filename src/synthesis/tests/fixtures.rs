@@ -97,6 +97,7 @@ pub fn exact_table(space: &Space, k: usize) -> NeighborTable {
         levels: (0..count).map(level).collect(),
         k,
         tileable: space.levels[0].grid.tileable,
+        transition_tolerance: None,
         id: ContentId::of_bytes(b"table"),
         space: space.id.clone(),
     }

@@ -1,0 +1,99 @@
+//! The textures and masks that are varied.
+
+use std::path::Path;
+
+use clap::Args;
+use ndarray::Array2;
+
+use crate::btf::sample::Sample;
+use crate::cli::exemplar::controls::read_mask;
+use crate::cli::exemplar::option_values::AlphaOption;
+use crate::cli::exemplar::reading::ImageReader;
+use crate::error::{Error, Result};
+use crate::format::image::{Orientation, SourceEncoding};
+use crate::progress::Progress;
+use crate::sites::grid::target::GridTarget;
+use crate::vary::material::{MOST_IMAGES, Material};
+
+/// How textures are read.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Inputs")]
+pub struct InputOptions {
+    /// Opposite borders of the images continue each other; a sample says so itself
+    #[arg(long)]
+    pub tile: bool,
+    /// Columns and rows of what is made [default: the texture's]. Where it is larger, a texture that tiles is
+    /// repeated, another mirrored
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<GridTarget>,
+    /// Images of a sample that are compared, beside the mean of all, with directions far from each other
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub compare_images: usize,
+}
+
+impl InputOptions {
+    /// Refuses what no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        match self.compare_images <= MOST_IMAGES {
+            true => Ok(()),
+            false => Err(Error::option(
+                "compare-images",
+                self.compare_images.to_string(),
+                format!("0 to {MOST_IMAGES}"),
+            )),
+        }
+    }
+
+    /// A reader of images and masks.
+    pub fn reader(&self) -> ImageReader {
+        ImageReader::new(Orientation::Upright, AlphaOption::Refuse, None)
+    }
+
+    /// A texture: the folder of a sample, or an image.
+    pub fn material(
+        &self,
+        path: &Path,
+        reader: &mut ImageReader,
+        progress: Progress<'_>,
+    ) -> Result<Material> {
+        if !path.is_dir() {
+            let image = reader.color(path, SourceEncoding::Auto)?.image;
+            return Ok(Material::of_image(image, self.tile));
+        }
+        if self.tile {
+            let found = format!("given for the sample {}", path.display());
+            return Err(Error::option(
+                "tile",
+                found,
+                "nothing: a sample says whether it tiles",
+            ));
+        }
+        Material::of_sample(Sample::open(path)?, self.compare_images, progress)
+    }
+
+    /// Rows and columns of what is made of a texture.
+    pub fn output(&self, material: &Material) -> (usize, usize) {
+        let grid = material.grid();
+        let [width, height] = match self.size {
+            None => [grid.width, grid.height],
+            Some(size) => [size.width, size.height],
+        };
+        (height as usize, width as usize)
+    }
+}
+
+/// The mask of a texture; refused where every pixel has one label.
+pub fn mask_of(path: &Path, material: &Material, reader: &mut ImageReader) -> Result<Array2<u8>> {
+    let grid = material.grid();
+    let mask = read_mask(path, [grid.width, grid.height], reader)?;
+    let first = mask.first().copied().unwrap_or(0);
+    match mask.iter().all(|&label| label == first) {
+        false => Ok(mask),
+        true => Err(
+            Error::data("mask", format!("every pixel has label {first}"))
+                .expected("two labels or more: features and what is round them")
+                .advice("mark features with `mesotex mask`")
+                .in_file(path),
+        ),
+    }
+}
