@@ -32,6 +32,7 @@ fn main() -> Result<()> {
         sample: &Sample::open(sample)?,
         map: &SurfaceTextonMap::read(map)?,
         map_id: &ContentId::of_file(map)?,
+        cover: None,
         folder,
         force: false,
     };

@@ -13,7 +13,7 @@ use mesotex::mesh::writing::write_mesh;
 use mesotex::progress::Progress;
 use mesotex::textures::decorated::{Shape, decorated};
 use mesotex::textures::folder::read_channel;
-use program::{files, refuse, succeed};
+use program::{copy_of, files, refuse, succeed};
 use serde_json::Value;
 
 /// A folder with a tileable picture of stripes, its heights and holes, their exemplar and sample, and a torus.
@@ -187,8 +187,9 @@ fn frames_show_holes_and_relief() {
         let shape = Shape {
             relief,
             alpha: Some(&alpha),
+            is_covered: false,
         };
-        decorated(&map, shape, Progress::silent()).unwrap()
+        decorated(&map, shape, Progress::silent()).unwrap().map
     };
     let (level, moved) = (shown(None), shown(Some((&heights, 0.5))));
     let torus = shapes::torus(30, 16, 1.0, 0.4);
@@ -327,4 +328,149 @@ fn options_that_an_atlas_does_not_have_are_refused() {
         2,
         "--resolution: given for",
     );
+}
+
+/// Two squares side by side as OBJ, their texture coordinates as given; the faces' corners run round each square.
+fn squares(uvs: [[[f32; 2]; 4]; 2]) -> String {
+    let mut text = String::new();
+    for x in 0..3 {
+        text += &format!("v {x} 0 0\nv {x} 1 0\n");
+    }
+    for [u, v] in uvs.into_iter().flatten() {
+        text += &format!("vt {u} {v}\n");
+    }
+    text + "f 1/1 3/2 4/3 2/4\nf 3/5 5/6 6/7 4/8\n"
+}
+
+/// A square's texture coordinates: lower left corner and side.
+fn square_at(u: f32, v: f32, side: f32) -> [[f32; 2]; 4] {
+    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| [u + side * x, v + side * y])
+}
+
+/// The words of a synthesis onto the texture coordinates of a mesh.
+fn onto(mesh: &str) -> [&str; 10] {
+    let [space, table] = ["a.space.npz", "a.knn.npz"];
+    let output = ["-o", "x.atlas", "--onto", "atlas", "--resolution", "64"];
+    let [a, b, c, d, e, f] = output;
+    ["synth", space, table, mesh, a, b, c, d, e, f]
+}
+
+#[test]
+fn texture_coordinates_that_are_no_atlas_are_refused_by_place() {
+    let folder = prepared();
+    let left = square_at(0.05, 0.1, 0.4);
+    let refused = |name: &str, second: [[f32; 2]; 4], said: &[&str]| {
+        let mesh = format!("{name}.obj");
+        fs::write(folder.path().join(&mesh), squares([left, second])).unwrap();
+        let text = refuse(folder.path(), &onto(&mesh), 1);
+        for said in said {
+            assert!(text.contains(said), "{name}: {text}");
+        }
+        assert!(!folder.path().join("x.atlas").exists());
+    };
+    let unwrap = "--unwrap makes new";
+    refused(
+        "over",
+        square_at(0.3, 0.3, 0.4),
+        &[
+            "over.obj: triangle 2",
+            "lies over triangle",
+            "do not overlap",
+            unwrap,
+        ],
+    );
+    refused(
+        "outside",
+        square_at(0.7, 0.1, 0.4),
+        &["outside.obj: triangle 2", "(1.1", "0 to 1", unwrap],
+    );
+    refused(
+        "thin",
+        [[0.6, 0.2], [0.7, 0.2], [0.8, 0.2], [0.9, 0.2]],
+        &["thin.obj: triangle 2", "no area in the texture", unwrap],
+    );
+    refused(
+        "missing",
+        [[f32::NAN; 2], [0.7, 0.2], [0.8, 0.3], [0.9, 0.2]],
+        &["missing.obj"],
+    );
+    refused(
+        "touching",
+        square_at(0.451, 0.1, 0.4),
+        &["touching.obj", "touch at row", "--resolution"],
+    );
+    // The same two squares with room between them.
+    fs::write(
+        folder.path().join("fine.obj"),
+        squares([left, square_at(0.55, 0.1, 0.4)]),
+    )
+    .unwrap();
+    succeed(folder.path(), &onto("fine.obj"));
+}
+
+#[test]
+fn atlases_whose_files_do_not_fit_are_refused_by_file() {
+    let folder = prepared();
+    synth(folder.path(), "a.atlas", &["--method", "coherent"]);
+    write_png(&folder.path().join("small.png"), 3, 2, &[9; 6]).unwrap();
+    type Change<'a> = &'a dyn Fn(&Path);
+    let describe = |from: &'static str, to: &'static str| {
+        move |atlas: &Path| {
+            let path = atlas.join("atlas.json");
+            let text = fs::read_to_string(&path).unwrap();
+            assert!(text.contains(from), "{text}");
+            fs::write(path, text.replacen(from, to, 1)).unwrap();
+        }
+    };
+    let cases: [(Change<'_>, &[&str]); 7] = [
+        (
+            &|atlas| fs::remove_file(atlas.join("alpha.png")).unwrap(),
+            &["alpha.png", "cannot read"],
+        ),
+        (
+            &|atlas| fs::remove_file(atlas.join("coords.npy")).unwrap(),
+            &["coords.npy", "cannot read"],
+        ),
+        (
+            &|atlas| fs::remove_file(atlas.join("surface.npz")).unwrap(),
+            &["surface.npz", "cannot read"],
+        ),
+        (
+            &|atlas| {
+                let small = atlas.join("../small.png");
+                fs::copy(small, atlas.join("alpha.png")).unwrap();
+            },
+            &["alpha.png: size: 3×2", "64×64"],
+        ),
+        (
+            &|atlas| fs::write(atlas.join("alpha.png"), "x").unwrap(),
+            &["alpha.png"],
+        ),
+        // A size that the other files do not have is told before memory is asked for.
+        (
+            &describe("\"width\": 64", "\"width\": 8192"),
+            &["coords.npy: shape", "[64, 8192, 2]"],
+        ),
+        (
+            &describe("\"kind\": \"alpha\"", "\"kind\": \"opacity\""),
+            &["atlas.json", "channels[2]: kind", "`opacity`", "alpha"],
+        ),
+    ];
+    for (change, said) in cases {
+        let copy = copy_of(folder.path());
+        let atlas = copy.path().join("a.atlas");
+        change(&atlas);
+        for line in [
+            "render a.sample a.atlas -o o --size 16x16",
+            "bake-maps a.sample a.atlas -o o",
+        ] {
+            let words: Vec<&str> = line.split(' ').collect();
+            let text = refuse(copy.path(), &words, 1);
+            assert!(
+                said.iter().all(|said| text.contains(said)),
+                "{line}: {text}"
+            );
+            assert!(!copy.path().join("o").exists());
+        }
+    }
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use mesotex::exemplar::ChannelKind;
+use mesotex::format::exr::{self, ExrImage, Numbers};
 use mesotex::format::id::ContentId;
 use mesotex::format::image::{Precision, ReadOptions, decode_srgb, read, read_with};
 use mesotex::grid::TexCoord;
@@ -277,7 +278,7 @@ fn what_cannot_be_carried_is_refused() {
     assert!(refused("ball.atlas --maps height.png --displace nan", 2).contains("--displace"));
     assert!(refused("ball.atlas --maps height.png --tile", 2).contains("--tile"));
     assert!(refused("ball.atlas --maps height.png --finer 0", 2).contains("--finer"));
-    assert!(refused("ball.atlas --maps height.png --finer 171", 2).contains("1 to 170"));
+    assert!(refused("ball.atlas --maps height.png --finer 86", 2).contains("1 to 85:"));
     assert!(refused("ball.atlas --maps normal:height.png", 1).contains("red, green and blue"));
     assert!(refused("ball.atlas --maps color.png color.png", 2).contains("twice"));
     assert!(refused("ball.atlas --maps missing.png", 1).contains("missing.png"));
@@ -630,4 +631,229 @@ fn synthesis_writes_an_atlas_that_everything_reads() {
     assert!(refused(&format!("{flat} {onto} --displace 1"), 2).contains("no channel is a height"));
     fs::write(at.join("t.atlas/thesis.tex"), "mine").unwrap();
     assert!(refused(&format!("{synth} {onto}"), 2).contains("thesis.tex"));
+}
+
+/// The mean of a channel of a frame over the pixels that the surface covers.
+fn mean_of(frame: &Path, channel: &str) -> f32 {
+    let options = ReadOptions {
+        layer: Some(channel.into()),
+        ..ReadOptions::data()
+    };
+    let values = read_with(frame, &options).unwrap().image.data;
+    values.iter().sum::<f32>() / values.len() as f32 / coverage(frame)
+}
+
+#[test]
+fn a_plain_colour_shows_in_place_of_holes() {
+    let folder = with_channels();
+    let at = |name: &str| folder.path().join(name);
+    let green = "--surface-color 0,255,0";
+    // In the model: opaque, red over green where the image is transparent.
+    RgbImage::from_pixel(SAMPLE, SAMPLE, Rgb([255, 0, 0]))
+        .save(at("red.png"))
+        .unwrap();
+    run(
+        folder.path(),
+        &format!("transfer ball.atlas --maps color:red.png alpha:holes.png -o g {green}"),
+    );
+    let model = fs::read(at("g/surface.glb")).unwrap();
+    let text = String::from_utf8_lossy(&model[..4000]).into_owned();
+    assert!(
+        !text.contains("alphaMode") && !text.contains("doubleSided"),
+        "{text}"
+    );
+    let image = embedded_png(&model);
+    let holes = read_with(&at("g/holes.png"), &ReadOptions::data())
+        .unwrap()
+        .image;
+    let map = AtlasMap::read(&at("ball.atlas")).unwrap();
+    for texel in (0..map.len()).filter(|texel| map.chart[*texel] >= 0) {
+        let [red, share] = [decode_srgb(image.data[3 * texel]), holes.data[texel]];
+        assert!((red - share).abs() < 0.01, "{red} {share}");
+        assert!((decode_srgb(image.data[3 * texel + 1]) - (1.0 - share)).abs() < 0.01);
+    }
+    // In frames, with every way of shading: the whole ball is there, and greener.
+    let camera =
+        "--size 48x48 --force --camera-position 0,0,6 --light-azimuth 0 --light-elevation 0";
+    for shading in [
+        "--shading vertex",
+        "--shading pixel",
+        "--shading vertex --shadows pixel",
+    ] {
+        let drawn = |atlas: &str, more: &str| {
+            let line = format!("render x.sample {atlas} -o f {camera} {shading} {more}");
+            run(folder.path(), &line);
+            let frame = at("f/frame.0001.exr");
+            (
+                coverage(&frame),
+                ["R", "G", "B"].map(|name| mean_of(&frame, name)),
+            )
+        };
+        let (whole, plain) = drawn("ball.atlas", "");
+        let (covered, mixed) = drawn("relief.atlas", green);
+        assert!((covered - whole).abs() < 1e-3, "{covered} of {whole}");
+        // About half of the sample is transparent there: blue is halved, and green comes near that of a matte ball.
+        assert!(
+            (mixed[2] / plain[2] - 0.5).abs() < 0.1,
+            "{mixed:?} {plain:?}"
+        );
+        assert!(mixed[1] > plain[1], "{mixed:?} {plain:?}");
+    }
+    // Frames of another colour are made anew.
+    let kept = |color: &str| {
+        let line = format!("render x.sample relief.atlas -o f {camera} --skip-existing --json");
+        let line = format!("{line} --shading vertex --shadows pixel --surface-color {color}");
+        let told: Value = serde_json::from_str(&run(folder.path(), &line)).unwrap();
+        told["kept"].as_u64().unwrap()
+    };
+    assert_eq!([kept("#00ff00"), kept("#00fe00")], [1, 0]);
+}
+
+/// The first PNG in a GLB.
+fn embedded_png(model: &[u8]) -> mesotex::format::image::FloatImage {
+    let start = model
+        .windows(4)
+        .position(|bytes| bytes == b"\x89PNG")
+        .unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.png");
+    fs::write(&path, &model[start..]).unwrap();
+    read(&path).unwrap()
+}
+
+#[test]
+fn a_plain_colour_that_nothing_shows_is_refused() {
+    let folder = with_channels();
+    GrayImage::from_pixel(SAMPLE, SAMPLE, Luma([255]))
+        .save(folder.path().join("white.png"))
+        .unwrap();
+    let refused = |line: &str| {
+        refuse(
+            folder.path(),
+            &line.split_whitespace().collect::<Vec<_>>(),
+            2,
+        )
+    };
+    let blue = "--surface-color 0,0,255";
+    for (line, says) in [
+        (
+            "transfer ball.atlas --maps color.png -o o",
+            "no channel is alpha",
+        ),
+        (
+            "transfer ball.atlas --maps color.png alpha:white.png -o o",
+            "channel `white` is 1 at every texel",
+        ),
+        (
+            "transfer ball.atlas --maps alpha:holes.png -o o --transparency blend",
+            "beside --transparency blend",
+        ),
+        ("render x.sample ball.atlas -o o", "has no channel of alpha"),
+        (
+            "render x.sample ball.map.ply -o o",
+            "given for ball.map.ply",
+        ),
+        (
+            "bake-maps x.sample ball.atlas -o o",
+            "has no channel of alpha",
+        ),
+        (
+            "bake-maps x.sample ball.map.ply --unwrap -o o",
+            "given for ball.map.ply",
+        ),
+        (
+            "transfer ball.map.ply --maps color.png -o o.ply",
+            "given for ball.map.ply",
+        ),
+    ] {
+        let said = refused(&format!("{line} {blue}"));
+        assert!(
+            said.contains("surface-color") && said.contains(says),
+            "{line}: {said}"
+        );
+    }
+    let said = refused("render x.sample relief.atlas -o o --surface-color 0.1,0.5,0.2");
+    assert!(said.contains("0 to 255"), "{said}");
+}
+
+#[test]
+fn maps_of_other_depths_keep_what_they_hold() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let deep = |x: u32, y: u32| Luma([(257 * x + 16 * y) as u16]);
+    image::ImageBuffer::from_fn(SAMPLE, SAMPLE, deep)
+        .save(at("deep.png"))
+        .unwrap();
+    let texels = || (0..SAMPLE * SAMPLE).map(|texel| (texel % SAMPLE, texel / SAMPLE));
+    let wide = |name: &str, of: &dyn Fn((u32, u32)) -> f32| {
+        let numbers: Vec<f32> = texels().map(of).collect();
+        (name.to_owned(), Numbers::Float(numbers.into()))
+    };
+    let image = ExrImage {
+        size: [SAMPLE; 2],
+        channels: [
+            wide("R", &|(x, _)| x as f32 / 4.0),
+            wide("G", &|(_, y)| y as f32 / 16.0),
+            wide("B", &|_| 2.5),
+        ]
+        .into(),
+        attributes: Default::default(),
+    };
+    let encoded = exr::encode(&image, exr::Compression::default()).unwrap();
+    exr::write(&at("wide.exr"), &encoded).unwrap();
+    let grey = |x: u32, _| Luma([16 * x as u8]);
+    GrayImage::from_fn(SAMPLE, SAMPLE, grey)
+        .save(at("grey.png"))
+        .unwrap();
+    run(
+        folder.path(),
+        "transfer ball.atlas --maps mask:deep.png color:wide.exr -o a",
+    );
+    let map = AtlasMap::read(&at("ball.atlas")).unwrap();
+    let channel = |name: &str, kind, data: bool| {
+        let options = match data {
+            true => ReadOptions::data(),
+            false => ReadOptions::default(),
+        };
+        let image = read_with(&at(name), &options).unwrap().image;
+        SampleChannel::of_image("x".into(), kind, image, map.grid(), 1).unwrap()
+    };
+    let (deep, wide) = (
+        channel("deep.png", ChannelKind::Mask, true),
+        channel("wide.exr", ChannelKind::Color, false),
+    );
+    let stored = |name: &str| read_with(&at(name), &ReadOptions::data()).unwrap().image;
+    let (deep_map, wide_map) = (stored("a/deep.png"), stored("a/wide.exr"));
+    assert_eq!(
+        [deep_map.precision, wide_map.precision],
+        [Precision::Bits16, Precision::Float]
+    );
+    for texel in (0..map.len()).filter(|texel| map.chart[*texel] >= 0) {
+        let coord = map.coords[texel].unwrap();
+        // Half a step of 16 bits.
+        assert!((deep_map.data[texel] - deep.at(coord)[0]).abs() < 0.6 / 65535.0);
+        for (number, wanted) in wide_map.data[3 * texel..].iter().zip(wide.at(coord)) {
+            assert!((number - wanted).abs() < 1e-5);
+        }
+    }
+    // Grey colours stay grey in their image, and are all three in the model.
+    run(
+        folder.path(),
+        "transfer ball.atlas --maps color:grey.png -o b",
+    );
+    assert_eq!(stored("b/grey.png").channels, 1);
+    let model = embedded_png(&fs::read(at("b/surface.glb")).unwrap());
+    assert_eq!(model.channels, 3);
+    assert!(
+        model
+            .data
+            .chunks_exact(3)
+            .all(|c| c[0] == c[1] && c[1] == c[2])
+    );
+    // Of one number per texel there are no normals; of three no masks.
+    let refused = |line: &str| refuse(folder.path(), &line.split(' ').collect::<Vec<_>>(), 1);
+    let said = refused("transfer ball.atlas --maps mask:wide.exr -o c");
+    assert!(said.contains("wide.exr"), "{said}");
+    let said = refused("transfer ball.atlas --maps normal:deep.png -o c");
+    assert!(said.contains("deep.png"), "{said}");
 }

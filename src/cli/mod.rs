@@ -4,6 +4,7 @@
 //! on stderr. Exit code 0: done; 1: the data or the machine is at fault; 2: the usage is; 129, 130,
 //! 143: stopped by SIGHUP, SIGINT, SIGTERM.
 
+mod atlas;
 mod bake;
 mod bake_maps;
 mod demo;

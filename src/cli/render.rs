@@ -9,6 +9,7 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::btf::sample::{self, Sample};
+use crate::cli::atlas::{self, Look};
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -29,6 +30,7 @@ use crate::report::animation::write_gif;
 use crate::report::contact_sheet::{Picture, contact_sheet};
 use crate::texton::options::ByteSize;
 use crate::textures::model::ModelOptions;
+use crate::textures::surface_color::SurfaceColor;
 
 /// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str =
@@ -46,6 +48,7 @@ Examples:
   mesotex render weave.sample bunny.map.ply -o orbit --sweep view-orbit --shading pixel --animation gif
   mesotex render weave.sample bunny.map.ply -o two --light sun:30,40 --light point:0,2,1,1.5
   mesotex render leaf.sample bunny.atlas -o frames --displace 0.02 --shading pixel
+  mesotex render wicker.sample cow.atlas -o frames --surface-color '#2e8b57'
   mesotex render weave.sample bunny.map.ply -o part --frames 1-240x2 --skip-existing --shard 0/3")]
 pub struct Arguments {
     /// The sample, NAME.sample.
@@ -65,6 +68,10 @@ pub struct Arguments {
     /// Move the surface of an atlas along its normals by X mesh units per unit of its height channel.
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub displace: Option<f64>,
+    /// A plain colour that shows where the alpha channel of an atlas is transparent, in place of holes: sRGB,
+    /// numbers from 0 to 255, matte.
+    #[arg(long, value_name = "R,G,B|#RRGGBB")]
+    pub surface_color: Option<SurfaceColor>,
     #[command(flatten)]
     pub options: RenderOptions,
     #[command(flatten)]
@@ -80,13 +87,24 @@ impl Arguments {
             ..ModelOptions::default()
         };
         model.validate()?;
-        match self.displace {
-            Some(_) if !surface::is_atlas(&self.map) => Err(Error::option(
-                "displace",
+        let given = [
+            ("displace", self.displace.is_some(), "heights"),
+            ("surface-color", self.surface_color.is_some(), "alpha"),
+        ];
+        match given.iter().find(|(_, is_given, _)| *is_given) {
+            Some((option, _, kind)) if !atlas::is_atlas(&self.map) => Err(Error::option(
+                *option,
                 format!("given for {}", self.map.display()),
-                "an atlas; other maps have no channel of heights",
+                format!("an atlas; other maps have no channel of {kind}"),
             )),
             _ => Ok(()),
+        }
+    }
+
+    fn look(&self) -> Look {
+        Look {
+            displace: self.displace,
+            surface_color: self.surface_color,
         }
     }
 
@@ -96,14 +114,15 @@ impl Arguments {
         let _locks = self.files().claim()?;
         self.check_overviews()?;
         let sample = Sample::open(&self.sample)?;
-        let Surface { map, id: map_id } =
-            surface::read(&self.map, self.displace, session.progress())?;
+        let surface = surface::read(&self.map, self.look(), session.progress())?;
+        let Surface { map, cover, id } = surface;
         self.check_memory(&sample, &map)?;
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let inputs = Inputs {
             sample: &sample,
             map: &map,
-            map_id: &map_id,
+            map_id: &id,
+            cover: cover.as_ref(),
             folder: &self.output,
             force: self.force,
         };
@@ -161,7 +180,7 @@ impl Arguments {
             .read([&self.sample])
             .read(&sample::files_of(&self.sample))
             .read([&self.map])
-            .read(&surface::files(&self.map))
+            .read(&atlas::files(&self.map))
             .read(table)
             .read(&self.options.camera_path)
             .read(&self.options.environment)

@@ -41,6 +41,7 @@ use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::{self, Agreement};
 use crate::synthesis::recipes::synthesize;
 use crate::synthesis::{check, quality};
+use crate::textures::channel::SampleChannel;
 use crate::textures::model::ModelOptions;
 
 /// How to go on after an interruption.
@@ -142,7 +143,8 @@ impl Arguments {
         if let Err(error) = done.checkpoint.remove() {
             session.progress().warn(error.to_string());
         }
-        Ok(self.outcome(&report, done.seconds, &drawn))
+        let next = product::next(&self.output, &space, &self.model);
+        Ok(self.outcome(&report, done.seconds, &drawn).next(next))
     }
 
     /// Writes the map, the report and the pictures; returns the files beside map and report.
@@ -190,9 +192,8 @@ impl Arguments {
         belongs.map_err(|error| error.in_file(&self.table))?;
         check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
-        let channels = space.channels.list().iter();
         self.model
-            .check_kinds(channels.map(|channel| channel.kind))?;
+            .check_channels(&SampleChannel::of_space(&space))?;
         Ok((space, table))
     }
 
@@ -201,10 +202,7 @@ impl Arguments {
         for path in self.report.iter().chain(drawn) {
             outcome = outcome.wrote(path);
         }
-        outcome.next(format!(
-            "mesotex render NAME.sample {} -o frames",
-            self.output.display()
-        ))
+        outcome
     }
 }
 

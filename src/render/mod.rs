@@ -11,6 +11,7 @@
 pub mod bounds;
 mod camera;
 mod compass;
+pub mod cover;
 mod environment;
 mod fragment;
 pub mod frame;
@@ -30,8 +31,9 @@ pub mod raster;
 pub mod renderer;
 mod seen_points;
 pub mod sequence;
+mod sides;
 mod surroundings;
-mod texel_baking;
+pub mod texel_baking;
 pub mod texel_table;
 mod tone;
 pub mod values;

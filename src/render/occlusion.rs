@@ -50,6 +50,8 @@ pub enum Departure {
     Vertex(Vec3),
     /// A point inside a triangle.
     Triangle(u32),
+    /// A point of the surface whose triangle is not known.
+    Point,
 }
 
 impl Occluders {
@@ -143,6 +145,7 @@ impl Occluder {
         match departure {
             Departure::Vertex(position) => self.corners.contains(&position),
             Departure::Triangle(id) => self.id == id,
+            Departure::Point => false,
         }
     }
 }

@@ -8,7 +8,8 @@
 use glam::{DVec3, Vec3, Vec4};
 use multiversion::multiversion;
 
-use crate::render::light::{Incidence, luminance};
+use crate::render::cover::received;
+use crate::render::light::{Incidence, Light, luminance};
 use crate::render::nearest::Weight;
 use crate::render::occlusion::Departure;
 use crate::render::radiance::Blend;
@@ -62,6 +63,8 @@ struct Corner {
     blend: Blend,
     /// Luminance of the light that reaches it.
     seen: f32,
+    /// The light that a plain colour below the texture receives; zero where there is none.
+    irradiance: Vec4,
 }
 
 /// Shades a point of the surface that nothing is known of.
@@ -107,12 +110,15 @@ fn shade_point<T: Stored>(
         let vertex = vertex as usize;
         radiance.begin_known(&mut corner.blend, seen.view, points.weights(seen));
         corner.seen = 0.0;
-        let axes = Axes::of_vertex(map, vertex);
+        corner.irradiance = Vec4::ZERO;
+        let axes = Axes::of_vertex(map, vertex).turned(point.turned);
         for (index, (incidence, reaches)) in lights.iter().enumerate() {
             let local = axes.local(incidence.towards.as_dvec3());
             if local.z > 0.0 && *reaches > 0.0 {
                 let irradiance = incidence.irradiance.map(|value| value * reaches);
-                corner.add_light::<T>(scene, scene.weights.of(index, vertex), local, irradiance);
+                let known = scene.weights.of(index, vertex);
+                let weights = known.filter(|_| !point.turned);
+                corner.add_light::<T>(scene, weights, local, irradiance);
             }
         }
         if lights.len() > 1 {
@@ -120,11 +126,16 @@ fn shade_point<T: Stored>(
         }
     }
     let mut shaded = Shaded::default();
-    for ((corner, seen), share) in corners.iter().zip(&point.corners).zip(hit.barycentric()) {
+    let read = corners.iter().zip(&point.corners).zip(triangle);
+    for (((corner, seen), &vertex), share) in read.zip(hit.barycentric()) {
         if corner.seen == 0.0 || share <= 0.0 {
             continue;
         }
-        let color = radiance.at(table, seen.coord, seen.detail, &corner.blend);
+        let texture = radiance.at(table, seen.coord, seen.detail, &corner.blend);
+        let color = match scene.cover {
+            Some(cover) => cover.mixed(vertex as usize, texture, corner.irradiance),
+            None => texture,
+        };
         shaded.color += share * color;
         shaded.visibility += share * corner.seen / all.max(f32::MIN_POSITIVE);
         shaded.beyond += share * corner.blend.beyond();
@@ -146,6 +157,9 @@ impl Corner {
             Some(weights) => radiance.add_weighted::<T>(blend, local, weights, irradiance),
             None => radiance.add_light::<T>(blend, local, irradiance),
         }
+        if scene.cover.is_some() {
+            self.irradiance += received(irradiance, local.z);
+        }
         self.seen += luminance(irradiance);
     }
 }
@@ -160,10 +174,15 @@ fn gather_lights(
 ) -> f32 {
     let (hit, p) = (&point.hit, point.place);
     let corners = scene.map.mesh.triangles[hit.triangle as usize];
-    let interpolated = |of_vertices: &[f32]| -> f32 {
+    let interpolated = |of_vertices: &[f32], light: &Light| -> f32 {
         let shares = corners.iter().zip(hit.barycentric());
         shares
-            .map(|(&v, share)| share * of_vertices[v as usize])
+            .map(
+                |(&v, share)| match reaches_side(scene, v as usize, light, point.turned) {
+                    true => share * of_vertices[v as usize],
+                    false => 0.0,
+                },
+            )
             .sum()
     };
     lights.clear();
@@ -172,13 +191,23 @@ fn gather_lights(
         let incidence = light.at(p);
         let reaches = match visibility {
             Visibility::Open => 1.0,
-            Visibility::OfVertices(lists) => interpolated(lists[index]),
+            Visibility::OfVertices(lists) => interpolated(lists[index], light),
             Visibility::Rays => ray_visibility(scene, index, &incidence, hit, p),
         };
         all += luminance(incidence.irradiance);
         lights.push((incidence, reaches));
     }
     all
+}
+
+/// Whether what is known of a light at a vertex speaks of the side that is seen. Without borders it always speaks of the outside.
+#[inline(always)]
+fn reaches_side(scene: &Scene, vertex: usize, light: &Light, turned: bool) -> bool {
+    if !scene.has_border {
+        return true;
+    }
+    let towards = light.at(scene.map.mesh.positions[vertex]).towards;
+    (towards.dot(scene.map.normals[vertex]) > 0.0) != turned
 }
 
 /// The share of a light that reaches a point of a triangle, by rays that leave the side of the
@@ -193,7 +222,12 @@ pub fn ray_visibility(
 ) -> f32 {
     let triangle = hit.triangle as usize;
     let corners = scene.map.mesh.triangles[triangle];
-    let lit = |&v: &u32| scene.map.normals[v as usize].dot(incidence.towards) > 0.0;
+    let side = if scene.turns(hit.triangle, p) {
+        -1.0
+    } else {
+        1.0
+    };
+    let lit = |&v: &u32| side * scene.map.normals[v as usize].dot(incidence.towards) > 0.0;
     if !corners.iter().any(lit) {
         return 0.0;
     }

@@ -16,6 +16,7 @@ use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::camera::View;
+use crate::render::cover::Cover;
 use crate::render::fragment::{Pieces, point};
 use crate::render::frame::{Frame, GeometryLayers};
 use crate::render::known_weights::KnownWeights;
@@ -25,6 +26,7 @@ use crate::render::pixel_shading::{self, Visibility, Workspace, ray_visibility};
 use crate::render::radiance::Radiance;
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 use crate::render::seen_points::KeptPoints;
+use crate::render::sides::has_border;
 use crate::render::vertex_lights::VertexLights;
 use crate::render::vertex_shading::{self, Scene, Site};
 use crate::render::vertex_shadows::{ShadowCaster, VertexShadows};
@@ -75,7 +77,9 @@ pub struct Renderer<'a> {
     map: &'a SurfaceTextonMap,
     radiance: &'a Radiance,
     manner: Manner,
+    cover: Option<&'a Cover>,
     progress: Progress<'a>,
+    has_border: bool,
     bounds: Bounds,
     caster: Option<ShadowCaster>,
     shadows: VertexShadows,
@@ -117,15 +121,18 @@ impl<'a> Renderer<'a> {
         progress: Progress<'a>,
     ) -> Result<Self> {
         let bounds = Bounds::of(&map.mesh)?;
+        let has_border = has_border(&map.mesh);
         let casts_shadows = manner.shadows != Shadows::None;
-        let caster =
-            casts_shadows.then(|| ShadowCaster::new(&map.mesh, Occluders::new(&map.mesh, &bounds)));
+        let occluders = || Occluders::new(&map.mesh, &bounds);
+        let caster = casts_shadows.then(|| ShadowCaster::new(&map.mesh, occluders(), has_border));
         progress.check()?;
         Ok(Self {
             map,
             radiance,
             manner,
+            cover: None,
             progress,
+            has_border,
             bounds,
             vertices: Vertices {
                 by_texel: vertex_shading::sites_by_texel(map, radiance.grid()),
@@ -140,6 +147,12 @@ impl<'a> Renderer<'a> {
             weights: VertexLights::default(),
             seen: None,
         })
+    }
+
+    /// Lets a plain colour show where the texture is transparent; `cover` has an entry per vertex of the map.
+    #[must_use]
+    pub fn over(self, cover: Option<&'a Cover>) -> Self {
+        Self { cover, ..self }
     }
 
     /// Renders one frame. Every loop over pixels or vertices leaves off once it is interrupted; what
@@ -209,7 +222,11 @@ impl<'a> Renderer<'a> {
             view,
             lights,
             occluders: self.caster.as_ref().map(|caster| &caster.occluders),
+            has_border: self.has_border,
+            shows_inside: self.has_border,
             soft_rays: self.manner.soft_rays,
+            cover: self.cover,
+            side: None,
             progress: self.progress,
         }
     }
@@ -223,10 +240,12 @@ impl<'a> Renderer<'a> {
             self.bounds.nearest(),
             &self.progress,
         );
+        let scene = self.scene(view, &[], KnownWeights::default());
+        let inside = |hit: &Hit| scene.turns(hit.triangle, point(mesh, hit));
         let layers = || Arc::new(GeometryLayers::of_surface(&surface, self.map, view));
         Seen {
             view: *view,
-            vertices: self.vertices.seen_in(&surface, mesh),
+            vertices: self.vertices.seen_in(&surface, mesh, inside),
             layers: self.manner.geometry_layers.then(layers),
             points: None,
             surface,
@@ -470,24 +489,40 @@ impl Pixel {
 }
 
 impl Vertices {
-    /// Those of all triangles that some sample sees.
-    fn seen_in(&self, surface: &SurfaceBuffer, mesh: &TriangleMesh) -> Self {
-        let needed: Vec<AtomicBool> = (0..mesh.positions.len())
-            .map(|_| AtomicBool::new(false))
-            .collect();
+    /// Those of all triangles that some sample sees. One is turned where all of its triangles are seen from `inside`.
+    fn seen_in(
+        &self,
+        surface: &SurfaceBuffer,
+        mesh: &TriangleMesh,
+        inside: impl Fn(&Hit) -> bool + Sync,
+    ) -> Self {
+        let none = || -> Vec<AtomicBool> {
+            let vertices = mesh.positions.iter();
+            vertices.map(|_| AtomicBool::new(false)).collect()
+        };
+        let [needed, outside] = [none(), none()];
         surface.for_each_surface(|hit| {
+            let is_outside = !inside(hit);
             for vertex in mesh.triangles[hit.triangle as usize] {
                 needed[vertex as usize].store(true, Ordering::Relaxed);
+                if is_outside {
+                    outside[vertex as usize].store(true, Ordering::Relaxed);
+                }
             }
         });
         let is_needed = |vertex: u32| needed[vertex as usize].load(Ordering::Relaxed);
+        let turned = |site: &Site| {
+            let mut site = *site;
+            site.turned = !outside[site.vertex as usize].load(Ordering::Relaxed);
+            site
+        };
         Self {
             by_texel: self
                 .by_texel
                 .par_iter()
                 .with_min_len(CHOSEN)
                 .filter(|site| is_needed(site.vertex))
-                .copied()
+                .map(turned)
                 .collect(),
             by_place: self
                 .by_place

@@ -24,6 +24,8 @@ pub struct SeenPoint {
     pub hit: Hit,
     /// Where it is.
     pub place: Vec3,
+    /// Whether the [inside](crate::render::sides) of the triangle is seen.
+    pub turned: bool,
     /// As the triangle's three vertices see it.
     pub corners: [SeenCorner; 3],
 }
@@ -123,11 +125,12 @@ fn see(known: &mut SeenPoints, scene: &Scene, hit: &Hit) -> SeenPoint {
     let map = scene.map;
     let place = point(&map.mesh, hit);
     let viewer = scene.view.towards_viewer(place.as_dvec3());
+    let turned = scene.turns(hit.triangle, place);
     let mut corners = [SeenCorner::default(); 3];
     let triangle = &map.mesh.triangles[hit.triangle as usize];
     for (corner, &vertex) in corners.iter_mut().zip(triangle) {
         let vertex = vertex as usize;
-        let axes = Axes::of_vertex(map, vertex);
+        let axes = Axes::of_vertex(map, vertex).turned(turned);
         let view = axes.local(viewer);
         let above = lifted(view);
         let (scratch, found) = (&mut known.scratch, &mut known.found);
@@ -149,6 +152,7 @@ fn see(known: &mut SeenPoints, scene: &Scene, hit: &Hit) -> SeenPoint {
     SeenPoint {
         hit: *hit,
         place,
+        turned,
         corners,
     }
 }

@@ -20,6 +20,7 @@ use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_text;
 use crate::progress::Progress;
 use crate::render::bounds::Bounds;
+use crate::render::cover::Cover;
 use crate::render::frame::{Frame, LayerGroup};
 use crate::render::light::Origin;
 use crate::render::options::RenderOptions;
@@ -40,6 +41,8 @@ pub struct Inputs<'a> {
     pub map: &'a SurfaceTextonMap,
     /// The id of the map's file.
     pub map_id: &'a ContentId,
+    /// A plain colour below the texture, where it is transparent; `map_id` tells it too.
+    pub cover: Option<&'a Cover>,
     /// The folder of the frames; it exists.
     pub folder: &'a Path,
     /// Whether a map made for another sample of the same size will do.
@@ -131,7 +134,8 @@ pub fn with_renderer<R>(
     let bounds = Bounds::of(&inputs.map.mesh)?;
     let frames = plan(options, &bounds, inputs.map.origin, progress)?;
     let radiance = lay_out(inputs, options, progress)?;
-    let mut renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
+    let renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
+    let mut renderer = renderer.over(inputs.cover);
     work(&mut renderer, &frames)
 }
 
@@ -286,8 +290,8 @@ impl Job<'_> {
         report.table_bytes = radiance.table.bytes();
         report.table_mapped = radiance.table.is_mapped();
         progress.begin("preparing the surface", 0);
-        let mut renderer =
-            Renderer::new(self.inputs.map, &radiance, manner(self.options), *progress)?;
+        let renderer = Renderer::new(self.inputs.map, &radiance, manner(self.options), *progress)?;
+        let mut renderer = renderer.over(self.inputs.cover);
         progress.end();
         progress.begin("frames", wanted.len() as u64);
         let mut waiting: Option<Finished> = None;

@@ -13,10 +13,12 @@ use crate::index::TexelIndex;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::render::camera::View;
+use crate::render::cover::{Cover, received};
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
 use crate::render::radiance::{Blend, Radiance};
+use crate::render::sides::shows_inside;
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
 
 /// A vertex to shade, with all that shading reads of the map.
@@ -28,6 +30,8 @@ pub struct Site {
     pub texel: TexelIndex,
     /// Where it is.
     pub point: Vec3,
+    /// Whether the [inside](crate::render::sides) is seen.
+    pub turned: bool,
     normal: Vec3,
     orientation: Vec3,
 }
@@ -45,10 +49,19 @@ pub struct Scene<'a> {
     pub lights: &'a [Light],
     /// What casts shadows where pixels ask; `None` for no shadows.
     pub occluders: Option<&'a Occluders>,
+    /// Whether the mesh has a border, so that light reaches both sides of it.
+    pub has_border: bool,
+    /// Whether a triangle seen from behind shows its [inside](crate::render::sides); else its outside is seen as the view grazes it.
+    pub shows_inside: bool,
     /// Rays for lights that have a size.
     pub soft_rays: u32,
     /// What is known of the lights at vertices.
     pub weights: KnownWeights<'a>,
+    /// A plain colour below the texture, where it is transparent.
+    pub cover: Option<&'a Cover>,
+    /// The side of what is shaded, in mesh units, by which levels of the sample are chosen; a pixel's footprint
+    /// where it is `None`.
+    pub side: Option<f64>,
     /// Who may ask to stop.
     pub progress: Progress<'a>,
 }
@@ -65,12 +78,22 @@ pub fn sites_by_texel(map: &SurfaceTextonMap, grid: TexelGrid) -> Vec<Site> {
     for &vertex in map.mesh.triangles.iter().flatten() {
         used[vertex as usize] = true;
     }
-    let mut sites: Vec<Site> = (0..used.len())
-        .filter(|&vertex| used[vertex])
+    sites_of(map, grid, |vertex| used[vertex])
+}
+
+/// The vertices of a map that are `wanted`, in the order of their texels.
+pub fn sites_of(
+    map: &SurfaceTextonMap,
+    grid: TexelGrid,
+    wanted: impl Fn(usize) -> bool,
+) -> Vec<Site> {
+    let mut sites: Vec<Site> = (0..map.mesh.positions.len())
+        .filter(|&vertex| wanted(vertex))
         .map(|vertex| Site {
             vertex: vertex as u32,
             texel: grid.texel_nearest(map.coords[vertex]),
             point: map.mesh.positions[vertex],
+            turned: false,
             normal: map.normals[vertex],
             orientation: map.orientations[vertex],
         })
@@ -100,6 +123,13 @@ pub fn shade(scene: &Scene, reaches: &[&[f32]], sites: &[Site]) -> Vec<Vec4> {
 }
 
 impl Scene<'_> {
+    /// Whether the inside of a triangle is seen at a point of it.
+    #[inline(always)]
+    pub fn turns(&self, triangle: u32, point: Vec3) -> bool {
+        let viewer = || self.view.towards_viewer(point.as_dvec3());
+        self.shows_inside && shows_inside(&self.map.mesh, triangle, viewer())
+    }
+
     /// The share of a light that reaches a point on the lit side of the surface.
     #[inline(never)]
     pub fn visibility(
@@ -143,25 +173,38 @@ fn shade_chunk<T: Stored>(
             numbers = &near;
         }
         for (site, out) in sharing.iter().zip(&mut out) {
-            let view_cosine = begin::<T>(scene, reaches, blend, site);
-            *out = if blend.is_dark() {
+            let begun = begin::<T>(scene, reaches, blend, site);
+            let vertex = site.vertex as usize;
+            let color = if blend.is_dark() {
                 Vec4::ZERO
             } else if one_texel {
                 radiance.blend_texel(numbers, blend)
             } else {
-                let texel = scene.map.texel_at(site.vertex as usize);
-                let detail = scene.detail(site.point, view_cosine, texel);
-                let coord = scene.map.coords[site.vertex as usize];
-                radiance.at(table, coord, detail, blend)
+                let texel = scene.map.texel_at(vertex);
+                let detail = scene.detail(site.point, begun.view_cosine, texel);
+                radiance.at(table, scene.map.coords[vertex], detail, blend)
+            };
+            *out = match scene.cover {
+                Some(cover) => cover.mixed(vertex, color, begun.irradiance),
+                None => color,
             };
         }
     }
 }
 
-/// Gathers view and lights of a vertex; returns the view's cosine.
+/// What is known of a vertex before its sample is read.
+struct Begun {
+    /// The view's cosine.
+    view_cosine: f64,
+    /// The light that a plain colour below the texture receives; zero where there is none.
+    irradiance: Vec4,
+}
+
+/// Gathers view and lights of a vertex.
 #[inline(always)]
-fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: &Site) -> f64 {
-    let axes = Axes::new(site.normal, site.orientation);
+fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: &Site) -> Begun {
+    let mut received_light = Vec4::ZERO;
+    let axes = Axes::new(site.normal, site.orientation).turned(site.turned);
     let view = axes.local(scene.view.towards_viewer(site.point.as_dvec3()));
     scene.radiance.begin(blend, view);
     for (index, light) in scene.lights.iter().enumerate() {
@@ -172,8 +215,12 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
             .map_or(1.0, |of| of[site.vertex as usize]);
         if local.z > 0.0 && reaches > 0.0 {
             let irradiance = incidence.irradiance.map(|value| value * reaches);
-            let weights = scene.weights.of(index, site.vertex as usize);
+            let known = scene.weights.of(index, site.vertex as usize);
+            let weights = known.filter(|_| !site.turned);
             let radiance = scene.radiance;
+            if scene.cover.is_some() {
+                received_light += received(irradiance, local.z);
+            }
             match weights {
                 Some(weights) => radiance.add_weighted::<T>(blend, local, weights, irradiance),
                 None => radiance.add_light::<T>(blend, local, irradiance),
@@ -183,14 +230,21 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
     if scene.lights.len() > 1 {
         scene.radiance.merge_lights(blend);
     }
-    view.z
+    Begun {
+        view_cosine: view.z,
+        irradiance: received_light,
+    }
 }
 
 impl Scene<'_> {
     /// How many pyramid levels up a pixel's footprint at a point is as large as a texel of `texel`
     /// mesh units: log₂ of the longer side of the footprint, in texels. The foreshortening counts up to eightfold.
+    /// Where the scene states the side of what is shaded, that counts in place of the footprint.
     #[inline]
     pub fn detail(&self, point: Vec3, view_cosine: f64, texel: f64) -> f32 {
+        if let Some(side) = self.side {
+            return (side / texel).log2().max(0.0) as f32;
+        }
         let depth = self.view.camera_from_world(point.as_dvec3()).z.max(1e-12);
         let pixels = self.view.pixels_per_unit_at(depth) * texel;
         let footprint = 1.0 / (pixels * view_cosine.abs().max(0.125));
@@ -218,6 +272,15 @@ impl Axes {
         Self {
             axes: [s, n.cross(s), n],
         }
+    }
+
+    /// The frame of the other side, where `inside` is seen.
+    #[inline(always)]
+    pub fn turned(mut self, inside: bool) -> Self {
+        if inside {
+            self.axes[2] = -self.axes[2];
+        }
+        self
     }
 
     /// A mesh-space direction in the frame, as a unit vector.

@@ -13,6 +13,8 @@ use crate::render::occlusion::{Cone, Departure, Occluders};
 
 /// What casts shadows on the vertices of a map.
 pub struct ShadowCaster {
+    /// Whether light is asked for on both sides of the mesh; else what lies below the horizon has none.
+    both_sides: bool,
     /// The mesh as an obstacle.
     pub occluders: Occluders,
     /// All vertices that a triangle uses, neighbours after each other.
@@ -37,8 +39,8 @@ const UNKNOWN: f32 = -1.0;
 const CHUNK: usize = 1 << 9;
 
 impl ShadowCaster {
-    /// A mesh and its occluders.
-    pub fn new(mesh: &TriangleMesh, occluders: Occluders) -> Self {
+    /// A mesh and its occluders; `both_sides` where it has a border.
+    pub fn new(mesh: &TriangleMesh, occluders: Occluders, both_sides: bool) -> Self {
         let mut is_known = vec![false; mesh.positions.len()];
         let mut by_place = Vec::with_capacity(mesh.positions.len());
         for triangle in occluders.triangles_by_place() {
@@ -49,6 +51,7 @@ impl ShadowCaster {
             }
         }
         Self {
+            both_sides,
             occluders,
             by_place,
         }
@@ -60,13 +63,16 @@ impl ShadowCaster {
     }
 
     fn visibility(&self, map: &SurfaceTextonMap, light: &Light, rays: u32, vertex: u32) -> f32 {
-        let (point, normal) = (
+        let (point, mut normal) = (
             map.mesh.positions[vertex as usize],
             map.normals[vertex as usize],
         );
         let incidence = light.at(point);
         if incidence.towards.dot(normal) <= 0.0 {
-            return 0.0;
+            if !self.both_sides {
+                return 0.0;
+            }
+            normal = -normal;
         }
         let cone = Cone::of_light(light, rays);
         let departure = Departure::Vertex(point);

@@ -13,7 +13,7 @@ pub(super) fn surface_of(map: &AtlasMap) -> TexturedMesh {
 }
 
 /// The side of a texel of the atlas, in mesh units: the root of the area that one inside a chart stands for.
-pub(super) fn texel_of(map: &AtlasMap) -> f64 {
+pub fn texel_of(map: &AtlasMap) -> f64 {
     let inside = map.chart.iter().filter(|chart| **chart >= 0).count();
     (map.mesh.area() / inside.max(1) as f64).sqrt()
 }

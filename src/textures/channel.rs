@@ -138,6 +138,11 @@ impl SampleChannel {
         }
     }
 
+    /// Whether every number is 1 or more.
+    pub fn is_one(&self) -> bool {
+        self.numbers.iter().all(|&number| number >= 1.0)
+    }
+
     /// The value at a coordinate, mixed from the four texels round it: at a texel's centre that of the texel.
     /// Beyond the sample's border its other side follows where it is tileable, else the border is repeated.
     /// Normals come out of any length; unused entries are 0.

@@ -33,18 +33,29 @@ pub struct Shape<'a> {
     pub relief: Option<(&'a Texture, f64)>,
     /// How opaque the surface is.
     pub alpha: Option<&'a Texture>,
+    /// Whether something else shows where the surface is transparent, so that it has no holes.
+    pub is_covered: bool,
+}
+
+/// A surface ready to be rendered.
+pub struct Decorated {
+    /// The map on a mesh of about a vertex per texel.
+    pub map: SurfaceTextonMap,
+    /// How opaque each vertex is, from 0 to 1, where the surface is covered and has an alpha.
+    pub alpha: Option<Vec<f32>>,
 }
 
 /// The map on a mesh of about a vertex per texel.
-pub fn decorated(
-    map: &AtlasMap,
-    shape: Shape<'_>,
-    progress: Progress<'_>,
-) -> Result<SurfaceTextonMap> {
+pub fn decorated(map: &AtlasMap, shape: Shape<'_>, progress: Progress<'_>) -> Result<Decorated> {
     let texel = texel_of(map);
     let mut surface = cut(surface_of(map), texel, progress)?.surface;
+    let mut below = None;
     if let Some(alpha) = shape.alpha {
-        surface = without_holes(surface, alpha)?;
+        let means = vertex_means(&surface, alpha);
+        match shape.is_covered {
+            true => below = Some(means.iter().map(|share| share.clamp(0.0, 1.0)).collect()),
+            false => surface = without_holes(surface, &means)?,
+        }
     }
     let texels = nearest_texels(map, &surface, texel as f32);
     progress.check()?;
@@ -72,7 +83,7 @@ pub fn decorated(
         flat.try_normalize()
             .unwrap_or_else(|| normal.any_orthonormal_vector())
     };
-    Ok(SurfaceTextonMap {
+    let on_mesh = SurfaceTextonMap {
         orientations: texels
             .iter()
             .zip(&surface.normals)
@@ -92,6 +103,10 @@ pub fn decorated(
         method: map.method.clone(),
         sample: map.sample.clone(),
         space: map.space.clone(),
+    };
+    Ok(Decorated {
+        map: on_mesh,
+        alpha: below,
     })
 }
 
@@ -160,9 +175,8 @@ fn on_grid(map: &AtlasMap, coord: TexCoord) -> TexCoord {
 }
 
 /// The surface where alpha is one half or more.
-fn without_holes(surface: TexturedMesh, alpha: &Texture) -> Result<TexturedMesh> {
-    let means = vertex_means(&surface, alpha);
-    let kept = holes::cut(surface, &means);
+fn without_holes(surface: TexturedMesh, alpha: &[f32]) -> Result<TexturedMesh> {
+    let kept = holes::cut(surface, alpha);
     match kept.mesh.triangles.is_empty() {
         true => Err(Error::data("alpha", "below one half at every texel")
             .expected("texels that are not holes")),
@@ -180,7 +194,9 @@ mod tests {
     #[test]
     fn vertices_go_on_from_their_texels() {
         let map = square();
-        let on_mesh = decorated(&map, Shape::default(), Progress::silent()).unwrap();
+        let on_mesh = decorated(&map, Shape::default(), Progress::silent())
+            .unwrap()
+            .map;
         assert!(on_mesh.mesh.positions.len() >= 9);
         assert!((on_mesh.mesh.area() - 1.0).abs() < 1e-6);
         for (position, coord) in on_mesh.mesh.positions.iter().zip(&on_mesh.coords) {
@@ -217,13 +233,28 @@ mod tests {
         let shape = Shape {
             relief: Some((&up, 0.4)),
             alpha: Some(&left),
+            is_covered: false,
         };
-        let made = decorated(&map, shape, Progress::silent()).unwrap();
+        let made = decorated(&map, shape, Progress::silent()).unwrap().map;
         let used = made.mesh.triangles.iter().flatten();
         let mut used = used.map(|&vertex| made.mesh.positions[vertex as usize]);
         assert!(used.all(|p| (p.z - 0.2).abs() < 1e-6));
         let area = made.mesh.area();
         assert!((0.5..0.85).contains(&area), "{area}");
+        // Over something else the whole surface is there, each vertex as opaque as its texel.
+        let covered = Shape {
+            alpha: Some(&left),
+            is_covered: true,
+            ..Shape::default()
+        };
+        let covered = decorated(&map, covered, Progress::silent()).unwrap();
+        assert!((covered.map.mesh.area() - 1.0).abs() < 1e-6);
+        let alpha = covered.alpha.unwrap();
+        for (p, alpha) in covered.map.mesh.positions.iter().zip(alpha) {
+            // The image's two columns are mixed from u = 1/4 to 3/4, the surface ends at 3/4.
+            let wanted = 1.0 - (2.0 * (0.75 * p.x - 0.25)).clamp(0.0, 1.0);
+            assert!((alpha - wanted).abs() < 1e-5, "{p}: {alpha}");
+        }
         let none = texture(ChannelKind::Alpha, 1, vec![0.4; 4]);
         let shape = Shape {
             alpha: Some(&none),

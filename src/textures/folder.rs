@@ -59,14 +59,13 @@ pub fn write_atlas(
     options: &ModelOptions,
     progress: Progress<'_>,
 ) -> Result<Written> {
-    let folder = FolderInProgress::create(target, |folder| ATLAS_FOLDER.objection(folder))?;
-    let channels = write_images(folder.path(), textures, progress)?;
     let surface = surface_of(map);
     let subject = subject_of(map, &surface);
-    let model = model::write(&folder.member(MODEL), &subject, textures, options, progress)?;
-    map.write_into(folder.path(), channels.clone())?;
-    folder.finish()?;
-    Ok(Written { channels, model })
+    let folder = FolderInProgress::create(target, |folder| ATLAS_FOLDER.objection(folder))?;
+    let images = (textures, options);
+    fill(folder, &subject, images, progress, |folder, channels| {
+        map.write_into(folder, channels)
+    })
 }
 
 /// Writes other textures of an atlas map, and its model with them, as the folder `target`.
@@ -85,6 +84,23 @@ pub fn write_textures(
     write_set(target, &subject, &map.sample, textures, options, progress)
 }
 
+/// Writes textures of an atlas map that hold light and shade already, and its model with them, as the folder
+/// `target`.
+pub fn write_lit(
+    target: &Path,
+    map: &AtlasMap,
+    textures: &[Texture],
+    progress: Progress<'_>,
+) -> Result<Written> {
+    let surface = surface_of(map);
+    let subject = Subject {
+        is_lit: true,
+        ..subject_of(map, &surface)
+    };
+    let options = ModelOptions::default();
+    write_set(target, &subject, &map.sample, textures, &options, progress)
+}
+
 /// Writes textures of one size and a model with them as the folder `target`.
 pub fn write_set(
     target: &Path,
@@ -94,21 +110,35 @@ pub fn write_set(
     options: &ModelOptions,
     progress: Progress<'_>,
 ) -> Result<Written> {
-    let folder = FolderInProgress::create(target, |folder| TEXTURES_FOLDER.objection(folder))?;
-    let channels = write_images(folder.path(), textures, progress)?;
-    let model = model::write(&folder.member(MODEL), subject, textures, options, progress)?;
     let [width, height] = textures
         .first()
         .map_or([0; 2], |texture| [texture.width, texture.height]);
-    let description = Description {
-        format: FORMAT,
-        version: 1,
-        width,
-        height,
-        sample,
-        channels: channels.clone(),
-    };
-    json::write(&folder.member(DESCRIPTION), &description)?;
+    let folder = FolderInProgress::create(target, |folder| TEXTURES_FOLDER.objection(folder))?;
+    let images = (textures, options);
+    fill(folder, subject, images, progress, |folder, channels| {
+        let description = Description {
+            format: FORMAT,
+            version: 1,
+            width,
+            height,
+            sample,
+            channels,
+        };
+        json::write(&folder.join(DESCRIPTION), &description)
+    })
+}
+
+/// Finishes a folder: the textures, the model that shows them, and what `describe` adds once the images are known.
+fn fill(
+    folder: FolderInProgress,
+    subject: &Subject<'_>,
+    (textures, options): (&[Texture], &ModelOptions),
+    progress: Progress<'_>,
+    describe: impl FnOnce(&Path, Vec<ChannelFile>) -> Result<()>,
+) -> Result<Written> {
+    let channels = write_images(folder.path(), textures, progress)?;
+    let model = model::write(&folder.member(MODEL), subject, textures, options, progress)?;
+    describe(folder.path(), channels.clone())?;
     folder.finish()?;
     Ok(Written { channels, model })
 }

@@ -11,12 +11,17 @@
 //! | [`atlas_surface`] | the surface of an atlas map |
 //! | [`decorated`] | an atlas map on a mesh of about a vertex per texel, as it is rendered |
 //! | [`image_file`] | a texture as PNG or OpenEXR |
+//! | [`base_color`] | the base colour of the model, over a plain one if asked for |
+//! | [`surface_color`] | the plain colour that shows where a texture is transparent |
 //! | [`relief`] | the surface moved along its normals |
 //! | [`holes`] | the surface without what is transparent |
 //! | [`model`] | the surface with its textures as GLB |
 //! | [`folder`] | all of them in one folder |
+//! | [`texel_sites`] | the texels as points that are shaded one by one |
+//! | [`memory`] | the memory that this takes |
 
-mod atlas_surface;
+pub mod atlas_surface;
+mod base_color;
 pub mod channel;
 pub mod decorated;
 mod fine_texels;
@@ -25,8 +30,11 @@ mod frames;
 mod growth;
 mod holes;
 mod image_file;
+pub mod memory;
 pub mod model;
 mod relief;
+pub mod surface_color;
+pub mod texel_sites;
 pub mod texture;
 pub mod transfer;
 

@@ -9,12 +9,14 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::format::gltf::{self, AlphaMode, GltfMaterial, GltfMesh};
-use crate::format::image::{PngImage, PngNumbers};
 use crate::mesh::tangents::corner_tangents;
 use crate::mesh::tessellation::TexturedMesh;
 use crate::progress::Progress;
+use crate::textures::base_color::{base_color, png8};
+use crate::textures::channel::SampleChannel;
 use crate::textures::image_file::bits8;
 use crate::textures::relief::{Cut, cut, displace, own_normals};
+use crate::textures::surface_color::SurfaceColor;
 use crate::textures::texture::Texture;
 
 /// What becomes of texels that are not opaque.
@@ -44,6 +46,9 @@ pub struct ModelOptions {
     /// What becomes of texels that are not opaque
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub transparency: Transparency,
+    /// A plain colour that shows where the texture is transparent, in place of holes: sRGB, numbers from 0 to 255
+    #[arg(long, value_name = "R,G,B|#RRGGBB", help_heading = "Model")]
+    pub surface_color: Option<SurfaceColor>,
 }
 
 /// The largest displacement, in mesh units per unit of height.
@@ -61,17 +66,46 @@ impl ModelOptions {
                 "a number from -1e9 to 1e9",
             )),
             _ => Ok(()),
+        }?;
+        match (self.surface_color, self.transparency) {
+            (Some(color), Transparency::Blend) => Err(Error::option(
+                "surface-color",
+                format!("{color} beside --transparency blend"),
+                "one of the two: over a plain colour nothing is transparent",
+            )),
+            _ => Ok(()),
         }
     }
 
-    /// Refuses displacement without heights.
-    pub fn check_kinds(&self, mut kinds: impl Iterator<Item = ChannelKind>) -> Result<()> {
+    /// Refuses displacement without heights, and a plain colour below a texture without alpha.
+    pub fn check_kinds(&self, kinds: impl Iterator<Item = ChannelKind>) -> Result<()> {
+        let kinds: Vec<ChannelKind> = kinds.collect();
         match self.displace {
-            Some(amount) if !kinds.any(|kind| kind == ChannelKind::Height) => Err(Error::option(
+            Some(amount) if !kinds.contains(&ChannelKind::Height) => Err(Error::option(
                 "displace",
                 format!("{amount}, but no channel is a height"),
                 "a channel of kind height",
             )),
+            _ => Ok(()),
+        }?;
+        match self.surface_color {
+            Some(color) if !kinds.contains(&ChannelKind::Alpha) => {
+                Err(color.unseen("no channel is alpha"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses channels of the sample that leave an option without effect.
+    pub fn check_channels(&self, channels: &[SampleChannel]) -> Result<()> {
+        self.check_kinds(channels.iter().map(|channel| channel.kind))?;
+        let alpha = channels
+            .iter()
+            .find(|channel| channel.kind == ChannelKind::Alpha);
+        match (self.surface_color, alpha) {
+            (Some(color), Some(alpha)) if alpha.is_one() => {
+                Err(color.unseen(&format!("channel `{}` is 1 at every texel", alpha.name)))
+            }
             _ => Ok(()),
         }
     }
@@ -119,14 +153,17 @@ pub fn write(
     let surface = relief
         .as_ref()
         .map_or(subject.surface, |relief| &relief.surface);
-    let base_color = base_color(first(ChannelKind::Color), alpha)?;
+    let base_color = base_color(first(ChannelKind::Color), alpha, options.surface_color)?;
     let normal_map = normals
         .map(|texture| png8(texture, &bits8(texture), false))
         .transpose()?;
     let material = GltfMaterial {
         base_color: base_color.as_deref(),
         normal_map: normal_map.as_deref(),
-        alpha: match (alpha, options.transparency) {
+        alpha: match (
+            alpha.filter(|_| options.surface_color.is_none()),
+            options.transparency,
+        ) {
             (None, _) => AlphaMode::Opaque,
             (_, Transparency::Mask) => AlphaMode::Mask,
             (_, Transparency::Blend) => AlphaMode::Blend,
@@ -157,44 +194,6 @@ fn relief(
         own_normals(&mut relief.surface);
     }
     Ok(relief)
-}
-
-/// Colour and alpha in one PNG; white where there is alpha alone.
-fn base_color(color: Option<&Texture>, alpha: Option<&Texture>) -> Result<Option<Vec<u8>>> {
-    let Some(any) = color.or(alpha) else {
-        return Ok(None);
-    };
-    let texels = any.width as usize * any.height as usize;
-    let colors = match color {
-        Some(color) => {
-            let numbers = bits8(color);
-            let texels = numbers.chunks_exact(color.count);
-            texels
-                .map(|texel| [0, 1, 2].map(|at| texel[at % color.count]))
-                .collect()
-        }
-        None => vec![[255; 3]; texels],
-    };
-    let Some(alpha) = alpha else {
-        return png8(any, bytemuck::cast_slice(&colors), true).map(Some);
-    };
-    let alphas = bits8(alpha);
-    let with_alpha: Vec<u8> = colors
-        .iter()
-        .zip(alphas)
-        .flat_map(|([r, g, b], a)| [*r, *g, *b, a])
-        .collect();
-    png8(any, &with_alpha, true).map(Some)
-}
-
-fn png8(texture: &Texture, numbers: &[u8], is_srgb: bool) -> Result<Vec<u8>> {
-    let image = PngImage {
-        width: texture.width,
-        height: texture.height,
-        numbers: PngNumbers::Bits8(numbers),
-        is_srgb,
-    };
-    image.encode()
 }
 
 fn write_mesh(

@@ -12,7 +12,7 @@ use crate::progress::Progress;
 use crate::textures::texture::Texture;
 
 /// The most triangles of a displaced surface: about 150 MB of GLB.
-const MOST_TRIANGLES: usize = 1 << 21;
+pub(super) const MOST_TRIANGLES: usize = 1 << 21;
 
 /// A surface with about a vertex per texel.
 pub(super) struct Cut {

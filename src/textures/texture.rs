@@ -42,6 +42,17 @@ impl Texture {
         }
     }
 
+    /// Gives the texels that are neither inside charts nor padded the mean of those that are, as
+    /// [`fill_rest`](Self::fill_rest) does; `padding` are pairs of a padded texel and the one it repeats.
+    pub fn fill_beyond(&mut self, padding: &[(u32, u32)], is_inside: impl Fn(usize) -> bool) {
+        let texels = self.numbers.len() / self.count;
+        let mut filled: Vec<bool> = (0..texels).map(is_inside).collect();
+        for &(outside, _) in padding {
+            filled[outside as usize] = true;
+        }
+        self.fill_rest(&filled);
+    }
+
     /// Gives the texels that are not `filled` the mean of those that are, so that coarser levels of the image
     /// keep its colours; normals stand upright there.
     pub fn fill_rest(&mut self, filled: &[bool]) {

@@ -9,12 +9,13 @@ use crate::exemplar::channels::ChannelKind;
 use crate::maps::atlas_map::AtlasMap;
 use crate::maps::atlas_map::description::LARGEST;
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::mesh::atlas::padding;
+use crate::mesh::atlas::{MOST_TEXELS, TexelPoints, padding};
 use crate::progress::Progress;
 use crate::textures::channel::{SampleChannel, unit_vector};
 use crate::textures::fine_texels::FineTexels;
 use crate::textures::frames::{TangentFrames, in_frame, sample_frame};
 use crate::textures::growth::grown;
+use crate::textures::texel_sites::TexelSites;
 use crate::textures::texture::Texture;
 
 /// How far the nearest chart's tangent frame is looked for, in texels: farther than images are padded.
@@ -34,12 +35,7 @@ pub struct Canvas<'a> {
 impl<'a> Canvas<'a> {
     /// For textures that have `finer` times as many columns and rows as the map, which is 1 or more.
     pub fn new(map: &'a AtlasMap, finer: u32) -> Result<Self> {
-        let most = LARGEST / map.width.max(map.height).max(1);
-        if !(1..=most).contains(&finer) {
-            let expected =
-                format!("1 to {most}: texture maps have up to {LARGEST} columns and rows");
-            return Err(Error::option("finer", finer.to_string(), expected));
-        }
+        check_finer([map.width, map.height], finer)?;
         let atlas = map.atlas();
         let texels = FineTexels::new(map, &atlas, finer)?;
         Ok(Self {
@@ -77,21 +73,25 @@ impl<'a> Canvas<'a> {
             ChannelKind::Normal => self.carry_normals(channel),
             _ => self.carry_numbers(channel),
         };
-        let mut filled = self.inside();
-        check_alpha(&texture, &filled)?;
-        for &(outside, _) in &self.padding {
-            filled[outside as usize] = true;
-        }
-        texture.fill_rest(&filled);
+        let is_inside = |texel: usize| self.texels.points.is_inside(texel);
+        check_alpha(&texture, is_inside)?;
+        texture.fill_beyond(&self.padding, is_inside);
         Ok(texture)
     }
 
-    /// Per texel whether it lies in a chart.
-    fn inside(&self) -> Vec<bool> {
-        let texels = 0..self.texels.points.triangle.len();
-        texels
-            .map(|texel| self.texels.points.is_inside(texel))
-            .collect()
+    /// The texels inside charts, as points that are shaded one by one.
+    pub fn sites(&self) -> TexelSites {
+        TexelSites::new(self.map, &self.texels.points)
+    }
+
+    /// Where the texels lie on the mesh.
+    pub fn points(&self) -> &TexelPoints {
+        &self.texels.points
+    }
+
+    /// Texels outside charts, each with the texel inside that it repeats.
+    pub fn padding(&self) -> &[(u32, u32)] {
+        &self.padding
     }
 
     fn blank(&self, channel: &SampleChannel) -> Texture {
@@ -177,14 +177,28 @@ impl<'a> Canvas<'a> {
     }
 }
 
+/// Refuses textures that no image can hold, or none at all: those of `finer` times the sides of an atlas.
+pub fn check_finer([width, height]: [u32; 2], finer: u32) -> Result<()> {
+    let of_sides = LARGEST / width.max(height).max(1);
+    let texels = u64::from(width) * u64::from(height);
+    let of_texels = (MOST_TEXELS / texels.max(1)).isqrt() as u32;
+    let most = of_sides.min(of_texels);
+    if (1..=most).contains(&finer) {
+        return Ok(());
+    }
+    Err(Error::option(
+        "finer",
+        finer.to_string(),
+        format!(
+            "1 to {most}: texture maps have up to {MOST_TEXELS} texels and {LARGEST} columns and rows"
+        ),
+    ))
+}
+
 /// Refuses an alpha that leaves nothing to be seen.
-fn check_alpha(texture: &Texture, inside: &[bool]) -> Result<()> {
-    let mut seen = texture
-        .numbers
-        .iter()
-        .zip(inside)
-        .filter(|(_, inside)| **inside);
-    if texture.kind == ChannelKind::Alpha && seen.all(|(alpha, _)| *alpha <= 0.0) {
+fn check_alpha(texture: &Texture, is_inside: impl Fn(usize) -> bool) -> Result<()> {
+    let mut seen = (0..texture.numbers.len()).filter(|&texel| is_inside(texel));
+    if texture.kind == ChannelKind::Alpha && seen.all(|texel| texture.numbers[texel] <= 0.0) {
         return Err(
             Error::data(format!("channel `{}`", texture.name), "0 at every texel")
                 .expected("texels that are not wholly transparent")

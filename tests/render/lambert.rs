@@ -100,3 +100,55 @@ fn a_flat_square_shows_each_measured_light() {
         }
     }
 }
+
+#[test]
+fn the_inside_of_an_open_surface_has_the_light_of_its_own_side() {
+    let spec = SampleSpec {
+        size: [1, 1],
+        views: bonn81(),
+        lights: bonn81(),
+        dtype: DType::F2,
+    };
+    let bench = Bench::new(
+        |path| spec.write(path, lambertian),
+        |id| square(3, [1, 1], 1.0, id),
+    );
+    for (shading, shadows) in ["vertex", "pixel"]
+        .into_iter()
+        .flat_map(|shading| ["none", "vertex", "pixel"].map(|shadows| (shading, shadows)))
+    {
+        // The square lies in the plane of x and y and is seen from below.
+        let center = |light: f64| {
+            let sun = format!("sun:0,{light}");
+            let words = [
+                "--irradiance",
+                "1",
+                "--up",
+                "z",
+                "--projection",
+                "orthographic",
+                "--camera-elevation",
+                "-90",
+                "--size",
+                "8x8",
+                "--light",
+                &sun,
+                "--shading",
+                shading,
+                "--shadows",
+                shadows,
+                "--float",
+            ];
+            let folder = bench.render(&format!("{shading}-{shadows}{light}"), &words);
+            let frame = read_frame(&folder.join("frame.0001.exr"));
+            frame.channels["R"][4 * 8 + 4]
+        };
+        let cosine = 60.0f64.to_radians().sin();
+        let (below, above) = (center(-60.0), center(60.0));
+        assert!(
+            (below - 0.8 * cosine / PI).abs() < 0.005,
+            "{shading}, {shadows}: {below}"
+        );
+        assert!(above.abs() < 1e-6, "{shading}, {shadows}: {above}");
+    }
+}

@@ -19,6 +19,7 @@ fn largest_change(bench: &Bench, weights: Weighting, frames_a_turn: u32) -> f32 
         sample: &sample,
         map: &map,
         map_id: &ContentId::of_bytes(b"map"),
+        cover: None,
         folder: bench.folder.path(),
         force: true,
     };

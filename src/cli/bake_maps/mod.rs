@@ -1,5 +1,7 @@
-//! `mesotex bake-maps`: the decorated surface of a surface texton map into a texture map.
+//! `mesotex bake-maps`: the decorated surface of a surface texton map or of an atlas into texture maps.
 
+mod onto_atlas;
+mod onto_mesh;
 mod target;
 
 use std::path::PathBuf;
@@ -8,30 +10,26 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::btf::sample::{self, Sample};
-use crate::cli::bake_maps::target::Target;
+use crate::cli::atlas::{self, is_atlas};
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
-use crate::cli::transfer::describe;
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::format::gltf::companions::companions;
-use crate::format::id::ContentId;
 use crate::format::image::Precision;
-use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::mesh::atlas::padding;
 use crate::render::memory;
 use crate::render::options::RenderOptions;
 use crate::render::renderer::Shading;
-use crate::render::sequence::{Inputs, with_renderer};
-use crate::textures::folder::{TEXTURES_FOLDER, write_set};
-use crate::textures::model::{ModelOptions, Subject};
+use crate::textures::folder::TEXTURES_FOLDER;
+use crate::textures::surface_color::SurfaceColor;
 use crate::textures::texture::Texture;
-use crate::textures::transfer::PADDED;
 
 /// Columns and rows that a texture map may have.
 const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=16384;
+/// Columns and rows that it has where nothing else is said.
+const RESOLUTION: u32 = 1024;
 /// Bytes that a texel takes at the peak.
 const TEXEL: u64 = 160;
 
@@ -61,9 +59,9 @@ const IDLE: [&str; 20] = [
 
 /// Bake the decorated surface into texture maps, for one view and light.
 ///
-/// Each texel is shaded as `render --shading pixel` shades the point it lies on. Writes DIR/color.png (by the
-/// sRGB curve, for viewers), DIR/radiance.exr (linear) and DIR/surface.glb, unlit. A texel that faces away from
-/// the camera is shaded as if it were seen at a grazing angle.
+/// Each texel is shaded as `render --shading pixel` shades the point it lies on; a texel of an atlas by its own
+/// texture coordinate. Writes DIR/color.png (by the sRGB curve, for viewers), DIR/radiance.exr (linear) and
+/// DIR/surface.glb, unlit. A texel that faces away from the camera is shaded as if it were seen at a grazing angle.
 #[derive(Clone, Debug, Args)]
 #[command(
     mut_args(|arg| match IDLE.contains(&arg.get_id().as_str()) {
@@ -73,13 +71,14 @@ const IDLE: [&str; 20] = [
     after_help = "\
 Examples:
   mesotex bake-maps weave.sample bunny.map.ply --unwrap -o bunny.baked
+  mesotex bake-maps weave.sample bunny.atlas -o bunny.baked
   mesotex bake-maps weave.sample bunny.map.ply --mesh bunny.glb -o bunny.baked --resolution 2048
   mesotex bake-maps weave.sample bunny.map.ply --unwrap -o night --light point:0,2,1 --camera-azimuth 90"
 )]
 pub struct Arguments {
     /// The sample, NAME.sample
     pub sample: PathBuf,
-    /// The surface texton map made from it, NAME.map.ply
+    /// What was synthesized from it: a surface texton map, NAME.map.ply, or an atlas, NAME.atlas
     pub map: PathBuf,
     /// The folder of the texture maps
     #[arg(short, long, value_name = "DIR")]
@@ -91,9 +90,13 @@ pub struct Arguments {
     /// Make new texture coordinates
     #[arg(long)]
     pub unwrap: bool,
-    /// Columns and rows of the texture maps
-    #[arg(long, value_name = "N", default_value_t = 1024)]
-    pub resolution: u32,
+    /// Columns and rows of the texture maps [default: 1024; an atlas has its own]
+    #[arg(long, value_name = "N")]
+    pub resolution: Option<u32>,
+    /// A plain colour that shows where the alpha channel of an atlas is transparent, in place of holes: sRGB,
+    /// numbers from 0 to 255, matte
+    #[arg(long, value_name = "R,G,B|#RRGGBB")]
+    pub surface_color: Option<SurfaceColor>,
     /// Bake even though the map was made from a sample with another id
     #[arg(long)]
     pub force: bool,
@@ -108,6 +111,16 @@ impl Arguments {
     pub fn check(&self) -> Result<()> {
         self.options.validate()?;
         self.check_idle()?;
+        if is_atlas(&self.map) {
+            return self.check_for_atlas();
+        }
+        if self.surface_color.is_some() {
+            return Err(Error::option(
+                "surface-color",
+                format!("given for {}", self.map.display()),
+                "an atlas; other maps have no channel of alpha",
+            ));
+        }
         if self.mesh.is_none() && !self.unwrap {
             return Err(Error::option(
                 "mesh",
@@ -115,14 +128,35 @@ impl Arguments {
                 "--mesh MESH with texture coordinates, or --unwrap",
             ));
         }
-        match RESOLUTIONS.contains(&self.resolution) {
+        match RESOLUTIONS.contains(&self.resolution()) {
             true => Ok(()),
             false => Err(Error::option(
                 "resolution",
-                self.resolution.to_string(),
+                self.resolution().to_string(),
                 format!("{} to {}", RESOLUTIONS.start(), RESOLUTIONS.end()),
             )),
         }
+    }
+
+    /// Refuses what an atlas brings itself.
+    fn check_for_atlas(&self) -> Result<()> {
+        let given = [
+            ("mesh", self.mesh.is_some()),
+            ("unwrap", self.unwrap),
+            ("resolution", self.resolution.is_some()),
+        ];
+        match given.into_iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((option, _)) => Err(Error::option(
+                option,
+                format!("given for {}", self.map.display()),
+                "a surface texton map; an atlas has a mesh, texture coordinates and a size",
+            )),
+        }
+    }
+
+    fn resolution(&self) -> u32 {
+        self.resolution.unwrap_or(RESOLUTION)
     }
 
     /// Refuses options of frames and sweeps.
@@ -149,6 +183,7 @@ impl Arguments {
             .read([&self.sample])
             .read(&sample::files_of(&self.sample))
             .read([&self.map])
+            .read(&atlas::files(&self.map))
             .read(&self.options.environment)
             .write("output", [&self.output], Product::Folder(&TEXTURES_FOLDER));
         if let Some(mesh) = &self.mesh {
@@ -161,79 +196,29 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
         let _locks = self.files()?.claim()?;
-        let (started, progress) = (Instant::now(), session.progress());
+        let started = Instant::now();
         let sample = Sample::open(&self.sample)?;
-        let map = SurfaceTextonMap::read(&self.map)?;
-        self.check_memory(&sample)?;
-        let target = Target::new(
-            &map,
-            self.mesh.as_deref(),
-            self.unwrap,
-            self.resolution,
-            progress,
-        )?;
-        let placed = target.placed(&map, progress)?;
-        let inside = target.points.inside();
-        let texel = (target.surface.mesh.area() / inside.max(1) as f64).sqrt();
-        let options = RenderOptions {
+        let outcome = match is_atlas(&self.map) {
+            true => self.bake_atlas(&sample, session)?,
+            false => self.bake_map(&sample, session)?,
+        };
+        let seconds = started.elapsed().as_secs_f64();
+        Ok(outcome.figure("seconds", seconds).wrote(&self.output))
+    }
+
+    /// The options of one frame, shaded as pixels are.
+    fn shading(&self) -> RenderOptions {
+        RenderOptions {
             shading: Shading::Pixel,
             ..self.options.clone()
-        };
-        let inputs = Inputs {
-            sample: &sample,
-            map: &map,
-            map_id: &ContentId::of_file(&self.map)?,
-            folder: crate::format::atomic::parent(&self.output),
-            force: self.force,
-        };
-        let colors = with_renderer(
-            &inputs,
-            &options,
-            &progress,
-            |renderer, frames| match frames.first() {
-                Some(frame) => renderer.texel_colors(frame, &placed.hits, texel),
-                None => Ok(Vec::new()),
-            },
-        )?;
-        let textures = self.textures(&target, &colors);
-        let subject = Subject {
-            surface: &target.surface,
-            origin: map.origin,
-            texel,
-            is_lit: true,
-        };
-        let model = ModelOptions::default();
-        let written = write_set(
-            &self.output,
-            &subject,
-            &map.sample,
-            &textures,
-            &model,
-            progress,
-        )?;
-        let seconds = started.elapsed().as_secs_f64();
-        Ok(describe(&written, &self.output)
-            .line(format!(
-                "{inside} texels in {} charts, {texel:.4} mesh units each, in {seconds:.2} s",
-                target.atlas.charts
-            ))
-            .line(format!(
-                "no texel lies farther than {:.2e} mesh units from the map's surface",
-                placed.farthest
-            ))
-            .figure("texels", inside)
-            .figure("charts", target.atlas.charts)
-            .figure("texel", texel)
-            .figure("farthest", placed.farthest)
-            .figure("seconds", seconds)
-            .wrote(&self.output))
+        }
     }
 
     /// Refuses textures that this machine has too little memory for.
-    fn check_memory(&self, sample: &Sample) -> Result<()> {
-        let side = u64::from(self.resolution);
+    fn check_memory(&self, side: u32, sample: &Sample) -> Result<()> {
+        let texels = u64::from(side) * u64::from(side);
         let need = Need {
-            bytes: (side * side * TEXEL).saturating_add(memory::table_bytes(&self.options, sample)),
+            bytes: (texels * TEXEL).saturating_add(memory::table_bytes(&self.shading(), sample)),
             work: format!("texture maps of {side}×{side} texels"),
             option: "resolution",
             advice: "a smaller --resolution or --table-memory".into(),
@@ -241,9 +226,16 @@ impl Arguments {
         need.check()
     }
 
-    /// The radiance as it is, and as viewers show it.
-    fn textures(&self, target: &Target, colors: &[[f32; 3]]) -> [Texture; 2] {
-        let most = colors.as_flattened().iter().copied().fold(1.0, f32::max);
+    /// The radiance as it is and as viewers show it, padded; `is_inside` says which texels lie in charts.
+    fn textures(
+        &self,
+        [width, height]: [u32; 2],
+        colors: Vec<[f32; 3]>,
+        padding: &[(u32, u32)],
+        is_inside: impl Fn(usize) -> bool,
+    ) -> Vec<Texture> {
+        let numbers = colors.into_flattened();
+        let most = numbers.iter().copied().fold(1.0, f32::max);
         let mut radiance = Texture {
             name: "radiance".into(),
             kind: ChannelKind::Color,
@@ -251,19 +243,12 @@ impl Arguments {
             low: 0.0,
             high: f64::from(most),
             precision: Precision::Float,
-            width: self.resolution,
-            height: self.resolution,
-            numbers: colors.as_flattened().to_vec(),
+            width,
+            height,
+            numbers,
         };
-        let pairs = padding(&target.points, &target.atlas, &target.surface.mesh, PADDED);
-        radiance.copy(&pairs);
-        let mut filled: Vec<bool> = (0..colors.len())
-            .map(|texel| target.points.is_inside(texel))
-            .collect();
-        pairs
-            .iter()
-            .for_each(|&(outside, _)| filled[outside as usize] = true);
-        radiance.fill_rest(&filled);
+        radiance.copy(padding);
+        radiance.fill_beyond(padding, is_inside);
         let gain = self.options.exposure.exp2();
         let shown = radiance
             .numbers
@@ -271,11 +256,15 @@ impl Arguments {
             .map(|value| (value * gain).clamp(0.0, 1.0));
         let color = Texture {
             name: "color".into(),
+            kind: ChannelKind::Color,
+            count: 3,
+            low: 0.0,
             high: 1.0,
             precision: Precision::Bits8,
+            width,
+            height,
             numbers: shown.collect(),
-            ..radiance.clone()
         };
-        [color, radiance]
+        vec![color, radiance]
     }
 }

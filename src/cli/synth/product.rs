@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::cli::atlas::Look;
 use crate::cli::outputs::Product;
 use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
@@ -46,6 +47,7 @@ pub(super) fn check(output: &Path, onto_atlas: bool, model: &ModelOptions) -> Re
     for (option, is_given) in [
         ("displace", model.displace.is_some()),
         ("transparency", model.transparency != default.transparency),
+        ("surface-color", model.surface_color.is_some()),
     ] {
         if is_given && !is_atlas(output) {
             let found = format!("given for {}", output.display());
@@ -57,6 +59,26 @@ pub(super) fn check(output: &Path, onto_atlas: bool, model: &ModelOptions) -> Re
         }
     }
     Ok(())
+}
+
+/// The command that shows an output: a bake where an atlas has no images of its own, else frames.
+pub(super) fn next(output: &Path, space: &Space, model: &ModelOptions) -> String {
+    let name = output.display();
+    if is_atlas(output) && space.channels.list().is_empty() {
+        let baked = output.with_extension("baked");
+        return format!(
+            "mesotex bake-maps NAME.sample {name} -o {}",
+            baked.display()
+        );
+    }
+    let look = Look {
+        displace: model.displace,
+        surface_color: model.surface_color,
+    };
+    format!(
+        "mesotex render NAME.sample {name} -o frames{}",
+        look.options()
+    )
 }
 
 /// Writes a finished map; `atlas` is the surface of a target that is one.

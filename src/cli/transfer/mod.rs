@@ -9,8 +9,10 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::json;
 
+use crate::cli::atlas;
 use crate::cli::exemplar::option_values::{AlphaOption, ImageEncoding};
 use crate::cli::exemplar::reading::ImageReader;
+use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -20,12 +22,13 @@ use crate::format::image::Orientation;
 use crate::format::ours::Format;
 use crate::grid::TexelGrid;
 use crate::maps::atlas_map::description::LARGEST;
-use crate::maps::atlas_map::{ATLAS_FOLDER, AtlasMap};
+use crate::maps::atlas_map::{AtlasMap, Description};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::textures::channel::SampleChannel;
 use crate::textures::folder::{TEXTURES_FOLDER, Written, write_textures};
+use crate::textures::memory;
 use crate::textures::model::ModelOptions;
-use crate::textures::transfer::Canvas;
+use crate::textures::transfer::{Canvas, check_finer};
 
 /// Carry other aligned maps of the sample onto a synthesized surface.
 ///
@@ -37,6 +40,7 @@ Examples:
   mesotex transfer bunny.atlas --maps color.png height.png normal:bumps.png -o bunny.textures
   mesotex transfer bunny.atlas --maps color.png height:relief.exr -o relief.textures --displace 0.02
   mesotex transfer bunny.atlas --maps color-4k.png --finer 4 -o fine.textures
+  mesotex transfer cow.atlas --maps color.png alpha.png -o green.textures --surface-color 46,139,87
   mesotex transfer bunny.map.ply --maps color.png mask:wear.png -o bunny.colors.ply")]
 pub struct Arguments {
     /// What was synthesized: NAME.atlas or NAME.map.ply
@@ -111,6 +115,12 @@ impl Arguments {
                 is_atlas,
                 of_atlas,
             ),
+            (
+                "surface-color",
+                self.model.surface_color.is_some(),
+                is_atlas,
+                of_atlas,
+            ),
         ] {
             if given && !used {
                 let found = format!("given for {}", self.input.display());
@@ -125,7 +135,7 @@ impl Arguments {
         let maps = self.maps.iter().map(|map| &map.path);
         let files = Files::default().read([&self.input]).read(maps);
         match self.is_atlas() {
-            true => files.read(&ATLAS_FOLDER.files(&self.input)).write(
+            true => files.read(&atlas::files(&self.input)).write(
                 "output",
                 [&self.output],
                 Product::Folder(&TEXTURES_FOLDER),
@@ -135,7 +145,7 @@ impl Arguments {
     }
 
     fn is_atlas(&self) -> bool {
-        self.input.join(ATLAS_FOLDER.description).is_file()
+        atlas::is_atlas(&self.input)
     }
 
     /// Runs the command.
@@ -153,10 +163,12 @@ impl Arguments {
 
     fn onto_atlas(&self, session: &Session) -> Result<Outcome> {
         let progress = session.progress();
+        let description = AtlasMap::read_description(&self.input)?;
+        check_finer([description.width, description.height], self.finer)?;
+        let channels = self.channels(description.grid(), session)?;
+        self.model.check_channels(&channels)?;
+        self.check_memory(&description, &channels)?;
         let map = AtlasMap::read(&self.input)?;
-        let channels = self.channels(map.grid(), session)?;
-        self.model
-            .check_kinds(channels.iter().map(|channel| channel.kind))?;
         let canvas = Canvas::new(&map, self.finer).map_err(|error| error.in_file(&self.input))?;
         let textures = canvas.carry_all(&channels, progress)?;
         let written = write_textures(&self.output, &map, &textures, &self.model, progress)?;
@@ -166,6 +178,22 @@ impl Arguments {
             self.finer * map.width,
             self.finer * map.height
         )))
+    }
+
+    /// Refuses textures that this machine has too little memory for.
+    fn check_memory(&self, description: &Description, channels: &[SampleChannel]) -> Result<()> {
+        let bytes = memory::bytes_to_transfer(description, self.finer, channels, &self.model);
+        if self.finer == 1 {
+            return atlas::check_memory(&self.input, description, bytes);
+        }
+        let [width, height] = [description.width, description.height].map(|side| side * self.finer);
+        let need = Need {
+            bytes,
+            work: format!("texture maps of {width}x{height} texels"),
+            option: "finer",
+            advice: "a smaller --finer, or fewer --maps".into(),
+        };
+        need.check()
     }
 
     fn onto_vertices(&self, session: &Session) -> Result<Outcome> {

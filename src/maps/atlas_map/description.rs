@@ -10,7 +10,9 @@ use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::json;
 use crate::format::own_folder::is_plain_name;
+use crate::grid::TexelGrid;
 use crate::maps::vertex_map::{LONGEST, is_method_name};
+use crate::mesh::atlas::MOST_TEXELS;
 use crate::mesh::origin::FARTHEST;
 
 /// The file's name.
@@ -22,6 +24,9 @@ pub const VERSION: u32 = 1;
 
 /// The most columns and rows of an atlas.
 pub const LARGEST: u32 = 16384;
+
+/// The kinds of channels.
+const KINDS: [&str; 5] = ["color", "height", "mask", "alpha", "normal"];
 
 /// `atlas.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -107,6 +112,20 @@ impl Description {
         Ok(description)
     }
 
+    /// The sample's grid at level 0.
+    pub fn grid(&self) -> TexelGrid {
+        TexelGrid {
+            width: self.exemplar[0],
+            height: self.exemplar[1],
+            tileable: self.tileable,
+        }
+    }
+
+    /// Texels in all, those outside charts included.
+    pub fn texels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
     pub(super) fn check(&self) -> Result<()> {
         let fault = |field: &str, found: String, expected: &str| {
             Err(Error::data(field, found).expected(expected))
@@ -120,6 +139,10 @@ impl Description {
         if !within([self.width, self.height], LARGEST) {
             let found = sides([self.width, self.height]);
             return fault("width, height", found, "1 to 16384 each");
+        }
+        if self.texels() > MOST_TEXELS {
+            let expected = format!("at most {MOST_TEXELS} texels");
+            return fault("width, height", sides([self.width, self.height]), &expected);
         }
         if !within(self.exemplar, LONGEST) {
             return fault("exemplar", sides(self.exemplar), "two sides, 1 to 65535");
@@ -157,6 +180,10 @@ fn check_channels(channels: &[ChannelFile]) -> Result<()> {
         if !names.insert(&channel.name) {
             let found = format!("`{}` again", channel.name);
             return fault("name", found, "names that differ");
+        }
+        if !KINDS.contains(&channel.kind.as_str()) {
+            let found = format!("`{}`", channel.kind);
+            return fault("kind", found, "color, height, mask, alpha or normal");
         }
         if !(channel.low < channel.high && (channel.high - channel.low).is_finite()) {
             let found = format!("{}, {}", channel.low, channel.high);

@@ -91,9 +91,19 @@ impl AtlasMap {
         ContentId::of_file(path)
     }
 
+    /// Reads the description of a folder, and refuses one whose size its coordinates do not have.
+    pub fn read_description(folder: &Path) -> Result<Description> {
+        let description = Description::read(folder)?;
+        let path = folder.join(COORDS);
+        let header = npy::read_header(&path)?;
+        let wanted = [description.height as usize, description.width as usize, 2];
+        check_shape(&header.shape, &wanted).map_err(|error| error.in_file(&path))?;
+        Ok(description)
+    }
+
     /// Reads a folder and checks every number that a later stage relies on.
     pub fn read(folder: &Path) -> Result<Self> {
-        let description = Description::read(folder)?;
+        let description = Self::read_description(folder)?;
         let sides = [description.height as usize, description.width as usize];
         let coords = read_coords(folder, sides, &description)?;
         let textons = read_textons(folder, sides, &description)?;
@@ -226,6 +236,17 @@ fn read_textons(
     Ok(labels.into_iter().map(TextonLabel).collect())
 }
 
+fn check_shape(found: &[usize], wanted: &[usize]) -> Result<()> {
+    match found == wanted {
+        true => Ok(()),
+        false => Err(Error::data("shape", format!("{found:?}"))
+            .expected(format!("{wanted:?}, as {DESCRIPTION} says"))
+            .advice(
+                "the folder's files come from different runs, or were changed; synthesize it again",
+            )),
+    }
+}
+
 /// An array of a known shape and content.
 fn read_array<T: npy::Element>(
     folder: &Path,
@@ -235,11 +256,7 @@ fn read_array<T: npy::Element>(
 ) -> Result<Vec<T>> {
     let path = folder.join(name);
     let array = npy::read::<T>(&path)?;
-    if array.shape() != shape {
-        return Err(Error::data("shape", format!("{:?}", array.shape()))
-            .expected(format!("{shape:?}, as {DESCRIPTION} says"))
-            .in_file(&path));
-    }
+    check_shape(array.shape(), shape).map_err(|error| error.in_file(&path))?;
     let found = ContentId::of_file(&path)?;
     if found != *wanted {
         return Err(Error::data("content", format!("id {found}"))

@@ -191,6 +191,11 @@ fn a_description_leads_to_no_files_elsewhere() {
         ("\"mesotex-atlas\"", "\"x\"", "format"),
         ("\"width\": 4", "\"width\": 0", "width, height"),
         ("\"width\": 4", "\"width\": 5", "expected [4, 5, 2]"),
+        (
+            "\"width\": 4,\n  \"height\": 4",
+            "\"width\": 16384,\n  \"height\": 8192",
+            "at most 67108864 texels",
+        ),
         ("\"version\": 1", "\"version\": 2", "version"),
     ] {
         assert!(text.contains(from), "{from}");

@@ -9,9 +9,10 @@
 //! | [`quad_faces`] | the quadrilateral faces of a user's mesh |
 //! | [`catmull_clark`] | the rules of Catmull and Clark |
 //! | [`refinement`] | several steps, and the cells of a control face |
-//! | [`star`] | the faces round a vertex, flattened |
+//! | [`star`], [`cell_finder`] | the faces round a vertex, flattened, and which of their cells holds a point |
 
 pub mod catmull_clark;
+mod cell_finder;
 pub mod quad_faces;
 pub mod quad_mesh;
 pub mod refinement;

@@ -40,6 +40,8 @@ use crate::vary::filtering::windows::Layout;
 pub const MOST_SOURCE: usize = 1 << 18;
 /// Pixels of an output at most.
 pub const MOST_OUTPUT: usize = 1 << 22;
+/// Numbers of all windows of a source at most: 1 GiB.
+const MOST_NUMBERS: usize = 1 << 28;
 /// The shortest side of a level.
 const SHORTEST_SIDE: usize = 8;
 
@@ -86,6 +88,7 @@ pub fn filter(
             &target.depths(&sources[0][level]),
             level + 1 < count,
         );
+        check_windows(&sources, level, &layout)?;
         let of_level = |source: &Vec<Level>| {
             let parent = source.get(level + 1);
             Source::new(source[level].clone(), parent, &layout)
@@ -156,6 +159,20 @@ fn level_count(work: Filtering<'_>, options: &FilterOptions) -> usize {
     }
     let fit = (shortest / SHORTEST_SIDE).max(1).ilog2() as usize;
     (options.filter_levels as usize).min(1 + fit.min(halvings))
+}
+
+/// Refuses windows that would not fit into memory.
+fn check_windows(sources: &[Vec<Level>], level: usize, layout: &Layout) -> Result<()> {
+    let pixels = sources.iter().map(|source| source[level].grid.len());
+    let numbers = pixels.sum::<usize>() * layout.stride();
+    match numbers <= MOST_NUMBERS {
+        true => Ok(()),
+        false => Err(Error::option(
+            "mask-window",
+            format!("windows of {numbers} numbers in all"),
+            format!("at most {MOST_NUMBERS}: narrower windows, or a smaller texture"),
+        )),
+    }
 }
 
 fn check(work: Filtering<'_>) -> Result<()> {

@@ -39,7 +39,7 @@ impl Default for FilterOptions {
             mask_window: 9,
             color_window: 5,
             parent_window: 3,
-            mask_weight: 1.0,
+            mask_weight: 2.0,
             kappa: 0.5,
         }
     }
