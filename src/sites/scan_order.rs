@@ -22,6 +22,18 @@ pub fn scan_order<const N: usize, S: Sites<N>>(
     }
 }
 
+/// The same for a method of one pass, which never mends where lines meet.
+pub fn one_pass_order<const N: usize, S: Sites<N>>(
+    sites: &S,
+    start: usize,
+    progress: Progress<'_>,
+) -> Result<Vec<u32>> {
+    match sites.one_pass_lines() {
+        Some(lines) => Ok(lines),
+        None => breadth_first(sites, start, progress),
+    }
+}
+
 /// From `start` on, the neighbours of a site after it, nearest first; a further connected part begins at its
 /// first site.
 fn breadth_first<const N: usize, S: Sites<N>>(

@@ -86,6 +86,11 @@ impl Sites<4> for AtlasSites {
         Some(lines.order(|site| self.neighbors(site as usize).map(|near| near.site)))
     }
 
+    /// None: a chart's last lines run into its finished neighbours all along their border.
+    fn one_pass_lines(&self) -> Option<Vec<u32>> {
+        None
+    }
+
     /// Neighbours are sites of the samples, and charts follow from the neighbours' texels.
     fn digest(&self, hasher: &mut blake3::Hasher) {
         hasher.update_rayon(bytemuck::cast_slice(&self.parents));

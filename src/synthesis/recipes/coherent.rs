@@ -1,13 +1,15 @@
 //! Ying 2001 §5, *Texture and Shape Synthesis on Surfaces*: coherent synthesis, after Ashikhmin 2001.
 //!
-//! One level and one pass, along [scan lines](crate::sites::scan_order). A site holds a real source coordinate and
+//! One level and one pass, along [scan lines or breadth first](crate::sites::scan_order). A site holds a real source coordinate and
 //! the value that the [continuous exemplar](exemplar) has there. With x′ᵢ what a finished neighbour at offset eᵢ
 //! holds, the candidates are yᵢ = x′ᵢ − eᵢ. Each is compared by reading the exemplar at yᵢ + eⱼ for every finished
 //! neighbour j: the pattern is the site's own, so no window is needed and any target will do.
 //!
 //! Deviations: a candidate's squared distance is divided by the number of neighbours that were compared, as
 //! the sum favours candidates at the exemplar's border, where most are undefined. A candidate off the exemplar is
-//! left out, and where all are, the site begins a new patch at a random texel, as the first site does.
+//! left out, and where all are, the site begins a new patch at a random texel, as the first site does. An atlas is
+//! visited breadth first by texel and not chart by chart along scan lines, whose patches would all end at the borders
+//! of charts and show them.
 
 mod exemplar;
 
@@ -20,7 +22,7 @@ use crate::index::{Level, TexelIndex};
 use crate::progress::Progress;
 use crate::random;
 use crate::sites::level::{Neighbor, Sites};
-use crate::sites::scan_order::scan_order;
+use crate::sites::scan_order::one_pass_order;
 use crate::synthesis::candidates::forward::shifted;
 use crate::synthesis::check;
 use crate::synthesis::drive::one_by_one;
@@ -46,7 +48,7 @@ pub fn coherent<const N: usize, S: Sites<N>>(
     let exemplar = ContinuousExemplar::new(level, &embedding);
     progress.begin("synthesis", sites.count() as u64);
     let mut stream = random::stream(options.seed, "growth start", 0, 0);
-    let order = scan_order(sites, stream.gen_range(0..sites.count()), progress)?;
+    let order = one_pass_order(sites, stream.gen_range(0..sites.count()), progress)?;
     let mut state = Copied::nothing(sites.count(), &exemplar);
     let rule = Continued {
         exemplar: &exemplar,

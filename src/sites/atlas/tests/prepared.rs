@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::sites::level::{Parent, Sites};
+use crate::sites::scan_order::{one_pass_order, scan_order};
 
 fn at_threads(threads: usize, sampling: Sampling) -> (AtlasSurface, SiteHierarchy<AtlasSites>) {
     let options = AtlasOptions {
@@ -136,4 +137,37 @@ fn every_chart_has_a_site_at_every_level() {
             .iter()
             .all(|level| level.count() >= charts.len())
     );
+}
+
+#[test]
+fn one_pass_crosses_charts_while_scan_lines_fill_them_one_by_one() {
+    let options = AtlasOptions {
+        levels: 1,
+        resolution: 64,
+        ..AtlasOptions::default()
+    };
+    let (user, options) = unwrapped(shapes::icosphere(3), options);
+    let (_, sites) = prepared(&user, &options);
+    let level = &sites.levels[0];
+    let silent = Progress::silent();
+    // Charts that have both finished and open sites, the most at any time.
+    let open_at_once = |order: Vec<u32>| {
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        assert!(sorted.into_iter().eq(0..level.count() as u32));
+        let charts: Vec<u32> = order
+            .iter()
+            .map(|&site| level.charts[site as usize])
+            .collect();
+        let ends = |chart: u32| {
+            let is_it = |&at: &u32| at == chart;
+            let first = charts.iter().position(is_it).unwrap();
+            first..=charts.iter().rposition(is_it).unwrap()
+        };
+        let spans: Vec<_> = (0..=*charts.iter().max().unwrap()).map(ends).collect();
+        let open = |at: usize| spans.iter().filter(|span| span.contains(&at)).count();
+        (0..charts.len()).map(open).max().unwrap()
+    };
+    assert_eq!(open_at_once(scan_order(level, 0, silent).unwrap()), 1);
+    assert!(open_at_once(one_pass_order(level, 0, silent).unwrap()) > 2);
 }

@@ -127,7 +127,7 @@ fn value_at(space: &Space, at: [f64; 2]) -> Option<Vec<f64>> {
 /// Replays a finished map in its order: every site holds the best candidate, or a texel where there is none.
 fn check<const N: usize, S: Sites<N>>(space: &Space, sites: &S, coords: &[TexCoord], seed: u64) {
     let mut stream = random::stream(seed, "growth start", 0, 0);
-    let order = scan_order(
+    let order = one_pass_order(
         sites,
         stream.gen_range(0..sites.count()),
         Progress::silent(),
