@@ -50,6 +50,8 @@ impl TexelSites {
                     .iter()
                     .map(|&texel| map.textons[texel as usize])
                     .collect(),
+                transition: None,
+                mask: None,
                 exemplar: map.exemplar,
                 texel: map.texel,
                 origin: map.origin,

@@ -119,7 +119,8 @@ impl<const N: usize, S: Sites<N>> Rule for Varied<'_, N, S> {
 }
 
 impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
-    /// Collects the texels that may stand at a site; whether there is anything to compare them by.
+    /// Collects the texels that may stand at a site, with the painted label if there is one in the band; whether
+    /// there is anything to compare them by.
     fn collect(&self, state: &State, site: usize, candidates: &mut CandidateList) -> bool {
         let (exemplar, coords) = (&self.level.exemplar, &state.texels.coords);
         let done = state.texels.done.as_deref();
@@ -140,12 +141,25 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         candidates.collect_proposed(exemplar, own.into_iter().chain(proposed));
         candidates.add_nearest(exemplar, 1.0);
         let (band, value) = (&self.level.band, self.controls.transition[site]);
-        candidates.retain(|texel| band.admits(texel, value));
+        let painted = self.painted(site);
+        let has_label =
+            |texel: u32| painted.is_none_or(|label| self.level.labels[texel as usize] == label);
+        candidates.retain(|texel| band.admits(texel, value) && has_label(texel));
         if candidates.candidates().is_empty() {
-            candidates.replace(band.texels(value).iter().copied());
+            let within = band.texels(value).iter().copied();
+            candidates.replace(within.clone().filter(|&texel| has_label(texel)));
+            if candidates.candidates().is_empty() {
+                candidates.replace(within);
+            }
             self.searched.fetch_add(1, Ordering::Relaxed);
         }
         true
+    }
+
+    /// The label that is painted at a site, where masks count.
+    fn painted(&self, site: usize) -> Option<u32> {
+        let mask = self.controls.mask.as_ref()?;
+        (!self.level.labels.is_empty()).then(|| u32::from(mask[site]))
     }
 
     /// The label of a site: the painted one, else that of the candidate whose mask is most alike round it.
@@ -153,8 +167,8 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         let Some(masks) = &self.level.own.masks else {
             return 0;
         };
-        if let Some(mask) = &self.controls.mask {
-            return u32::from(mask[site]);
+        if let Some(label) = self.painted(site) {
+            return label;
         }
         let Some(widths) = self.pass.mask_window else {
             return state.labels[site];
