@@ -58,7 +58,8 @@ Examples:
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o full.map.ply --search full --report full.json
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o copied.map.ply --method coherent
-  mesotex synth bark.space.npz bark.knn.npz spot.obj -o spot.atlas --onto atlas --resolution 512 --method multiscale")]
+  mesotex synth bark.space.npz bark.knn.npz spot.obj -o spot.atlas --onto atlas --resolution 512 --method multiscale
+  mesotex synth bark.space.npz bark.knn.npz quads.obj -o quads.atlas --onto atlas --charts faces --method coherent")]
 pub struct Arguments {
     /// The surface texton space, NAME.space.npz
     pub space: PathBuf,
