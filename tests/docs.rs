@@ -223,13 +223,14 @@ mod fixtures {
     use image::{GrayImage, Luma, Rgb, RgbImage};
     use mesotex::mesh::builtin::kettlebell;
 
-    /// `bunny.obj`, `horse.obj`, `material/`, `capture/` and `felt/`.
+    /// `bunny.obj`, `horse.obj`, `keys.json`, `material/`, `capture/` and `felt/`.
     pub fn fill(folder: &Path) {
         mesh(&folder.join("bunny.obj"));
         quadrilaterals(&folder.join("horse.obj"));
         material(&folder.join("material"));
         capture(&folder.join("capture"));
         felt(&folder.join("felt"));
+        keys(&folder.join("keys.json"));
     }
 
     fn mesh(path: &Path) {
@@ -242,6 +243,13 @@ mod fixtures {
             let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
         }
         fs::write(path, text).unwrap();
+    }
+
+    /// Key values at two ends of the mesh.
+    fn keys(path: &Path) {
+        let keys =
+            r#"{"keys": [{"vertex": 0, "transition": 0.1}, {"vertex": 40, "transition": 0.9}]}"#;
+        fs::write(path, keys).unwrap();
     }
 
     /// The six faces of a cube.
