@@ -80,7 +80,7 @@ impl DistortionOptions {
                 return Err(Error::option(name, scale.to_string(), expected));
             }
         }
-        if self.window % 2 == 0 || !(3..=31).contains(&self.window) {
+        if self.window.is_multiple_of(2) || !(3..=31).contains(&self.window) {
             let found = self.window.to_string();
             return Err(Error::option("window", found, "an odd width from 3 to 31"));
         }
