@@ -12,6 +12,7 @@
 //! Two chains meet once: appearance (`btf` → `texton` → `exemplar`) and surface (`mesh`)
 //! know nothing of each other until `synthesis`; `render` reads the finished
 //! [`maps`] and never sees how it was made, and [`textures`] makes texture maps of them.
+//! [`vary`] makes exemplars whose pattern changes steadily.
 //! [`format`](mod@format) lies below all rooms (bytes ↔ types), and `cli` alone sees all of them. The library never prints, exits or reads the environment:
 //! progress is a callback ([`progress`]), failure an [`error::Error`].
 //!

@@ -6,6 +6,7 @@
 
 use glam::{DVec2, Vec2};
 
+use crate::error::{Error, Result};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 
@@ -43,6 +44,27 @@ pub fn square_window(width: u32) -> Vec<[i32; 2]> {
 pub fn window_width(offsets: &[[i32; 2]]) -> u32 {
     let reach = offsets.iter().flatten().map(|offset| offset.unsigned_abs());
     reach.max().unwrap_or(0).saturating_mul(2).saturating_add(1)
+}
+
+/// How many levels there are, and the widths of the finest's square windows on the level itself and on its parent.
+pub fn level_widths(neighborhoods: &[Neighborhood]) -> (u32, [u32; 2]) {
+    let widths = |of: &Neighborhood| [&of.offsets, &of.coarse_offsets].map(|all| window_width(all));
+    let finest = neighborhoods.first().map_or([1; 2], widths);
+    (neighborhoods.len() as u32, finest)
+}
+
+/// Refuses numbers of levels and widths that sites are not prepared for.
+pub fn check_level_widths(levels: u32, [own, coarse]: [u32; 2]) -> Result<()> {
+    if !(1..=12).contains(&levels) {
+        return Err(Error::option("levels", levels.to_string(), "1 to 12"));
+    }
+    for (name, width) in [("neighborhood", own), ("coarse-neighborhood", coarse)] {
+        if width % 2 == 0 || width > 63 {
+            let expected = "an odd width, 1 to 63";
+            return Err(Error::option(name, width.to_string(), expected));
+        }
+    }
+    Ok(())
 }
 
 /// Whether every offset of a texel leads to a texel of the grid.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::mesh::field::guides::{Alignment, GuideOptions};
-use crate::neighborhood::{Neighborhood, window_width};
+use crate::neighborhood::{Neighborhood, check_level_widths, level_widths};
 
 /// How the neighbourhoods of texels are sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -93,11 +93,9 @@ impl AtlasOptions {
     /// The same options for the square windows of as many levels, finest first.
     #[must_use]
     pub fn with_neighborhoods(self, neighborhoods: &[Neighborhood]) -> Self {
-        let widths =
-            |of: &Neighborhood| [&of.offsets, &of.coarse_offsets].map(|all| window_width(all));
-        let [neighborhood, coarse_neighborhood] = neighborhoods.first().map_or([1; 2], widths);
+        let (levels, [neighborhood, coarse_neighborhood]) = level_widths(neighborhoods);
         Self {
-            levels: neighborhoods.len() as u32,
+            levels,
             neighborhood,
             coarse_neighborhood,
             ..self
@@ -106,18 +104,7 @@ impl AtlasOptions {
 
     /// Checks every field.
     pub fn validate(&self) -> Result<()> {
-        if !(1..=12).contains(&self.levels) {
-            return Err(Error::option("levels", self.levels.to_string(), "1 to 12"));
-        }
-        for (name, width) in [
-            ("neighborhood", self.neighborhood),
-            ("coarse-neighborhood", self.coarse_neighborhood),
-        ] {
-            if width % 2 == 0 || width > 63 {
-                let expected = "an odd width, 1 to 63";
-                return Err(Error::option(name, width.to_string(), expected));
-            }
-        }
+        check_level_widths(self.levels, [self.neighborhood, self.coarse_neighborhood])?;
         if !(1..=MOST_RESOLUTION).contains(&self.resolution) {
             return Err(Error::option(
                 "resolution",

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::mesh::field::guides::{Alignment, FieldEnergy, GuideOptions};
 use crate::mesh::triangle_mesh::TriangleMesh;
-use crate::neighborhood::{Neighborhood, window_width};
+use crate::neighborhood::{Neighborhood, check_level_widths, level_widths};
 use crate::progress::Progress;
 
 /// How a surface is prepared.
@@ -83,11 +83,9 @@ impl SurfaceOptions {
     /// The same options for the square windows of as many levels, finest first.
     #[must_use]
     pub fn with_neighborhoods(self, neighborhoods: &[Neighborhood]) -> Self {
-        let widths =
-            |of: &Neighborhood| [&of.offsets, &of.coarse_offsets].map(|all| window_width(all));
-        let [neighborhood, coarse_neighborhood] = neighborhoods.first().map_or([1; 2], widths);
+        let (levels, [neighborhood, coarse_neighborhood]) = level_widths(neighborhoods);
         Self {
-            levels: neighborhoods.len() as u32,
+            levels,
             neighborhood,
             coarse_neighborhood,
             ..self
@@ -107,21 +105,7 @@ impl SurfaceOptions {
 
     /// Checks every field.
     pub fn validate(&self) -> Result<()> {
-        if !(1..=12).contains(&self.levels) {
-            return Err(Error::option("levels", self.levels.to_string(), "1 to 12"));
-        }
-        for (name, width) in [
-            ("neighborhood", self.neighborhood),
-            ("coarse-neighborhood", self.coarse_neighborhood),
-        ] {
-            if width % 2 == 0 || width > 63 {
-                return Err(Error::option(
-                    name,
-                    width.to_string(),
-                    "an odd width, 1 to 63",
-                ));
-            }
-        }
+        check_level_widths(self.levels, [self.neighborhood, self.coarse_neighborhood])?;
         check_texel(self.texel)?;
         self.guides().validate()?;
         check_crease(self.crease)

@@ -78,7 +78,7 @@ pub fn filter(
     let mut shares: Vec<Option<Array2<f32>>> = vec![work.shares.cloned()];
     for level in 1..count {
         let finer = shares[level - 1].as_ref();
-        shares.push(finer.map(|values| coarser_values(values)));
+        shares.push(finer.map(coarser_values));
     }
     let mut coarser: Option<Filtered> = None;
     for level in (0..count).rev() {

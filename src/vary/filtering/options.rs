@@ -57,7 +57,7 @@ impl FilterOptions {
             ("color-window", self.color_window),
             ("parent-window", self.parent_window),
         ] {
-            if width % 2 == 0 || width > WIDEST {
+            if width.is_multiple_of(2) || width > WIDEST {
                 let expected = format!("an odd width from 1 to {WIDEST}");
                 return Err(Error::option(name, width.to_string(), expected));
             }

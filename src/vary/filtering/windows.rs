@@ -2,7 +2,8 @@
 //! before it along scan lines, and both round its parent on the coarser level.
 //!
 //! Samples come nearest first, so that a sum that grows too large is told early. They weigh less the farther
-//! they are from the centre (a Gaussian of a third of the window's width). A sample off the texture is as far
+//! they are from the centre (a Gaussian of a third of the window's width); the label of the pixel itself weighs as
+//! much as those of its mask window together. A sample off the texture is as far
 //! from anything as can be; one off the output does not count.
 
 use crate::grid::TexelGrid;
@@ -75,6 +76,7 @@ impl Layout {
         let mask_weight = options.mask_weight as f32 * depths.mask_weight;
         let mask = nearest_first(options.mask_window);
         layout.lay(Kind::Mask, &mask, options.mask_window, mask_weight);
+        layout.stress_own_label();
         if has_parent {
             let parent = nearest_first(options.parent_window);
             layout.lay(Kind::ParentColor, &parent, options.parent_window, 1.0);
@@ -105,6 +107,18 @@ impl Layout {
             let count = self.depth(kind);
             self.weights
                 .extend(std::iter::repeat_n(weight * share, count));
+        }
+    }
+
+    /// Lets a pixel's own label weigh as much as all others of the mask window, or one that no window of the texture
+    /// resembles would not be followed.
+    fn stress_own_label(&mut self) {
+        let depth = self.depths.mask;
+        let (own, others) = self.weights.split_at_mut(depth);
+        if let Some(own_weight) = own.first_mut().filter(|_| !others.is_empty()) {
+            *own_weight = others.iter().step_by(depth).sum();
+            let weight = *own_weight;
+            own.fill(weight);
         }
     }
 

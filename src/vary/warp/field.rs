@@ -1,7 +1,8 @@
 //! Field warping (Beier and Neely 1992): the contours' lines draw the pixels near them along.
 //!
 //! A pixel's way back is the mean of what all lines say, each keeping the pixel's share along the line and its
-//! distance from it; a line of length l at distance d weighs l/(1 + d)².
+//! distance from it; a line of length l at distance d weighs l/(1 + d)⁴, so that features packed closely do not
+//! hold each other.
 
 use glam::DVec2;
 
@@ -71,6 +72,6 @@ impl Line {
             share if share > 1.0 => point.distance(to),
             _ => across.abs(),
         };
-        (at, along.length() / (1.0 + distance).powi(2))
+        (at, along.length() / (1.0 + distance).powi(4))
     }
 }

@@ -9,6 +9,8 @@ use crate::vary::warp::motion::Moved;
 
 /// Contour points of a feature.
 const POINTS: usize = 12;
+/// The radius of the functions over the way from a point to the nearest: pixels round a feature follow it.
+const RADII: f64 = 2.0;
 /// Points nearer to another than this are left out, in pixels.
 const NEAR: f64 = 1.0;
 
@@ -35,7 +37,7 @@ pub fn sources(moved: &[Moved]) -> Result<impl Fn(DVec2) -> DVec2 + use<>> {
             }
         }
     }
-    let radius = usual_radius(&places, NEAR).max(NEAR);
+    let radius = RADII * usual_radius(&places, NEAR).max(NEAR);
     let field = RadialBasis::new(places, &ways, radius)?;
     Ok(move |point: DVec2| point + DVec2::from_array(field.at(point)))
 }
