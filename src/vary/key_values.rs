@@ -7,7 +7,7 @@ use glam::DVec2;
 use ndarray::{Array2, Array3};
 
 use crate::error::{Error, Result};
-use crate::vary::radial_basis::{RadialBasis, usual_radius};
+use crate::vary::planar_basis::{PlanarBasis, usual_radius};
 
 /// Interpolated vectors shorter than this have no direction.
 const NO_DIRECTION: f64 = 1e-3;
@@ -136,10 +136,10 @@ fn interpolant<const N: usize>(
     values: &[[f64; N]],
     radius: Option<f64>,
     alone: usize,
-) -> Result<RadialBasis<N>> {
+) -> Result<PlanarBasis<N>> {
     let places: Vec<DVec2> = keys.iter().map(|key| key.place).collect();
     let radius = radius.unwrap_or_else(|| usual_radius(&places, alone as f64));
-    RadialBasis::new(places, values, radius)
+    PlanarBasis::new(places, values, radius)
 }
 
 /// The keys without repetitions, each on the image. Errors: one that is not, and two at a place.

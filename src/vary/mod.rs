@@ -5,7 +5,7 @@
 //! | --- | --- |
 //! | [`color_mask`], [`morphology`] | a texton mask from picked colours, refined |
 //! | [`label_set`], [`nearest_pixel`], [`contours`] | parts of a mask: labels, nearest pixels, features with contours |
-//! | [`key_values`], [`radial_basis`] | transition functions and orientation fields from key values |
+//! | [`key_values`], [`planar_basis`] | transition functions and orientation fields from key values |
 //! | [`distortion`] | synthesis with windows scaled and turned at every pixel |
 //! | [`warp`] | operations on a mask that the transition drives |
 //! | [`mask_blending`] | the mask between two masks |
@@ -24,5 +24,5 @@ pub mod mask_blending;
 pub mod material;
 pub mod morphology;
 pub mod nearest_pixel;
-pub mod radial_basis;
+pub mod planar_basis;
 pub mod warp;

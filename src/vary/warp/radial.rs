@@ -4,7 +4,8 @@
 use glam::DVec2;
 
 use crate::error::{Error, Result};
-use crate::vary::radial_basis::{MOST_PLACES, RadialBasis, usual_radius};
+use crate::radial_basis::MOST_PLACES;
+use crate::vary::planar_basis::{PlanarBasis, usual_radius};
 use crate::vary::warp::motion::Moved;
 
 /// Contour points of a feature.
@@ -38,6 +39,6 @@ pub fn sources(moved: &[Moved]) -> Result<impl Fn(DVec2) -> DVec2 + use<>> {
         }
     }
     let radius = RADII * usual_radius(&places, NEAR).max(NEAR);
-    let field = RadialBasis::new(places, &ways, radius)?;
+    let field = PlanarBasis::new(places, &ways, radius)?;
     Ok(move |point: DVec2| point + DVec2::from_array(field.at(point)))
 }
