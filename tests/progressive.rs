@@ -104,7 +104,7 @@ fn textures_follow_the_keys() {
 fn grids_and_atlases_have_transitions_too() {
     let folder = prepared();
     let keys = json!({"keys": [
-        {"point": [0, 12, 0], "transition": 0}, {"point": [40, 12, 0], "transition": 1},
+        {"point": [0, 12, 0], "transition": 0.05}, {"point": [40, 12, 0], "transition": 0.95},
     ]});
     fs::write(folder.path().join("plane.json"), keys.to_string()).unwrap();
     let words = "synth a.space.npz a.knn.npz --grid 40x24 -o g.map.ply --method progressive \
@@ -113,10 +113,7 @@ fn grids_and_atlases_have_transitions_too() {
     let map = SurfaceTextonMap::read(&folder.path().join("g.map.ply")).unwrap();
     let transition = map.transition.unwrap();
     let row: Vec<f32> = (0..40).map(|col| transition[12 * 40 + col]).collect();
-    assert!(
-        row.is_sorted() && row[0] < 0.05 && row[39] > 0.95,
-        "{row:?}"
-    );
+    assert!(row.is_sorted() && row[0] < 0.1 && row[39] > 0.9, "{row:?}");
     let words = "synth a.space.npz a.knn.npz torus.obj -o a.atlas --method progressive --keys keys.json \
                  --onto atlas --resolution 96 --unwrap";
     succeed(folder.path(), &words.split_whitespace().collect::<Vec<_>>());

@@ -109,9 +109,8 @@ impl KeyFile {
         let distances: Vec<Vec<f64>> = keys.par_iter().map(from_key).collect::<Result<_>>()?;
         progress.end();
         check_reach(mesh.referenced(), &distances)?;
-        // A front need not find the same way there and back to the last digit.
-        let way = |from: usize, to: usize| distances[from][keys[to].0 as usize];
-        let between = |a: usize, b: usize| 0.5 * (way(a, b) + way(b, a));
+        // From the other to the one, as a vertex is reached below: a front need not find the same way back.
+        let between = |one: usize, other: usize| distances[other][keys[one].0 as usize];
         let values: Vec<[f64; 1]> = keys.iter().map(|&(_, value)| [value]).collect();
         let usual = || usual_radius(keys.len(), between);
         let radius = self

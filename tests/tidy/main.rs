@@ -8,7 +8,7 @@ mod source;
 use source::Source;
 
 /// What every room may use.
-const GROUND: [&str; 7] = [
+const GROUND: [&str; 8] = [
     "error",
     "format",
     "grid",

@@ -7,7 +7,7 @@ use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::level::Sites;
-use crate::synthesis::check::{Plan, complete};
+use crate::synthesis::check::table_plan::{Plan, complete};
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::options::SynthesisOptions;
 

@@ -57,11 +57,15 @@ pub fn progressive<const N: usize, S: Sites<N>>(
     coarse_to_fine(plan.levels, begun, finished, |number, coarser| {
         let is_coarsest = number + 1 == plan.levels;
         let level = VariantLevel::new(inputs, (number, plan.k, is_coarsest), options);
+        let mut controls = controls[number].clone();
+        if number > 0 {
+            level.band.clamp(&mut controls.transition);
+        }
         let run = LevelRun::<N, S> {
             level: &level,
             number,
             sites: &inputs.sites.levels[number],
-            controls: &controls[number],
+            controls: &controls,
             options,
             searched: AtomicU64::new(0),
             progress,
@@ -101,7 +105,8 @@ struct LevelRun<'a, const N: usize, S> {
 }
 
 impl<const N: usize, S: Sites<N>> LevelRun<'_, N, S> {
-    /// Refuses a value of the surface that no texel comes near.
+    /// Refuses a value of the surface that no texel comes near. On coarser levels, whose windows leave fewer whole
+    /// texels, values beyond those are taken for the nearest.
     fn check_coverage(&self) -> Result<()> {
         let band = &self.level.band;
         let values = self.controls.transition.iter().enumerate();

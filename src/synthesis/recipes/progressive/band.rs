@@ -37,6 +37,14 @@ impl Band {
         [self.ordered.first(), self.ordered.last()].map(value)
     }
 
+    /// Moves values that lie beyond those of all whole texels to the nearest of these.
+    pub fn clamp(&self, values: &mut [f32]) {
+        let [least, most] = self.range();
+        values
+            .iter_mut()
+            .for_each(|value| *value = value.max(least).min(most));
+    }
+
     /// Texels may stand where the values differ by less than this.
     pub fn tolerance(&self) -> f32 {
         self.tolerance

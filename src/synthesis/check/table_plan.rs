@@ -1,0 +1,102 @@
+//! Options of methods that compare the neighbour table's windows, completed by space and table.
+
+use crate::error::{Error, Result};
+use crate::exemplar::neighbor_table::NeighborTable;
+use crate::exemplar::space::Space;
+use crate::neighborhood::window_width;
+use crate::synthesis::options::SynthesisOptions;
+
+/// Options as the inputs complete them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Levels that are synthesized.
+    pub levels: usize,
+    /// Neighbours per texel that are used.
+    pub k: usize,
+}
+
+/// Checks options against the exemplar alone: k, levels, neighbourhood. What `synth` must know
+/// before it prepares a surface.
+pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
+    options.validate()?;
+    let k = options.k_coherence.k.unwrap_or(table.k);
+    if k > table.k {
+        return Err(Error::option(
+            "k",
+            format!("{k} neighbours per texel, but the table lists {}", table.k),
+            format!("at most {}, or a table made with knn --k {k}", table.k),
+        ));
+    }
+    let most = table.levels.len();
+    let levels = options.levels.map_or(most, |levels| levels as usize);
+    if levels > most {
+        return Err(Error::option(
+            "levels",
+            format!("{levels}, but the sample has {most}"),
+            format!("at most {most}, or a vocabulary made with textons --levels {levels}"),
+        ));
+    }
+    neighborhood_width(table, options)?;
+    template_fits_the_sample(space, table, levels)?;
+    Ok(Plan { levels, k })
+}
+
+fn neighborhood_width(table: &NeighborTable, options: &SynthesisOptions) -> Result<()> {
+    let Some(asked) = options.neighborhood else {
+        return Ok(());
+    };
+    let width = window_width(&table.levels[0].neighborhood.offsets);
+    if asked == width {
+        return Ok(());
+    }
+    Err(Error::option(
+        "neighborhood",
+        format!("{asked}, but the table's is {width}"),
+        format!("{width}, or a table made with knn --neighborhood {asked}"),
+    ))
+}
+
+fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize) -> Result<()> {
+    let side = |level: usize| {
+        let grid = space.levels[level].grid;
+        grid.width.min(grid.height)
+    };
+    let width = |level: usize| window_width(&table.levels[level].neighborhood.offsets);
+    let fitting = (0..levels).take_while(|&level| width(level) <= side(level));
+    let fitting = fitting.count();
+    if fitting == levels {
+        return (1..levels).try_for_each(|level| {
+            let offsets = &table.levels[level - 1].neighborhood.coarse_offsets;
+            coarse_window_fits(offsets, level, side(level))
+        });
+    }
+    let grid = space.levels[fitting].grid;
+    let found = format!(
+        "a neighbourhood {} texels wide on the sample's level {fitting} of {}×{}",
+        width(fitting),
+        grid.width,
+        grid.height
+    );
+    Err(match fitting {
+        0 => Error::data("neighbour table", found)
+            .advice("make it with a smaller knn --neighborhood"),
+        count => Error::option(
+            "levels",
+            format!("{levels}: {found}"),
+            format!("at most {count}, or a smaller knn --neighborhood"),
+        ),
+    })
+}
+
+/// Refuses a window on the parent level `level` that reaches beyond the level's shorter side: every sample
+/// would lie off the grid, or be one that the window holds already.
+fn coarse_window_fits(offsets: &[[i32; 2]], level: usize, side: u32) -> Result<()> {
+    let reach = window_width(offsets) / 2;
+    if reach < side {
+        return Ok(());
+    }
+    let place = format!("neighbour table, L{}: coarse_offsets", level - 1);
+    Err(Error::data(place, format!("steps of {reach} texels"))
+        .expected(format!("below {side}, the shorter side of level {level}"))
+        .advice("make it with a smaller knn --coarse-neighborhood"))
+}
