@@ -6,7 +6,8 @@
 //! level grows along the field; finer levels begin with their parents' coordinates. The finest level ends with a
 //! pass over small windows.
 //!
-//! Deviations: candidates come from neighbours at most 3 texels away, for speed. Finer levels are visited by colour
+//! Deviations: the distances of texels that no neighbour proposes itself count κ times, as in
+//! [`tong`](super::tong), so that patches are copied. Candidates come from neighbours at most 3 texels away, for speed. Finer levels are visited by colour
 //! classes, so that a class is searched in parallel. Masks are compared as the corners of a simplex, scaled to the
 //! variance of the features, so that images and textons weigh alike against them.
 
@@ -131,7 +132,7 @@ impl<const N: usize, S: Sites<N>> LevelRun<'_, N, S> {
         let refines = self.number == 0 && asked.refine_window > 0;
         let sweeps = match coarser {
             None => START_SWEEPS,
-            Some(_) => self.options.passes,
+            Some(_) => self.options.passes - 1,
         };
         let visits = u64::from(sweeps + u32::from(refines)) * self.sites.count() as u64;
         self.progress
@@ -198,7 +199,7 @@ impl<const N: usize, S: Sites<N>> LevelRun<'_, N, S> {
         let mut state = State::of(texels, &self.level.labels, exemplar.grid);
         let rule = self.rule(Some(coarser), pass);
         let classes = color_classes(self.sites, self.progress)?;
-        let visits = (&classes[..], self.options.passes);
+        let visits = (&classes[..], self.options.passes - 1);
         class_by_class(&rule, self.sites, &mut state, visits, self.progress)?;
         Ok(state)
     }

@@ -3,7 +3,6 @@
 
 use glam::Vec2;
 
-use crate::exemplar::controls::MASK_LABELS;
 use crate::exemplar::dense_windows::{DensePicture, flat_vectors, whole_texels};
 use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::{ExemplarLevel, default_row, feature_rows};
@@ -15,9 +14,7 @@ use crate::sites::level::Parent;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::progressive::band::Band;
-use crate::synthesis::recipes::progressive::label_vectors::{
-    LABEL_DIMENSIONS, label_vectors, spread,
-};
+use crate::synthesis::recipes::progressive::label_vectors::{LabelVectors, label_vectors, spread};
 use crate::synthesis::recipes::progressive::ring_metric::RingMetric;
 use crate::synthesis::state::first_guess;
 
@@ -83,8 +80,8 @@ struct Pictures {
     colors: Vec<f32>,
     dimensions: usize,
     labels: Vec<u32>,
-    /// Vectors of labels, the mean's last; empty where masks are left out.
-    label_vectors: Vec<f32>,
+    /// Vectors of labels; none where masks are left out.
+    label_vectors: LabelVectors,
     turns: Option<Vec<Vec2>>,
 }
 
@@ -188,7 +185,7 @@ impl Pictures {
         };
         let spread = spread(&rows, &colors, embedding.dimensions);
         let label_vectors = match labels.is_empty() {
-            true => Vec::new(),
+            true => LabelVectors::default(),
             false => label_vectors(&labels, weight * spread),
         };
         let turns = controls.and_then(|controls| controls.orientation.as_ref());
@@ -221,9 +218,9 @@ impl Pictures {
         let masks = DensePicture {
             grid: level.grid,
             rows: &self.labels,
-            default: u32::from(MASK_LABELS),
-            vectors: &self.label_vectors,
-            dimensions: LABEL_DIMENSIONS,
+            default: self.label_vectors.mean(),
+            vectors: &self.label_vectors.vectors,
+            dimensions: self.label_vectors.dimensions,
         };
         Windows {
             colors: RingMetric::new(colors, widths[0], site_width, turns),

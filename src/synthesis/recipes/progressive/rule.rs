@@ -14,6 +14,8 @@ use crate::synthesis::recipes::progressive::ring_metric::RingPattern;
 use crate::synthesis::rule::Rule;
 use crate::synthesis::state::Texels;
 
+/// How many times the distance of a texel counts that no neighbour proposes itself.
+const COHERENCE: f64 = 1.5;
 /// Neighbours propose texels from at most so many texels away.
 const NEAR: f32 = 3.0;
 
@@ -139,7 +141,7 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
             shifted(at, offset.x, offset.y)
         });
         candidates.collect_proposed(exemplar, own.into_iter().chain(proposed));
-        candidates.add_nearest(exemplar, 1.0);
+        candidates.add_nearest(exemplar, COHERENCE);
         let (band, value) = (&self.level.band, self.controls.transition[site]);
         let painted = self.painted(site);
         let has_label =
@@ -272,8 +274,8 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
 fn most_alike(candidates: &CandidateList, distance: impl Fn(u32, f32) -> f32) -> u32 {
     let mut best = (f32::INFINITY, u32::MAX);
     for candidate in candidates.candidates() {
-        let texel = candidate.texel;
-        let found = distance(texel, best.0);
+        let (texel, factor) = (candidate.texel, candidate.factor as f32);
+        let found = factor * distance(texel, best.0 / factor);
         if (found, texel) < best {
             best = (found, texel);
         }
