@@ -160,6 +160,14 @@ impl SynthesisOptions {
         if self.method != Method::Progressive {
             self.progressive.refuse_for(name)?;
         }
+        if self.method == Method::Progressive && self.passes < 2 {
+            let found = format!("{} with --method {name}", self.passes);
+            return Err(Error::option(
+                "passes",
+                found,
+                "2 or more: the first is a guess",
+            ));
+        }
         match self.unused_option() {
             None => Ok(()),
             Some((option, has)) => Err(Error::option(

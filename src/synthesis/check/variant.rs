@@ -102,10 +102,21 @@ pub fn check_controls<const N: usize, S: Sites<N>>(inputs: Inputs<'_, S>) -> Res
                 .advice("make the exemplar with vary, or exemplar --transition FILE"),
         );
     }
-    if controls.mask.is_some() && !has(ControlKind::Mask) {
+    let Some(painted) = &controls.mask else {
+        return Ok(());
+    };
+    let Some(mask) = of_exemplar.and_then(|controls| controls.mask.as_ref()) else {
         return Err(Error::data("mask", "of the surface, none of the exemplar")
             .expected("both")
             .advice("make the exemplar with exemplar --mask FILE"));
+    };
+    let largest = mask.iter().max().copied().unwrap_or_default();
+    match painted.iter().position(|&label| label > largest) {
+        None => Ok(()),
+        Some(site) => Err(Error::data(
+            format!("mask of the surface, site {site}"),
+            format!("label {}", painted[site]),
+        )
+        .expected(format!("a label of the exemplar, 0 to {largest}"))),
     }
-    Ok(())
 }
