@@ -5,14 +5,14 @@ use glam::Vec2;
 use multiversion::multiversion;
 
 use crate::exemplar::dense_windows::{DensePicture, DenseWindows};
+use crate::exemplar::embedding::LANES;
 use crate::neighborhood::{Template, square_window};
 use crate::sites::level::Sites;
+use crate::synthesis::metric::embedded::sum_of_lanes;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
 
-/// Numbers summed side by side.
-const LANES: usize = 16;
 /// Numbers summed between two looks at the limit.
-const RUN: usize = 64;
+const RUN: usize = 128;
 /// A sample that the windows do not reach.
 const NOWHERE: u32 = u32::MAX;
 
@@ -199,7 +199,7 @@ fn squares(values: &[f32], window: &[f32], (mut sum, limit): (f32, f32)) -> f32 
                 sums[lane] += apart * apart;
             }
         }
-        sum += sums.iter().sum::<f32>();
+        sum += sum_of_lanes(&sums);
         sum += squares_of_pairs(rest, other_rest);
         if sum > limit {
             return f32::INFINITY;
@@ -228,6 +228,7 @@ mod tests {
     use crate::grid::TexelGrid;
     use crate::neighborhood::Neighborhood;
     use crate::sites::grid::target::GridTarget;
+    use crate::synthesis::metric::embedded::sum_of_lanes;
     use crate::synthesis::metric::site_values::Unfinished;
 
     #[test]
