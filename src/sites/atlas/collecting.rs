@@ -1,5 +1,7 @@
 //! Samples and neighbours of all sites of a level, packed, from the surface points of their windows.
 
+use rayon::prelude::*;
+
 use super::cells::{CellStencils, PackedSample};
 use super::level_cells::LevelCells;
 use super::neighbors::{NeighborCollector, PackedNeighbor};
@@ -8,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::mesh::compressed_rows::Rows;
 use crate::mesh::surface_bvh::SurfacePoint;
 use crate::neighborhood::Template;
+use crate::progress::Progress;
 
 /// A window of samples to be collected.
 #[derive(Clone, Copy)]
@@ -92,6 +95,29 @@ impl Block {
     pub fn count_marched(&mut self, marched: u64) {
         self.counts.marched += marched;
     }
+}
+
+/// Sites per block of [`site_by_site`].
+const SITES: usize = 1024;
+
+/// The samples of all sites, each taken by itself.
+pub fn site_by_site(
+    on: (&LevelTexels, &LevelCells<'_>),
+    window: Window<'_>,
+    progress: Progress<'_>,
+    take: impl Fn(usize, &mut Block) + Sync,
+) -> Result<LevelSamples> {
+    let count = on.0.texels.len();
+    let of_block = |block: usize| {
+        let mut out = Block::default();
+        for site in block * SITES..((block + 1) * SITES).min(count) {
+            progress.check()?;
+            take(site, &mut out);
+        }
+        Ok(out)
+    };
+    let blocks = (0..count.div_ceil(SITES)).into_par_iter().map(of_block);
+    join(on, window, blocks.collect::<Result<_>>()?)
 }
 
 /// Puts blocks together that hold every site once, in the order of sites.

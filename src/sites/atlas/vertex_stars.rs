@@ -4,9 +4,8 @@
 //! Samples beyond those faces, and all samples round a vertex without a star, are reached along straight paths.
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
-use super::collecting::{Block, LevelSamples, Window, join};
+use super::collecting::{LevelSamples, Window, site_by_site};
 use super::drawing::Drawing;
 use super::face_surface::FaceSurface;
 use super::geometry::Geometry;
@@ -18,9 +17,6 @@ use crate::mesh::subdivision::{Star, StarPoint};
 use crate::mesh::surface_bvh::SurfacePoint;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
-
-/// Sites per block.
-const BLOCK: usize = 1024;
 
 /// The corners of a cell, columns and rows from its first.
 const CELL: [[u32; 2]; 4] = [[0, 0], [1, 0], [1, 1], [0, 1]];
@@ -35,31 +31,21 @@ pub fn sample(
     window: Window<'_>,
     progress: Progress<'_>,
 ) -> Result<LevelSamples> {
-    let count = level.texels.len();
-    let blocks: Vec<Block> = (0..count.div_ceil(BLOCK))
-        .into_par_iter()
-        .map(|block| {
-            let mut out = Block::default();
-            for site in block * BLOCK..((block + 1) * BLOCK).min(count) {
-                progress.check()?;
-                let paths = Paths::new((geometry, marched), level, site);
-                let chart = StarChart::new(surface, (geometry, level), site);
-                let mut marched = 0;
-                let offsets = window.template.positions.iter();
-                let points = offsets.map(|&offset| {
-                    let found = chart.as_ref().and_then(|chart| chart.find(offset));
-                    found.or_else(|| {
-                        marched += 1;
-                        paths.end(offset)
-                    })
-                });
-                out.take((level, cells), window, site, points);
-                out.count_marched(marched);
-            }
-            Ok(out)
-        })
-        .collect::<Result<_>>()?;
-    join((level, cells), window, blocks)
+    site_by_site((level, cells), window, progress, |site, out| {
+        let paths = Paths::new((geometry, marched), level, site);
+        let chart = StarChart::new(surface, (geometry, level), site);
+        let mut marched = 0;
+        let offsets = window.template.positions.iter();
+        let points = offsets.map(|&offset| {
+            let found = chart.as_ref().and_then(|chart| chart.find(offset));
+            found.or_else(|| {
+                marched += 1;
+                paths.end(offset)
+            })
+        });
+        out.take((level, cells), window, site, points);
+        out.count_marched(marched);
+    })
 }
 
 /// The star round the control vertex nearest to a site, laid on the template's plane.
