@@ -6,12 +6,14 @@
 //! | vertices of a mesh and of its retiled pyramid | 3 vertices | [`vertices`] |
 //! | a flat grid | 1 site | [`grid`] |
 //! | the texels of a texture atlas | 4 texels | [`atlas`] |
+//! | the faces of a subdivided mesh | none: a face is a pixel | [`faces`] |
 //!
 //! [`level`] has what a target must tell; [`order`], [`scan_order`] and [`coloring`] say in which order its
 //! sites are visited. A [`Target`] is any of them.
 
 pub mod atlas;
 pub(crate) mod coloring;
+pub mod faces;
 pub mod grid;
 pub(crate) mod level;
 pub(crate) mod order;
