@@ -1,0 +1,489 @@
+//! The nearest of many points, weighted by how often each was used.
+//!
+//! A use of a point doubles its distance to whatever is compared with it, relative to the points that were used least
+//! (Castellanos and Williams §3.11). Deviation: their set of trees, one per count, searched approximately, is one
+//! static kd-tree here, searched exactly. Every node keeps the smallest count below it, so that
+//! 2^(smallest − smallest of all) · (distance to its box) is a lower bound of what its points score.
+
+/// Numbers in a block: points are padded with zeros to whole blocks.
+const LANES: usize = 8;
+/// Points per leaf, at most.
+const LEAF: usize = 8;
+/// Points that are ordered by one thread.
+const FEW: usize = 1 << 12;
+/// Nodes that wait at most while the tree is searched: one per level of a tree of 2³² leaves, and one more.
+const MOST_WAITING: usize = 34;
+/// Uses beyond the smallest count that still change the score; 4^500 is finite.
+const MOST_USES: u32 = 500;
+
+type Block = [f32; LANES];
+
+/// What a search found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// The square of distance · 2^(count − smallest count).
+    pub score: f64,
+    /// How often the point was used before.
+    pub count: u32,
+    /// The point.
+    pub item: u32,
+    /// What the search was called by.
+    pub phase: u8,
+}
+
+impl Choice {
+    /// Nothing found yet.
+    pub const NONE: Self = Self {
+        score: f64::INFINITY,
+        count: u32::MAX,
+        item: u32::MAX,
+        phase: u8::MAX,
+    };
+
+    /// Keeps the better of two: the smaller score, then count, then number of the point, then phase.
+    #[inline]
+    pub fn offer(&mut self, other: Self) {
+        let order = self.score.total_cmp(&other.score);
+        let rest = |choice: &Self| (choice.count, choice.item, choice.phase);
+        if order.then_with(|| rest(self).cmp(&rest(&other))).is_gt() {
+            *self = other;
+        }
+    }
+}
+
+/// 4 to the power of the uses beyond the smallest count: the factor of a squared distance.
+#[inline]
+pub fn penalty(count: u32, smallest: u32) -> f64 {
+    let uses = count.saturating_sub(smallest).min(MOST_USES);
+    f64::from_bits(u64::from(1023 + 2 * uses) << 52)
+}
+
+/// Points, their counts, and a tree over them.
+///
+/// Nodes stand as in a heap: those below node i are 2i + 1 and 2i + 2. Leaves are the last level, from left to right.
+#[derive(Clone, Debug)]
+pub struct CountedTree {
+    /// Blocks per point.
+    blocks: usize,
+    /// The points in the order of the leaves.
+    points: Vec<Block>,
+    /// The number of every point, in the order of the leaves.
+    items: Vec<u32>,
+    /// How often every point was used, in the order of the leaves.
+    counts: Vec<u32>,
+    /// Where every point stands in the order of the leaves, by its number.
+    places: Vec<u32>,
+    /// The leaf of every point, in the order of the leaves.
+    leaf_of: Vec<u32>,
+    /// Where each leaf begins; one more entry than leaves.
+    starts: Vec<u32>,
+    /// The boxes of all nodes: the blocks of the lower corner, then those of the upper one.
+    boxes: Vec<Block>,
+    /// The smallest count and the smallest number of a point with it, below every node.
+    least: Vec<(u32, u32)>,
+}
+
+impl CountedTree {
+    /// The tree of points of `dimensions` numbers each, all unused. Numbers are finite.
+    pub fn new(numbers: &[f32], dimensions: usize) -> Self {
+        let count = numbers.len() / dimensions.max(1);
+        let blocks = dimensions.div_ceil(LANES).max(1);
+        let point = |item: u32| &numbers[item as usize * dimensions..][..dimensions];
+        let levels = count.div_ceil(LEAF).max(1).next_power_of_two().ilog2();
+        let mut items: Vec<u32> = (0..count as u32).collect();
+        halve(&mut items, &point, levels);
+        let mut starts = Vec::with_capacity((1 << levels) + 1);
+        leaf_starts(0, count, levels, &mut starts);
+        starts.push(count as u32);
+        let mut tree = Self {
+            blocks,
+            points: items
+                .iter()
+                .flat_map(|&item| padded(point(item), blocks))
+                .collect(),
+            counts: vec![0; count],
+            places: vec![0; count],
+            leaf_of: vec![0; count],
+            boxes: Vec::new(),
+            least: Vec::new(),
+            items,
+            starts,
+        };
+        for (place, &item) in tree.items.iter().enumerate() {
+            tree.places[item as usize] = place as u32;
+        }
+        for (leaf, ends) in tree.starts.windows(2).enumerate() {
+            tree.leaf_of[ends[0] as usize..ends[1] as usize].fill(leaf as u32);
+        }
+        tree.make_boxes();
+        tree.forget_uses();
+        tree
+    }
+
+    /// Points in all.
+    pub fn len(&self) -> usize {
+        self.items.len()
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
+    /// How often a point was used.
+    pub fn uses(&self, item: u32) -> u32 {
+        self.counts[self.places[item as usize] as usize]
+    }
+
+    /// The smallest number of uses of any point.
+    pub fn smallest(&self) -> u32 {
+        self.least.first().map_or(0, |least| least.0)
+    }
+
+    /// Sets all counts to 0.
+    pub fn forget_uses(&mut self) {
+        self.counts.fill(0);
+        let inner = self.inner();
+        self.least = vec![(u32::MAX, u32::MAX); 2 * inner + 1];
+        for leaf in 0..=inner {
+            self.least[inner + leaf] = self.least_of_leaf(leaf);
+        }
+        for node in (0..inner).rev() {
+            self.least[node] = self.least[2 * node + 1].min(self.least[2 * node + 2]);
+        }
+    }
+
+    /// Counts a use of a point.
+    pub fn count_use(&mut self, item: u32) {
+        let place = self.places[item as usize] as usize;
+        self.counts[place] += 1;
+        let leaf = self.leaf_of[place] as usize;
+        let mut node = self.inner() + leaf;
+        let mut least = self.least_of_leaf(leaf);
+        while self.least[node] != least {
+            self.least[node] = least;
+            if node == 0 {
+                break;
+            }
+            node = (node - 1) / 2;
+            least = self.least[2 * node + 1].min(self.least[2 * node + 2]);
+        }
+    }
+
+    /// A query that is compared with the points.
+    pub fn query(&self, numbers: &[f32]) -> Query {
+        let mut query = Query::default();
+        self.set_query(&mut query, numbers);
+        query
+    }
+
+    /// Makes a query of other numbers.
+    pub fn set_query(&self, query: &mut Query, numbers: &[f32]) {
+        query.0.clear();
+        query.0.extend(padded(numbers, self.blocks));
+    }
+
+    /// What one point scores.
+    #[inline]
+    pub fn compared(&self, query: &Query, item: u32, phase: u8) -> Choice {
+        let place = self.places[item as usize] as usize;
+        self.scored(query, place, self.smallest(), phase)
+    }
+
+    /// Keeps the best point, if it is better than what is held. A good guess at the start shortens the search and
+    /// does not change what is found.
+    pub fn search(&self, query: &Query, phase: u8, held: &mut Choice) {
+        if self.is_empty() {
+            return;
+        }
+        let (inner, smallest) = (self.inner(), self.smallest());
+        let mut waiting = [(0usize, 0f64); MOST_WAITING];
+        let mut count = 1;
+        while count > 0 {
+            count -= 1;
+            let (node, bound) = waiting[count];
+            if self.is_ruled_out(node, bound, held) {
+                continue;
+            }
+            if node >= inner {
+                let leaf = node - inner;
+                for place in self.starts[leaf] as usize..self.starts[leaf + 1] as usize {
+                    held.offer(self.scored(query, place, smallest, phase));
+                }
+                continue;
+            }
+            let (left, right) = (2 * node + 1, 2 * node + 2);
+            let left = (left, self.bound(query, left, smallest));
+            let right = (right, self.bound(query, right, smallest));
+            let (far, near) = match left.1 < right.1 {
+                true => (right, left),
+                false => (left, right),
+            };
+            (waiting[count], waiting[count + 1]) = (far, near);
+            count += 2;
+        }
+    }
+
+    /// Keeps the best point by looking at all of them: what [`search`](Self::search) finds, slowly.
+    pub fn search_all(&self, query: &Query, phase: u8, held: &mut Choice) {
+        for place in 0..self.len() {
+            held.offer(self.scored(query, place, self.smallest(), phase));
+        }
+    }
+
+    fn inner(&self) -> usize {
+        self.starts.len() - 2
+    }
+
+    #[inline]
+    fn scored(&self, query: &Query, place: usize, smallest: u32, phase: u8) -> Choice {
+        let count = self.counts[place];
+        let point = &self.points[place * self.blocks..][..self.blocks];
+        Choice {
+            score: f64::from(square_distance(&query.0, point)) * penalty(count, smallest),
+            count,
+            item: self.items[place],
+            phase,
+        }
+    }
+
+    /// A lower bound of what the points below a node score. Rounding is monotone and sums are added in the same order as in
+    /// [`square_distance`], so it holds for rounded numbers too.
+    #[inline]
+    fn bound(&self, query: &Query, node: usize, smallest: u32) -> f64 {
+        let (low, high) = self.corners(node);
+        let mut squares = [0.0; LANES];
+        for ((own, low), high) in query.0.iter().zip(low).zip(high) {
+            for lane in 0..LANES {
+                let (below, above) = (low[lane] - own[lane], own[lane] - high[lane]);
+                let beyond = if below > above { below } else { above };
+                let beyond = if beyond > 0.0 { beyond } else { 0.0 };
+                squares[lane] += beyond * beyond;
+            }
+        }
+        f64::from(sum_of_lanes(squares)) * penalty(self.least[node].0, smallest)
+    }
+
+    #[inline]
+    fn is_ruled_out(&self, node: usize, bound: f64, held: &Choice) -> bool {
+        // At the same score the smaller count wins, then the smaller number.
+        bound > held.score || (bound == held.score && self.least[node] > (held.count, held.item))
+    }
+
+    /// The lower and upper corner of a node's box.
+    #[inline]
+    fn corners(&self, node: usize) -> (&[Block], &[Block]) {
+        self.boxes[2 * node * self.blocks..][..2 * self.blocks].split_at(self.blocks)
+    }
+
+    fn least_of_leaf(&self, leaf: usize) -> (u32, u32) {
+        let places = self.starts[leaf] as usize..self.starts[leaf + 1] as usize;
+        let used = places.map(|place| (self.counts[place], self.items[place]));
+        used.min().unwrap_or((u32::MAX, u32::MAX))
+    }
+
+    fn make_boxes(&mut self) {
+        let (inner, blocks) = (self.inner(), self.blocks);
+        let nodes = 2 * inner + 1;
+        self.boxes = vec![[0.0; LANES]; 2 * nodes * blocks];
+        for node in 0..nodes {
+            let corners = &mut self.boxes[2 * node * blocks..][..2 * blocks];
+            corners[..blocks].fill([f32::INFINITY; LANES]);
+            corners[blocks..].fill([f32::NEG_INFINITY; LANES]);
+        }
+        for node in (0..nodes).rev() {
+            let (before, own) = self.boxes.split_at_mut(2 * node * blocks);
+            let own = &mut own[..2 * blocks];
+            if let Some(leaf) = node.checked_sub(inner) {
+                let places = self.starts[leaf] as usize..self.starts[leaf + 1] as usize;
+                for place in places {
+                    let point = &self.points[place * blocks..][..blocks];
+                    extend(own, point, point);
+                }
+            }
+            if let Some(parent) = node.checked_sub(1).map(|above| above / 2) {
+                let (low, high) = own.split_at(blocks);
+                extend(&mut before[2 * parent * blocks..][..2 * blocks], low, high);
+            }
+        }
+    }
+}
+
+/// A point in blocks.
+#[derive(Clone, Debug, Default)]
+pub struct Query(Vec<Block>);
+
+/// Extends a box, lower corner first, to hold another.
+fn extend(own: &mut [Block], low: &[Block], high: &[Block]) {
+    let (own_low, own_high) = own.split_at_mut(low.len());
+    for (own, low) in own_low.iter_mut().flatten().zip(low.iter().flatten()) {
+        *own = own.min(*low);
+    }
+    for (own, high) in own_high.iter_mut().flatten().zip(high.iter().flatten()) {
+        *own = own.max(*high);
+    }
+}
+
+fn padded(numbers: &[f32], blocks: usize) -> impl Iterator<Item = Block> + '_ {
+    (0..blocks).map(|block| {
+        let mut lanes = [0.0; LANES];
+        let held = numbers.iter().skip(block * LANES).take(LANES);
+        lanes
+            .iter_mut()
+            .zip(held)
+            .for_each(|(lane, &number)| *lane = number);
+        lanes
+    })
+}
+
+#[inline]
+fn square_distance(one: &[Block], other: &[Block]) -> f32 {
+    let mut squares = [0.0; LANES];
+    for (one, other) in one.iter().zip(other) {
+        for lane in 0..LANES {
+            let apart = one[lane] - other[lane];
+            squares[lane] += apart * apart;
+        }
+    }
+    sum_of_lanes(squares)
+}
+
+#[inline]
+fn sum_of_lanes(lanes: Block) -> f32 {
+    let [a, b, c, d, e, f, g, h] = lanes;
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
+}
+
+/// Orders points so that on every one of some levels the two halves lie apart in the direction of their largest
+/// variance.
+fn halve<'a>(items: &mut [u32], point: &(impl Fn(u32) -> &'a [f32] + Sync), levels: u32) {
+    if levels == 0 || items.len() < 2 {
+        return;
+    }
+    let direction = widest(items, point);
+    let along = |item: u32| point(item)[direction];
+    let middle = items.len() / 2;
+    items.select_nth_unstable_by(middle, |&a, &b| {
+        along(a).total_cmp(&along(b)).then(a.cmp(&b))
+    });
+    let is_long = items.len() > FEW;
+    let (left, right) = items.split_at_mut(middle);
+    if is_long {
+        rayon::join(
+            || halve(left, point, levels - 1),
+            || halve(right, point, levels - 1),
+        );
+    } else {
+        halve(left, point, levels - 1);
+        halve(right, point, levels - 1);
+    }
+}
+
+/// The direction in which points vary most.
+fn widest<'a>(items: &[u32], point: &impl Fn(u32) -> &'a [f32]) -> usize {
+    let dimensions = point(items[0]).len();
+    let mut sums = vec![(0.0f64, 0.0f64); dimensions];
+    for &item in items {
+        for (sum, &number) in sums.iter_mut().zip(point(item)) {
+            let number = f64::from(number);
+            *sum = (sum.0 + number, sum.1 + number * number);
+        }
+    }
+    let count = items.len() as f64;
+    let variance = |&(sum, squares): &(f64, f64)| squares - sum * sum / count;
+    let widest = sums.iter().map(variance).enumerate();
+    let widest = widest.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+    widest.map_or(0, |(direction, _)| direction)
+}
+
+/// Where leaves begin when a range is halved on every level as [`halve`] does.
+fn leaf_starts(first: usize, count: usize, levels: u32, starts: &mut Vec<u32>) {
+    if levels == 0 {
+        starts.push(first as u32);
+        return;
+    }
+    let middle = count / 2;
+    leaf_starts(first, middle, levels - 1, starts);
+    leaf_starts(first + middle, count - middle, levels - 1, starts);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random;
+    use rand::Rng;
+
+    /// Points in clusters, some of them equal, and queries near them.
+    fn points(count: usize, dimensions: usize, purpose: &str) -> Vec<f32> {
+        let mut stream = random::stream(7, purpose, 0, 0);
+        let mut point = || {
+            let cluster = stream.gen_range(0..20);
+            let exact = stream.gen_range(0..4) == 0;
+            let mut number = |at: usize| {
+                let base = ((cluster * 7 + at * 3) % 11) as f32 / (1 + at) as f32;
+                let jitter: f32 = stream.gen_range(-0.3..0.3);
+                if exact {
+                    base
+                } else {
+                    base + jitter / (1 + at) as f32
+                }
+            };
+            (0..dimensions).map(&mut number).collect::<Vec<f32>>()
+        };
+        (0..count).flat_map(|_| point()).collect()
+    }
+
+    #[test]
+    fn the_tree_chooses_what_a_full_search_chooses_while_counts_grow() {
+        for (count, dimensions) in [(1, 3), (9, 1), (500, 20), (777, 13)] {
+            let numbers = points(count, dimensions, "points");
+            let queries = points(3 * 1500, dimensions, "queries");
+            let mut tree = CountedTree::new(&numbers, dimensions);
+            for (number, turned) in queries.chunks(3 * dimensions).enumerate() {
+                let (mut found, mut slow) = (Choice::NONE, Choice::NONE);
+                for (phase, numbers) in turned.chunks(dimensions).enumerate() {
+                    let query = tree.query(numbers);
+                    if number % 3 == 0 {
+                        let guess = (number % count) as u32;
+                        found.offer(tree.compared(&query, guess, phase as u8));
+                    }
+                    tree.search(&query, phase as u8, &mut found);
+                    tree.search_all(&query, phase as u8, &mut slow);
+                }
+                assert_eq!(found, slow, "query {number} of {count} points");
+                tree.count_use(found.item);
+                assert_eq!(tree.uses(found.item), slow.count + 1);
+            }
+            let uses = (0..count as u32).map(|item| tree.uses(item));
+            assert_eq!(uses.clone().sum::<u32>(), 1500);
+            assert_eq!(uses.min().unwrap(), tree.smallest());
+            tree.forget_uses();
+            assert_eq!((tree.smallest(), tree.uses(0)), (0, 0));
+        }
+    }
+
+    #[test]
+    fn scores_follow_the_formula() {
+        let mut tree = CountedTree::new(&[0.0, 0.0, 3.0, 4.0], 2);
+        let query = tree.query(&[0.0, 0.0]);
+        assert_eq!(tree.compared(&query, 1, 2).score, 25.0);
+        tree.count_use(1);
+        tree.count_use(1);
+        assert_eq!(tree.compared(&query, 1, 2).score, 25.0 * 16.0);
+        tree.count_use(0);
+        assert_eq!(tree.compared(&query, 1, 2).score, 25.0 * 4.0);
+        assert_eq!(penalty(3, 3), 1.0);
+        assert!(penalty(u32::MAX, 0).is_finite());
+    }
+
+    #[test]
+    fn uses_are_shared_among_equal_points() {
+        let mut tree = CountedTree::new(&[1.0; 40], 1);
+        for _ in 0..80 {
+            let mut found = Choice::NONE;
+            tree.search(&tree.query(&[1.0]), 0, &mut found);
+            tree.count_use(found.item);
+        }
+        assert!((0..40).all(|item| tree.uses(item) == 2));
+    }
+}
