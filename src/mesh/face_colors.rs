@@ -5,6 +5,7 @@
 //! a torus an odd cycle of triangles round a handle can remain. So the dual graph itself is coloured.
 
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
 
 use glam::Vec3;
 
@@ -17,8 +18,8 @@ use crate::progress::Progress;
 
 /// Triangles that barycentric subdivision makes of one.
 pub const BARYCENTRIC_PARTS: usize = 6;
-/// The fewest triangles a base mesh is asked for.
-const FEWEST_FACES: usize = 8;
+/// The fewest and the most triangles a base mesh is asked for.
+const FACES: RangeInclusive<usize> = 8..=1 << 24;
 
 /// Whether each triangle is white; the smallest triangle of every component is.
 ///
@@ -98,7 +99,7 @@ impl ColoredMesh {
 /// every orientable surface: triangles of one colour keep the order corner, middle, barycentre.
 /// Fewer triangles than the shape needs are not reached.
 ///
-/// Errors: `base-faces` below 8; a mesh that is not manifold or has no triangle.
+/// Errors: `base-faces` below 8 or above 2²⁴; a mesh that is not manifold or has no triangle.
 pub fn colored_base(
     mesh: &TriangleMesh,
     faces: usize,
@@ -128,8 +129,8 @@ pub fn colored_base(
 }
 
 fn check_base(mesh: &TriangleMesh, faces: usize) -> Result<()> {
-    if faces < FEWEST_FACES {
-        let expected = format!("{FEWEST_FACES} or more");
+    if !FACES.contains(&faces) {
+        let expected = format!("{} to {}", FACES.start(), FACES.end());
         return Err(Error::option("base-faces", faces.to_string(), expected));
     }
     if mesh.triangles.is_empty() {
@@ -365,6 +366,7 @@ mod tests {
         let sphere = shapes::icosphere(1);
         let few = base(&sphere, 7).unwrap_err().to_string();
         assert!(few.contains("--base-faces: 7"), "{few}");
+        assert!(base(&sphere, usize::MAX).is_err());
         let mut fan = shapes::grid(1, 1, 1.0);
         fan.triangles = vec![[0, 1, 2], [1, 0, 3], [0, 1, 3]];
         let fan = base(&fan, 100).unwrap_err().to_string();

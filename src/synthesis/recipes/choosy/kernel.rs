@@ -81,7 +81,7 @@ impl<'a> FaceKernel<'a> {
         batches.enumerate().for_each(|(batch, rows)| {
             let mut support = Support::new(self.level.count());
             let mut sums = vec![0.0f64; channels];
-            for (index, row) in rows.chunks_exact_mut(channels).enumerate() {
+            for (index, row) in rows.chunks_exact_mut(channels.max(1)).enumerate() {
                 support.gather(self, face_of(batch * BATCH + index));
                 sums.fill(0.0);
                 let mut total = 0.0;
