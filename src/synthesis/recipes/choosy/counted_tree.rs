@@ -5,6 +5,8 @@
 //! static kd-tree here, searched exactly. Every node keeps the smallest count below it, so that
 //! 2^(smallest − smallest of all) · (distance to its box) is a lower bound of what its points score.
 
+use multiversion::multiversion;
+
 /// Numbers in a block: points are padded with zeros to whole blocks.
 const LANES: usize = 8;
 /// Points per leaf, at most.
@@ -41,7 +43,7 @@ impl Choice {
     };
 
     /// Keeps the better of two: the smaller score, then count, then number of the point, then phase.
-    #[inline]
+    #[inline(always)]
     pub fn offer(&mut self, other: Self) {
         let order = self.score.total_cmp(&other.score);
         let rest = |choice: &Self| (choice.count, choice.item, choice.phase);
@@ -52,7 +54,7 @@ impl Choice {
 }
 
 /// 4 to the power of the uses beyond the smallest count: the factor of a squared distance.
-#[inline]
+#[inline(always)]
 pub fn penalty(count: u32, smallest: u32) -> f64 {
     let uses = count.saturating_sub(smallest).min(MOST_USES);
     f64::from_bits(u64::from(1023 + 2 * uses) << 52)
@@ -184,7 +186,7 @@ impl CountedTree {
     }
 
     /// What one point scores.
-    #[inline]
+    #[inline(always)]
     pub fn compared(&self, query: &Query, item: u32, phase: u8) -> Choice {
         let place = self.places[item as usize] as usize;
         self.scored(query, place, self.smallest(), phase)
@@ -193,34 +195,8 @@ impl CountedTree {
     /// Keeps the best point, if it is better than what is held. A good guess at the start shortens the search and
     /// does not change what is found.
     pub fn search(&self, query: &Query, phase: u8, held: &mut Choice) {
-        if self.is_empty() {
-            return;
-        }
-        let (inner, smallest) = (self.inner(), self.smallest());
-        let mut waiting = [(0usize, 0f64); MOST_WAITING];
-        let mut count = 1;
-        while count > 0 {
-            count -= 1;
-            let (node, bound) = waiting[count];
-            if self.is_ruled_out(node, bound, held) {
-                continue;
-            }
-            if node >= inner {
-                let leaf = node - inner;
-                for place in self.starts[leaf] as usize..self.starts[leaf + 1] as usize {
-                    held.offer(self.scored(query, place, smallest, phase));
-                }
-                continue;
-            }
-            let (left, right) = (2 * node + 1, 2 * node + 2);
-            let left = (left, self.bound(query, left, smallest));
-            let right = (right, self.bound(query, right, smallest));
-            let (far, near) = match left.1 < right.1 {
-                true => (right, left),
-                false => (left, right),
-            };
-            (waiting[count], waiting[count + 1]) = (far, near);
-            count += 2;
+        if !self.is_empty() {
+            search_nodes(self, query, phase, held);
         }
     }
 
@@ -235,7 +211,7 @@ impl CountedTree {
         self.starts.len() - 2
     }
 
-    #[inline]
+    #[inline(always)]
     fn scored(&self, query: &Query, place: usize, smallest: u32, phase: u8) -> Choice {
         let count = self.counts[place];
         let point = &self.points[place * self.blocks..][..self.blocks];
@@ -249,7 +225,7 @@ impl CountedTree {
 
     /// A lower bound of what the points below a node score. Rounding is monotone and sums are added in the same order as in
     /// [`square_distance`], so it holds for rounded numbers too.
-    #[inline]
+    #[inline(always)]
     fn bound(&self, query: &Query, node: usize, smallest: u32) -> f64 {
         let (low, high) = self.corners(node);
         let mut squares = [0.0; LANES];
@@ -264,14 +240,14 @@ impl CountedTree {
         f64::from(sum_of_lanes(squares)) * penalty(self.least[node].0, smallest)
     }
 
-    #[inline]
+    #[inline(always)]
     fn is_ruled_out(&self, node: usize, bound: f64, held: &Choice) -> bool {
         // At the same score the smaller count wins, then the smaller number.
         bound > held.score || (bound == held.score && self.least[node] > (held.count, held.item))
     }
 
     /// The lower and upper corner of a node's box.
-    #[inline]
+    #[inline(always)]
     fn corners(&self, node: usize) -> (&[Block], &[Block]) {
         self.boxes[2 * node * self.blocks..][..2 * self.blocks].split_at(self.blocks)
     }
@@ -309,6 +285,41 @@ impl CountedTree {
     }
 }
 
+/// Searches the nodes of a tree that holds a point, near ones first.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn search_nodes(tree: &CountedTree, query: &Query, phase: u8, held: &mut Choice) {
+    let (inner, smallest) = (tree.inner(), tree.smallest());
+    let mut waiting = [(0usize, 0f64); MOST_WAITING];
+    let mut count = 1;
+    while count > 0 {
+        count -= 1;
+        let (node, bound) = waiting[count];
+        if tree.is_ruled_out(node, bound, held) {
+            continue;
+        }
+        if node >= inner {
+            let leaf = node - inner;
+            for place in tree.starts[leaf] as usize..tree.starts[leaf + 1] as usize {
+                held.offer(tree.scored(query, place, smallest, phase));
+            }
+            continue;
+        }
+        let (left, right) = (2 * node + 1, 2 * node + 2);
+        let left = (left, tree.bound(query, left, smallest));
+        let right = (right, tree.bound(query, right, smallest));
+        let (far, near) = match left.1 < right.1 {
+            true => (right, left),
+            false => (left, right),
+        };
+        (waiting[count], waiting[count + 1]) = (far, near);
+        count += 2;
+    }
+}
+
 /// A point in blocks.
 #[derive(Clone, Debug, Default)]
 pub struct Query(Vec<Block>);
@@ -336,7 +347,7 @@ fn padded(numbers: &[f32], blocks: usize) -> impl Iterator<Item = Block> + '_ {
     })
 }
 
-#[inline]
+#[inline(always)]
 fn square_distance(one: &[Block], other: &[Block]) -> f32 {
     let mut squares = [0.0; LANES];
     for (one, other) in one.iter().zip(other) {
@@ -348,7 +359,7 @@ fn square_distance(one: &[Block], other: &[Block]) -> f32 {
     sum_of_lanes(squares)
 }
 
-#[inline]
+#[inline(always)]
 fn sum_of_lanes(lanes: Block) -> f32 {
     let [a, b, c, d, e, f, g, h] = lanes;
     ((a + b) + (c + d)) + ((e + f) + (g + h))

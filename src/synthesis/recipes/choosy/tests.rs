@@ -144,13 +144,13 @@ fn search_with_gaps_and_without_find_the_same_where_nothing_is_missing() {
 
 #[test]
 fn faces_hold_their_sources_and_all_sources_are_used_alike() {
-    let numbers = noise(32, 1);
+    let numbers = noise(16, 1);
     let image = SquareImage {
-        side: 32,
+        side: 16,
         channels: 1,
         numbers: &numbers,
     };
-    let surface = torus(256, 2);
+    let surface = torus(256, 1);
     let options = ChoosyOptions {
         iterations: vec![2, 1],
         ..ChoosyOptions::default()
@@ -162,27 +162,27 @@ fn faces_hold_their_sources_and_all_sources_are_used_alike() {
     };
     let result = run(1);
     assert_eq!(result, run(3));
-    let finest = &result.pyramid.gaussian[2];
-    assert_eq!((finest.count(), result.sources.len()), (4096, 4096));
+    let finest = &result.pyramid.gaussian[1];
+    assert_eq!((finest.count(), result.sources.len()), (1024, 1024));
     let mut uses = std::collections::BTreeMap::new();
     for (face, source) in result.sources.iter().enumerate() {
         let pyramid = &result.sample.pyramids[usize::from(source.turn)];
-        let row = pyramid.gaussian[2].row(source.face as usize);
+        let row = pyramid.gaussian[1].row(source.face as usize);
         assert_eq!(finest.row(face), row);
         *uses.entry((source.turn, source.face)).or_insert(0) += 1;
     }
-    // About 1,300 faces on each grid have whole neighbourhoods; sampling without replacement would use each 1 or 2 times.
+    // About 270 faces on each grid have whole neighbourhoods: sampling without replacement would use each once or twice.
     let most = uses.values().max().unwrap();
-    assert!((2..=5).contains(most), "{most}");
-    assert!(uses.len() > 1800, "{}", uses.len());
+    assert!((2..=6).contains(most), "{most}");
+    assert!(uses.len() > 400, "{}", uses.len());
     let mut kinds = [0; 3];
     result
         .sources
         .iter()
         .for_each(|source| kinds[usize::from(source.phase)] += 1);
-    assert!(kinds.iter().all(|&count| count > 1000), "{kinds:?}");
-    assert_eq!(result.eigenvalues.len(), 3);
-    assert_eq!(result.pyramid.laplacian[2].count(), 4096);
+    assert!(kinds.iter().all(|&count| count > 200), "{kinds:?}");
+    assert_eq!(result.eigenvalues.len(), 2);
+    assert_eq!(result.pyramid.laplacian[1].count(), 1024);
 }
 
 #[test]
