@@ -1,7 +1,7 @@
 //! Subdivision surfaces: geometry alone.
 //!
-//! Catmull-Clark surfaces. In: a control mesh of quadrilaterals. Out: ever finer meshes of quadrilaterals, values carried to their
-//! vertices, and the values of the smooth surface that they tend to.
+//! Catmull-Clark surfaces. In: a control mesh of quadrilaterals. Out: ever finer meshes of quadrilaterals, values
+//! carried to their vertices, and the values of the smooth surface that they tend to.
 //!
 //! Butterfly surfaces. In: a mesh of triangles. Out: a mesh of four times as many.
 //!

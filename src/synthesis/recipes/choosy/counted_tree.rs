@@ -5,14 +5,16 @@
 //! static kd-tree here, searched exactly. Every node keeps the smallest count below it, so that
 //! 2^(smallest − smallest of all) · (distance to its box) is a lower bound of what its points score.
 
+mod splitting;
+
 use multiversion::multiversion;
+
+use crate::synthesis::recipes::choosy::counted_tree::splitting::{halve, leaf_starts};
 
 /// Numbers in a block: points are padded with zeros to whole blocks.
 const LANES: usize = 8;
 /// Points per leaf, at most.
 const LEAF: usize = 8;
-/// Points that are ordered by one thread.
-const FEW: usize = 1 << 12;
 /// Nodes that wait at most while the tree is searched: one per level of a tree of 2³² leaves, and one more.
 const MOST_WAITING: usize = 34;
 /// Uses beyond the smallest count that still change the score; 4^500 is finite.
@@ -223,8 +225,8 @@ impl CountedTree {
         }
     }
 
-    /// A lower bound of what the points below a node score. Rounding is monotone and sums are added in the same order as in
-    /// [`square_distance`], so it holds for rounded numbers too.
+    /// A lower bound of what the points below a node score. Rounding is monotone, and sums are added in the
+    /// same order as in [`square_distance`], so it holds for rounded numbers too.
     #[inline(always)]
     fn bound(&self, query: &Query, node: usize, smallest: u32) -> f64 {
         let (low, high) = self.corners(node);
@@ -365,136 +367,5 @@ fn sum_of_lanes(lanes: Block) -> f32 {
     ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 
-/// Orders points so that on every one of some levels the two halves lie apart in the direction of their largest
-/// variance.
-fn halve<'a>(items: &mut [u32], point: &(impl Fn(u32) -> &'a [f32] + Sync), levels: u32) {
-    if levels == 0 || items.len() < 2 {
-        return;
-    }
-    let direction = widest(items, point);
-    let along = |item: u32| point(item)[direction];
-    let middle = items.len() / 2;
-    items.select_nth_unstable_by(middle, |&a, &b| {
-        along(a).total_cmp(&along(b)).then(a.cmp(&b))
-    });
-    let is_long = items.len() > FEW;
-    let (left, right) = items.split_at_mut(middle);
-    if is_long {
-        rayon::join(
-            || halve(left, point, levels - 1),
-            || halve(right, point, levels - 1),
-        );
-    } else {
-        halve(left, point, levels - 1);
-        halve(right, point, levels - 1);
-    }
-}
-
-/// The direction in which points vary most.
-fn widest<'a>(items: &[u32], point: &impl Fn(u32) -> &'a [f32]) -> usize {
-    let dimensions = point(items[0]).len();
-    let mut sums = vec![(0.0f64, 0.0f64); dimensions];
-    for &item in items {
-        for (sum, &number) in sums.iter_mut().zip(point(item)) {
-            let number = f64::from(number);
-            *sum = (sum.0 + number, sum.1 + number * number);
-        }
-    }
-    let count = items.len() as f64;
-    let variance = |&(sum, squares): &(f64, f64)| squares - sum * sum / count;
-    let widest = sums.iter().map(variance).enumerate();
-    let widest = widest.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-    widest.map_or(0, |(direction, _)| direction)
-}
-
-/// Where leaves begin when a range is halved on every level as [`halve`] does.
-fn leaf_starts(first: usize, count: usize, levels: u32, starts: &mut Vec<u32>) {
-    if levels == 0 {
-        starts.push(first as u32);
-        return;
-    }
-    let middle = count / 2;
-    leaf_starts(first, middle, levels - 1, starts);
-    leaf_starts(first + middle, count - middle, levels - 1, starts);
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::random;
-    use rand::Rng;
-
-    /// Points in clusters, some of them equal, and queries near them.
-    fn points(count: usize, dimensions: usize, purpose: &str) -> Vec<f32> {
-        let mut stream = random::stream(7, purpose, 0, 0);
-        let mut point = || {
-            let cluster = stream.gen_range(0..20);
-            let exact = stream.gen_range(0..4) == 0;
-            let mut number = |at: usize| {
-                let base = ((cluster * 7 + at * 3) % 11) as f32 / (1 + at) as f32;
-                let jitter: f32 = stream.gen_range(-0.3..0.3);
-                if exact {
-                    base
-                } else {
-                    base + jitter / (1 + at) as f32
-                }
-            };
-            (0..dimensions).map(&mut number).collect::<Vec<f32>>()
-        };
-        (0..count).flat_map(|_| point()).collect()
-    }
-
-    #[test]
-    fn the_tree_chooses_what_a_full_search_chooses_while_counts_grow() {
-        for (count, dimensions) in [(1, 3), (9, 1), (500, 20), (777, 13)] {
-            let numbers = points(count, dimensions, "points");
-            let queries = points(3 * 1500, dimensions, "queries");
-            let mut tree = CountedTree::new(&numbers, dimensions);
-            for (number, turned) in queries.chunks(3 * dimensions).enumerate() {
-                let (mut found, mut slow) = (Choice::NONE, Choice::NONE);
-                for (phase, numbers) in turned.chunks(dimensions).enumerate() {
-                    let query = tree.query(numbers);
-                    if number % 3 == 0 {
-                        let guess = (number % count) as u32;
-                        found.offer(tree.compared(&query, guess, phase as u8));
-                    }
-                    tree.search(&query, phase as u8, &mut found);
-                    tree.search_all(&query, phase as u8, &mut slow);
-                }
-                assert_eq!(found, slow, "query {number} of {count} points");
-                tree.count_use(found.item);
-                assert_eq!(tree.uses(found.item), slow.count + 1);
-            }
-            let uses = (0..count as u32).map(|item| tree.uses(item));
-            assert_eq!(uses.clone().sum::<u32>(), 1500);
-            assert_eq!(uses.min().unwrap(), tree.smallest());
-            tree.forget_uses();
-            assert_eq!((tree.smallest(), tree.uses(0)), (0, 0));
-        }
-    }
-
-    #[test]
-    fn scores_follow_the_formula() {
-        let mut tree = CountedTree::new(&[0.0, 0.0, 3.0, 4.0], 2);
-        let query = tree.query(&[0.0, 0.0]);
-        assert_eq!(tree.compared(&query, 1, 2).score, 25.0);
-        tree.count_use(1);
-        tree.count_use(1);
-        assert_eq!(tree.compared(&query, 1, 2).score, 25.0 * 16.0);
-        tree.count_use(0);
-        assert_eq!(tree.compared(&query, 1, 2).score, 25.0 * 4.0);
-        assert_eq!(penalty(3, 3), 1.0);
-        assert!(penalty(u32::MAX, 0).is_finite());
-    }
-
-    #[test]
-    fn uses_are_shared_among_equal_points() {
-        let mut tree = CountedTree::new(&[1.0; 40], 1);
-        for _ in 0..80 {
-            let mut found = Choice::NONE;
-            tree.search(&tree.query(&[1.0]), 0, &mut found);
-            tree.count_use(found.item);
-        }
-        assert!((0..40).all(|item| tree.uses(item) == 2));
-    }
-}
+mod tests;

@@ -3,8 +3,8 @@
 //!
 //! The sample lies on two triangular grids at 90° to each other, and has a Gaussian and a Laplacian pyramid on each. A
 //! surface has the same pyramids on its subdivided faces. Level after level, from the coarsest on, every face takes the
-//! values of the sample's face whose neighbourhood is most alike, at the best of three rotations; the more often a face is used, the
-//! worse it scores. It takes the Laplacian values of that face's children too, from which the next level starts.
+//! values of the sample's face whose neighbourhood is most alike, at the best of three rotations. The more often a face
+//! is used, the worse it scores. A face takes the Laplacian values of that face's children too, from which the next level starts.
 //!
 //! | file | what it does |
 //! | --- | --- |

@@ -58,8 +58,8 @@ pub struct AnalysisSample {
 }
 
 impl AnalysisSample {
-    /// Analyses a sample. `ratios` has, for every level from the coarsest on, σ over the mean distance of adjacent faces: that of the
-    /// [surface](super::kernel::distance_ratio).
+    /// Analyses a sample. `ratios` has, for every level from the coarsest on, σ over the mean distance of adjacent
+    /// faces: that of the [surface](super::kernel::distance_ratio).
     ///
     /// Errors: a side that 2^(levels − 1) does not divide, numbers that are not finite or not as many as stated.
     pub fn new(image: SquareImage<'_>, ratios: &[f64], progress: Progress<'_>) -> Result<Self> {
