@@ -14,7 +14,8 @@
 //! | [`surface_bvh`], [`point_tree`] | nearest points and crossings, and points in a triangle |
 //! | [`tangents`], [`tessellation`] | tangents of textured triangles; triangles cut to a length |
 //! | [`geodesic`], [`geodesic_distance`], [`smoothing`] | straight lines and distances on a surface, and a surface without its finest detail |
-//! | [`subdivision`] | Catmull-Clark surfaces of meshes of quadrilaterals |
+//! | [`subdivision`] | Catmull-Clark surfaces of meshes of quadrilaterals, butterfly surfaces of triangles |
+//! | [`face_colors`] | triangles in two colours, and base meshes that have them |
 //! | [`atlas`] | texture coordinates cut into charts, and where texels lie on the surface |
 //! | [`retile`], [`texture_charts`] | another mesh on the same surface, seams kept |
 //! | [`quality`], [`pictures`] | how even a mesh is, and pictures of its preparation |
@@ -25,6 +26,7 @@ pub(crate) mod chart;
 mod cleaning;
 pub(crate) mod compressed_rows;
 pub mod connection;
+pub mod face_colors;
 pub mod field;
 pub(crate) mod frame;
 pub mod geodesic;

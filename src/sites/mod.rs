@@ -6,6 +6,7 @@
 //! | vertices of a mesh and of its retiled pyramid | 3 vertices | [`vertices`] |
 //! | a flat grid | 1 site | [`grid`] |
 //! | the texels of a texture atlas | 4 texels | [`atlas`] |
+//! | the faces of a subdivided mesh | none: a face is a pixel | [`faces`] |
 //!
 //! [`level`] has what a target must tell; [`order`], [`scan_order`] and [`coloring`] say in which order its
 //! sites are visited; [`controls`] what a texture that changes follows. A [`Target`] is any of them.
@@ -13,6 +14,7 @@
 pub mod atlas;
 pub(crate) mod coloring;
 pub(crate) mod controls;
+pub mod faces;
 pub mod grid;
 pub(crate) mod level;
 mod mesh_controls;

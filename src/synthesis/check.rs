@@ -249,7 +249,7 @@ fn neighborhood(neighborhood: &Neighborhood, index: usize) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::neighborhood::square_window;
+    use crate::neighborhood::{square_window, window_width};
     use crate::synthesis::tests::fixtures;
 
     /// What becomes of a table of 2 levels, 16×16 and 8×8, windows 5 and 3, with something altered.

@@ -8,10 +8,12 @@
 //! | [`multiscale`] | `multiscale`: Ying 2001 §4 |
 //! | [`coherent`] | `coherent`: Ying 2001 §5 |
 //! | [`progressive`] | `progressive`: Zhang 2003 §5 |
+//! | [`choosy`] | Castellanos and Williams: faces in place of vertices, with an entry of its own |
 //!
 //! Parts: the [`k_coherence`] rule, [`distance_floor`], [`reuse_penalty`], [`seam_repair`].
 
 pub(crate) mod adaptive;
+pub mod choosy;
 mod coherent;
 pub(crate) mod distance_floor;
 pub(crate) mod k_coherence;

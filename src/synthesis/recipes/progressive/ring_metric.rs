@@ -228,7 +228,6 @@ mod tests {
     use crate::grid::TexelGrid;
     use crate::neighborhood::Neighborhood;
     use crate::sites::grid::target::GridTarget;
-    use crate::synthesis::metric::embedded::sum_of_lanes;
     use crate::synthesis::metric::site_values::Unfinished;
 
     #[test]
