@@ -347,6 +347,7 @@ fn surface_readers() -> Vec<Reader> {
             space: &space,
             table: &table,
             sites: &surface.hierarchy,
+            controls: None,
         };
         let output = path.with_file_name("a.map.ply");
         Ok::<_, Error>((
@@ -359,6 +360,7 @@ fn surface_readers() -> Vec<Reader> {
         let map = LevelMap {
             level: Level(0),
             coords: vec![TexCoord { s: 0.5, t: 0.5 }; sites],
+            searched: 0,
         };
         checkpoint.save(&map).unwrap();
     });

@@ -128,9 +128,9 @@ mod tests {
             }
         }
         let [start, found] = both(&mesh, &rings, &wishes);
-        for vertex in 0..found.len() {
+        for (vertex, vector) in found.iter().enumerate() {
             let column = vertex as u32 % (columns + 1);
-            let s = rings.direction(vertex, found[vertex].to_angle());
+            let s = rings.direction(vertex, vector.to_angle());
             let wanted = turned(step * f64::from(column));
             assert!((s - wanted).length() < 1e-4, "{vertex}: {s}, not {wanted}");
         }

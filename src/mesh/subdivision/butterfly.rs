@@ -259,8 +259,8 @@ mod tests {
         assert_eq!(once.triangles.len(), 4 * mesh.triangles.len());
         assert_eq!(once.positions[..mesh.positions.len()], mesh.positions);
         for (parent, corners) in mesh.triangles.iter().enumerate() {
-            for corner in 0..3 {
-                assert_eq!(once.triangles[4 * parent + corner][corner], corners[corner]);
+            for (at, corner) in corners.iter().enumerate() {
+                assert_eq!(once.triangles[4 * parent + at][at], *corner);
             }
         }
         for triangle in 0..once.triangles.len() {

@@ -68,8 +68,8 @@ mod tests {
         };
         let pyramid = ValuePyramid::new(&kernels, finest.clone(), Progress::silent()).unwrap();
         let mut held = pyramid.gaussian[0].clone();
-        for level in 1..3 {
-            held = expanded(&kernels[level], &pyramid.laplacian[level], &held);
+        for (kernel, laplacian) in kernels.iter().zip(&pyramid.laplacian).skip(1) {
+            held = expanded(kernel, laplacian, &held);
         }
         for (held, wanted) in held.numbers.iter().zip(&finest.numbers) {
             assert!((held - wanted).abs() <= 1e-5 * wanted.abs().max(0.1));
