@@ -7,7 +7,9 @@
 (alpha) and `wicker-height.png` their height. `stones.png`, `stones-height.png` and `stones-normal.png` are 96 × 96
 texels of round stones; normals have green up, and heights from 0 to 1 stand for STONE_DEPTH texels. `cross.obj` is
 a rounded 3D cross three units wide, `ball.obj` a sphere of radius 1. With `--relit N`, `stones-relit/` is a capture of the
-stones under N lights, each lit by its normals.
+stones under N lights, each lit by its normals. Of progressively-variant textures these are the beginnings, 96 × 96 texels each:
+`leopard.png`, rosettes with a brown inside; `giraffe.png`, brown patches in pale gaps; `pale.png` and `red.png`, two marbles with
+veins, thin and dark in the first, wide and bright in the second.
 
 Needs: pip install numpy pillow
 """
@@ -97,6 +99,56 @@ def stones(size, random):
     return color, height, normal / np.linalg.norm(normal, axis=-1, keepdims=True)
 
 
+def scattered(size, pitch, jitter, random):
+    """Staggered places about `pitch` texels apart, moved at random by at most `jitter` pitches: rows and columns."""
+    cells = size // pitch
+    row, column = np.mgrid[0:cells, 0:cells]
+    places = np.stack([row, column + 0.5 * (row % 2)], -1) + 0.5 + random.uniform(-jitter, jitter, (cells, cells, 2))
+    return places.reshape(-1, 2) * size / cells
+
+
+def offsets(size, places):
+    """From the nearest place to each texel on the torus: rows and columns, (size, size, 2) for every place."""
+    grid = np.stack(np.mgrid[0:size, 0:size] + 0.5, -1)
+    away = grid[:, :, None, :] - places
+    return away - size * np.round(away / size)
+
+
+def leopard(size, random):
+    """Rosettes sixteen texels apart: a dark ring, broken at one or two places, round a brown inside."""
+    places = scattered(size, 16, 0.12, random)
+    away = offsets(size, places)
+    radius, angle = np.linalg.norm(away, axis=-1), np.arctan2(away[..., 0], away[..., 1])
+    phases = random.uniform(0.0, 2.0 * np.pi, (3, len(places)))
+    outer = 5.8 + 0.5 * np.cos(2.0 * angle + phases[0]) + 0.4 * np.cos(3.0 * angle + phases[1])
+    inside = 1.0 - smooth_step(-0.5, 0.5, radius - outer + 2.6)
+    # A gap of the ring is a part of it that is as brown as its inside.
+    gap = smooth_step(0.8, 0.9, np.cos(angle + phases[2]))
+    disc = 1.0 - smooth_step(-0.5, 0.5, radius - outer)
+    brown, disc = np.max(disc * np.maximum(inside, gap), axis=-1)[..., None], np.max(disc, axis=-1)[..., None]
+    color = disc * (0.020, 0.014, 0.010) + (1.0 - disc) * (0.72, 0.46, 0.18)
+    color = color * (1.0 - brown) + brown * np.array((0.40, 0.10, 0.02))
+    return color * (1.0 + 0.05 * fine(size, 2.0, random)[..., None])
+
+
+def giraffe(size, random):
+    """Patches sixteen texels apart with straight sides, and gaps between them."""
+    away = np.sort(np.linalg.norm(offsets(size, scattered(size, 16, 0.22, random)), axis=-1), axis=-1)
+    from_gap = (away[..., 1] - away[..., 0]) / 2.0
+    patch = smooth_step(1.1, 2.1, from_gap)[..., None]
+    tint = 1.0 + 0.06 * fine(size, 2.0, random)[..., None] - 0.02 * from_gap[..., None]
+    return (patch * (0.24, 0.085, 0.022) + (1.0 - patch) * (0.78, 0.58, 0.32)) * tint
+
+
+def marble(size, ground, vein, width, apart, random):
+    """Veins where noise of features `apart` texels wide is near 0."""
+    band = lambda x, y: np.exp(-(((np.hypot(x, y) - size / apart) / 1.4) ** 2))
+    from_vein = np.abs(noise(size, band, random))
+    share = 1.0 - smooth_step(width, width + 0.25, from_vein)[..., None]
+    tint = 1.0 + 0.05 * fine(size, 3.0, random)[..., None] + 0.04 * fine(size, 8.0, random)[..., None]
+    return (share * np.array(vein) + (1.0 - share) * ground) * tint
+
+
 def save_color(path, color, alpha=None):
     stored = np.where(color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 0.0031308) ** (1 / 2.4) - 0.055)
     channels = [stored] if alpha is None else [stored, alpha[..., None]]
@@ -178,6 +230,11 @@ def main():
     save_color(folder / "stones.png", color)
     save_numbers(folder / "stones-height.png", height)
     save_numbers(folder / "stones-normal.png", 0.5 + 0.5 * normal)
+    save_color(folder / "leopard.png", leopard(96, np.random.default_rng(4)))
+    save_color(folder / "giraffe.png", giraffe(96, np.random.default_rng(5)))
+    pale, red = ((0.74, 0.72, 0.66), (0.10, 0.11, 0.12)), ((0.30, 0.055, 0.035), (0.80, 0.55, 0.36))
+    save_color(folder / "pale.png", marble(96, *pale, 0.36, 19.0, np.random.default_rng(6)))
+    save_color(folder / "red.png", marble(96, *red, 0.40, 16.0, np.random.default_rng(8)))
     if args.relit:
         save_relit(folder / "stones-relit", color, normal, args.relit)
     save_mesh(folder / "cross.obj", *cross())
