@@ -6,7 +6,6 @@ pub(crate) mod dense;
 pub(crate) mod embedded;
 pub(crate) mod features;
 pub(crate) mod gram;
-mod lane_searches;
 mod lower_bounds;
 pub(crate) mod of_level;
 mod projection;
