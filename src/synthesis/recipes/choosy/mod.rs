@@ -6,6 +6,9 @@
 //! values of the sample's face whose neighbourhood is most alike, at the best of three rotations. The more often a face
 //! is used, the worse it scores. A face takes the Laplacian values of that face's children too, from which the next level starts.
 //!
+//! Deviations: the weights of a neighbourhood are those of the regular lattice, also where the surface is not regular.
+//! At the same score the face that is used less often is taken, then the one of the smaller number; the paper leaves this open.
+//!
 //! | file | what it does |
 //! | --- | --- |
 //! | [`face_values`] | numbers on faces |
