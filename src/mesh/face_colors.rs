@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::mesh::retile::retile;
+use crate::mesh::retile::{retile, retile_evenly};
 use crate::mesh::surface_bvh::SurfaceTree;
 use crate::mesh::topology::{NONE, Topology, ends};
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -62,7 +62,7 @@ pub fn across_edges(topology: &Topology, face: u32) -> impl Iterator<Item = u32>
 pub enum Coloring {
     /// The mesh that was given has them, and about as many triangles as asked.
     Given,
-    /// The retiled mesh has them.
+    /// The retiled mesh has them, since edges were split to make all valences even.
     Retiled,
     /// A coarser retiled mesh was subdivided barycentrically, because the retiled mesh has none.
     Barycentric,
@@ -94,7 +94,8 @@ impl ColoredMesh {
 /// A two-coloured mesh of about `faces` triangles on the surface of a manifold mesh; `crease` in radians.
 ///
 /// The mesh itself is taken if it has two colours and the count is off by a tenth at most. Otherwise it is retiled to
-/// that many triangles. If two colours do not suffice for the result, it is retiled to a
+/// about that many triangles with even valences. If two colours do not suffice for the result, which happens on surfaces
+/// with handles only, it is retiled to a
 /// sixth of them, and every triangle is cut at its barycentre and the middles of its edges, which has two colours on
 /// every orientable surface: triangles of one colour keep the order corner, middle, barycentre.
 /// Fewer triangles than the shape needs are not reached.
@@ -112,7 +113,7 @@ pub fn colored_base(
     {
         return Ok(given);
     }
-    let even = retile(mesh, vertices_of(mesh, faces), crease, progress)?;
+    let even = retile_evenly(mesh, vertices_of(mesh, faces), crease, progress)?;
     if let Some(retiled) = ColoredMesh::of(even, Coloring::Retiled) {
         return Ok(retiled);
     }

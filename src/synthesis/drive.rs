@@ -10,7 +10,7 @@ use crate::progress::Progress;
 use crate::sites::level::Sites;
 use crate::synthesis::changes::Changes;
 use crate::synthesis::inputs::{LevelContent, LevelMap};
-use crate::synthesis::rule::Rule;
+use crate::synthesis::rule::{Foreseen, Rule};
 
 /// Visits sites in an order, each seeing what all others hold by then.
 pub fn one_by_one<R: Rule>(
@@ -28,6 +28,40 @@ pub fn one_by_one<R: Rule>(
         progress.check()?;
         let take = rule.choose(state, site as usize, &mut scratch);
         rule.set(state, site as usize, take);
+    }
+    Ok(())
+}
+
+/// Visits sites in an order, each seeing what all others hold by then: the same as [`one_by_one`], in parallel.
+///
+/// The sites of a run are decided side by side, from what all hold when it begins. Then they are set one after another.
+/// A decision that would be another by then, because of what was set before it in the run, is made again.
+pub fn run_by_run<R: Foreseen>(
+    rule: &R,
+    state: &mut R::State,
+    order: &[u32],
+    progress: Progress<'_>,
+) -> Result<()> {
+    let mut again = R::Scratch::default();
+    for run in order.chunks(rule.run().max(1)) {
+        rule.begin_run(state);
+        let held = &*state;
+        let choose = |scratch: &mut R::Scratch, &site: &u32| match progress.is_interrupted() {
+            true => R::Take::default(),
+            false => rule.choose(held, site as usize, scratch),
+        };
+        let sites = run.par_iter().with_min_len(rule.batch());
+        let chosen: Vec<R::Take> = sites.map_init(R::Scratch::default, choose).collect();
+        progress.check()?;
+        for (&site, take) in run.iter().zip(chosen) {
+            let site = site as usize;
+            let take = match rule.stands(state, site, take) {
+                true => take,
+                false => rule.choose(state, site, &mut again),
+            };
+            rule.set(state, site, take);
+        }
+        progress.advance(run.len() as u64)?;
     }
     Ok(())
 }

@@ -25,3 +25,15 @@ pub trait Rule: Sync {
         64
     }
 }
+
+/// A rule that can tell whether a choice made some visits ago still holds.
+pub trait Foreseen: Rule {
+    /// Sites that are decided before the first of them is set.
+    fn run(&self) -> usize;
+
+    /// Begins a run: what is set from here on is compared with what is read.
+    fn begin_run(&self, state: &mut Self::State);
+
+    /// Whether a site would still take what it took when the run began. `false` where that is not certain.
+    fn stands(&self, state: &Self::State, site: usize, take: Self::Take) -> bool;
+}

@@ -7,6 +7,7 @@
 
 pub(crate) mod carrying;
 mod edge_operations;
+mod even_valence;
 mod features;
 mod lines;
 mod needle;
@@ -16,6 +17,7 @@ pub(crate) mod relax;
 
 use crate::error::{Error, Result};
 use crate::mesh::retile::edge_operations::Surgery;
+use crate::mesh::retile::even_valence::make_even;
 use crate::mesh::retile::features::Features;
 use crate::mesh::retile::needle::Needle;
 use crate::mesh::retile::relax::Target;
@@ -26,6 +28,10 @@ use crate::progress::Progress;
 const ROUNDS: usize = 8;
 /// Rounds of turn and relax after the count is met.
 const FINAL_ROUNDS: usize = 3;
+/// Rounds of relaxing after edges are split for even valences.
+const EVEN_ROUNDS: usize = 10;
+/// The share of the vertices that are there before such splits; measured on spheres, the bunny and fertility.
+const SHARE_BEFORE_SPLITS: f64 = 0.92;
 /// Rounds of turning edges to Delaunay, at most.
 const DELAUNAY_ROUNDS: usize = 20;
 /// Splitting makes no more than so many times the vertices that are wanted or there …
@@ -58,6 +64,26 @@ pub fn retile_along(
     progress: Progress<'_>,
 ) -> Result<TriangleMesh> {
     Retiler::new(mesh, &Target::along(mesh, crease, lines)).to(vertices, progress)
+}
+
+/// Retiles as [`retile`] does, to about `vertices` vertices, and splits edges until all inner valences are even. So
+/// triangles have two colours, unless a walk round a handle meets an odd number of them.
+pub fn retile_evenly(
+    mesh: &TriangleMesh,
+    vertices: usize,
+    crease: f64,
+    progress: Progress<'_>,
+) -> Result<TriangleMesh> {
+    let target = Target::along(mesh, crease, &[]);
+    let mut retiler = Retiler::new(mesh, &target);
+    let before = (SHARE_BEFORE_SPLITS * vertices as f64).round() as usize;
+    retiler.to(before.max(4), progress)?;
+    make_even(&mut retiler.surgery);
+    for _ in 0..EVEN_ROUNDS {
+        progress.check()?;
+        relax::relax(&mut retiler.surgery, &target);
+    }
+    Ok(order::spatially(&retiler.surgery).finish())
 }
 
 /// A mesh being retiled on its own surface, to one count after another.

@@ -12,6 +12,7 @@
 use std::f64::consts::{FRAC_PI_3, TAU};
 
 use glam::{DVec2, Vec3};
+use rayon::prelude::*;
 
 use crate::mesh::shapes;
 use crate::mesh::topology::{NONE, Topology, next, previous};
@@ -77,7 +78,26 @@ impl FaceTemplate {
         &self.distances
     }
 
-    /// The neighbourhood of a face.
+    /// The neighbourhoods of all faces: 144 bytes for each.
+    pub fn around_all(&self, topology: &Topology) -> Vec<Neighborhood> {
+        let faces = (0..topology.opposite.len() as u32 / 3).into_par_iter();
+        faces.map(|face| self.around(topology, face)).collect()
+    }
+
+    /// The neighbourhood of a face of a surface that goes on beyond its boundary as its mirror image. So a face can stand
+    /// for itself, and more than once.
+    pub fn around_mirrored(&self, topology: &Topology, face: u32) -> Neighborhood {
+        let mut neighborhood = self.around(topology, face);
+        for (at, neighbor) in neighborhood.iter_mut().enumerate() {
+            if *neighbor == NONE {
+                let walk = self.walks[at % PER_SECTOR][0];
+                *neighbor = walk.mirrored_end(topology, face, at / PER_SECTOR);
+            }
+        }
+        neighborhood
+    }
+
+    /// The neighbourhood of a face; [`NONE`] for what lies beyond a boundary.
     pub fn around(&self, topology: &Topology, face: u32) -> Neighborhood {
         let mut neighborhood = [NONE; NEIGHBORS];
         for (sector, places) in neighborhood.chunks_exact_mut(PER_SECTOR).enumerate() {
@@ -107,6 +127,31 @@ impl Walk {
             inside = topology.opposite[exit as usize];
         }
         if inside == NONE { NONE } else { inside / 3 }
+    }
+}
+
+impl Walk {
+    /// The face at the end of the walk, where every boundary edge leads into the mirror image of its own face: the walk
+    /// stays there, and left and right change places.
+    fn mirrored_end(self, topology: &Topology, face: u32, sector: usize) -> u32 {
+        let mut is_mirrored = false;
+        let mut cross = |half_edge: u32| {
+            let twin = topology.opposite[half_edge as usize];
+            is_mirrored ^= twin == NONE;
+            (if twin == NONE { half_edge } else { twin }, is_mirrored)
+        };
+        let first = 3 * face + ((usize::from(self.start) + sector) % 3) as u32;
+        let (mut inside, mut mirrored) = cross(first);
+        for turn in 0..self.turns {
+            let is_left = self.left >> turn & 1 == 1;
+            let exit = if is_left != mirrored {
+                previous(inside)
+            } else {
+                next(inside)
+            };
+            (inside, mirrored) = cross(exit);
+        }
+        inside / 3
     }
 }
 
@@ -262,6 +307,37 @@ mod tests {
         for (offset, distance) in expected.unwrap().iter().zip(template.distances()) {
             assert!((f64::from(offset.length()) - distance).abs() < 1e-3);
         }
+    }
+
+    #[test]
+    fn beyond_a_straight_border_lies_the_mirror_image() {
+        let grid = TriangularGrid::new(24, 2).unwrap();
+        let level = &grid.pyramid.levels[1];
+        let template = FaceTemplate::new();
+        let unit = level.adjacent_distances().mean as f32;
+        let (mut mirrored, mut kept) = (0, 0);
+        for face in 0..level.count() as u32 {
+            let (cut, whole) = (
+                template.around(&level.topology, face),
+                template.around_mirrored(&level.topology, face),
+            );
+            let center = level.centers[face as usize];
+            // Far from the zigzag on both sides, so that only the lower border is near.
+            let is_low = center.y < 6.0 * unit && (8.0..16.0).contains(&center.x);
+            for (at, (&cut, &whole)) in cut.iter().zip(&whole).enumerate() {
+                assert_ne!(whole, NONE);
+                if cut != NONE {
+                    assert_eq!(cut, whole);
+                    kept += 1;
+                } else if is_low {
+                    let image = level.centers[whole as usize] * Vec3::new(1.0, -1.0, 1.0);
+                    let distance = template.distances()[at % PER_SECTOR] as f32;
+                    assert!((image.distance(center) / unit - distance).abs() < 1e-3);
+                    mirrored += 1;
+                }
+            }
+        }
+        assert!(mirrored > 100 && kept > mirrored, "{mirrored} {kept}");
     }
 
     #[test]

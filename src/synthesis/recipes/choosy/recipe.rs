@@ -8,12 +8,12 @@ use crate::progress::Progress;
 use crate::random;
 use crate::sites::faces::neighborhood::FaceTemplate;
 use crate::sites::faces::pyramid::FacePyramid;
-use crate::synthesis::drive::one_by_one;
+use crate::synthesis::drive::run_by_run;
 use crate::synthesis::recipes::choosy::face_values::FaceValues;
 use crate::synthesis::recipes::choosy::kernel::{FaceKernel, distance_ratio, kernels};
 use crate::synthesis::recipes::choosy::options::ChoosyOptions;
 use crate::synthesis::recipes::choosy::sample::{AnalysisSample, SquareImage};
-use crate::synthesis::recipes::choosy::sampling::{ChoosyRule, LevelState};
+use crate::synthesis::recipes::choosy::sampling::{ChoosyRule, LevelState, RunChanges};
 use crate::synthesis::recipes::choosy::source_faces::{Source, SourceFaces};
 use crate::synthesis::recipes::choosy::value_pyramid::{ValuePyramid, expanded};
 
@@ -33,6 +33,10 @@ pub struct ChoosyResult {
     pub pyramid: ValuePyramid,
     /// The source of every face of the finest level.
     pub sources: Vec<Source>,
+    /// The colour of every face of the finest level: the texel of the sample under the centre of its source.
+    ///
+    /// Deviation: the paper shows G of the finest level, whose bilinear means have less contrast than the sample.
+    pub colors: FaceValues,
     /// Eigenvalues of the neighbourhoods of every level, the largest first (Table 1).
     pub eigenvalues: Vec<Vec<f64>>,
 }
@@ -77,8 +81,14 @@ pub fn synthesize_faces(
         eigenvalues,
         ..
     } = run;
+    let mut colors = FaceValues::zeros(sources.len(), image.channels);
+    for (face, source) in sources.iter().enumerate() {
+        let texel = sample.texels[usize::from(source.turn)].row(source.face as usize);
+        colors.row_mut(face).copy_from_slice(texel);
+    }
     Ok(ChoosyResult {
         sample,
+        colors,
         pyramid,
         sources,
         eigenvalues,
@@ -123,15 +133,18 @@ impl Run<'_> {
             true => FaceValues::zeros(4 * values.count(), values.channels),
             false => FaceValues::default(),
         };
+        let own = &self.surface.levels[level];
         let state = LevelState {
+            changes: RunChanges::new(values.count(), faces.count()),
             values,
             children,
             sources,
             uses: faces.tree(),
         };
+        let neighborhoods = self.template.around_all(&own.topology);
         let rule = ChoosyRule {
-            level: &self.surface.levels[level],
-            template: &self.template,
+            level: own,
+            neighborhoods: &neighborhoods,
             sample: (self.sample, level),
             faces: &faces,
         };
@@ -163,7 +176,7 @@ impl Run<'_> {
             let mut stream = random::stream(self.options.seed, "choosy order", key.0, key.1);
             order.shuffle(&mut stream);
             state.uses.forget_uses();
-            one_by_one(rule, &mut state, &order, progress)?;
+            run_by_run(rule, &mut state, &order, progress)?;
         }
         progress.end();
         Ok(state)

@@ -45,6 +45,16 @@ impl SquareImage<'_> {
     }
 }
 
+impl SquareImage<'_> {
+    /// The texel that a coordinate lies in, the nearest one beyond the border.
+    fn nearest(&self, at: TexCoord) -> &[f32] {
+        let last = self.side as usize - 1;
+        let column = (at.s.max(0.0) as usize).min(last);
+        let line = ((self.side as f32 - at.t).max(0.0) as usize).min(last);
+        &self.numbers[(line * self.side as usize + column) * self.channels..][..self.channels]
+    }
+}
+
 /// The grids' turns, in the order in which their pyramids stand.
 pub const TURNS: [GridTurn; 2] = [GridTurn::Upright, GridTurn::Quarter];
 
@@ -55,6 +65,8 @@ pub struct AnalysisSample {
     pub grid: TriangularGrid,
     /// The pyramids on the upright grid and on the turned one.
     pub pyramids: [ValuePyramid; 2],
+    /// The texels under the faces of the finest level, on the upright grid and on the turned one.
+    pub texels: [FaceValues; 2],
 }
 
 impl AnalysisSample {
@@ -75,9 +87,18 @@ impl AnalysisSample {
             }
             ValuePyramid::new(&kernels, values, progress)
         };
+        let texels = |turn| {
+            let mut texels = FaceValues::zeros(faces, image.channels);
+            for face in 0..faces {
+                let texel = image.nearest(grid.place(finest, face, turn));
+                texels.row_mut(face).copy_from_slice(texel);
+            }
+            texels
+        };
         let [upright, turned] = TURNS;
         Ok(Self {
             pyramids: [pyramid(upright)?, pyramid(turned)?],
+            texels: TURNS.map(texels),
             grid,
         })
     }

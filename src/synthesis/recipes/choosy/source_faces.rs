@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::mesh::topology::NONE;
+use crate::mesh::topology::{NONE, Topology};
 use crate::sites::faces::neighborhood::{
     FaceTemplate, NEIGHBORS, Neighborhood, PER_SECTOR, SECTORS,
 };
@@ -13,6 +13,8 @@ use crate::synthesis::recipes::choosy::sample::AnalysisSample;
 
 /// The factor of σ in the weights of neighbours (Castellanos and Williams, eq. 7).
 const WEIGHT_REACH: f64 = 1.3;
+/// The floor of squared distances, as a share of the neighbourhoods' variance.
+const FLOOR_SHARE: f64 = 0.02;
 /// Faces compared by one thread where neighbours are missing.
 const BATCH: usize = 1 << 10;
 
@@ -41,19 +43,29 @@ impl Source {
             ..self
         }
     }
+
+    /// The source that continues this one across edge `own` of the face that has it, for a face whose edge `other` that
+    /// is; `None` where the grid ends.
+    pub fn across(self, grid: &Topology, own: u32, other: u32) -> Option<Self> {
+        let edge = (own + u32::from(self.phase)) % 3;
+        let twin = grid.opposite[(3 * self.face + edge) as usize];
+        (twin != NONE).then(|| Self {
+            face: twin / 3,
+            phase: ((twin % 3 + 3 - other) % 3) as u8,
+            ..self
+        })
+    }
 }
 
-/// The faces of a level that can be chosen: those whose neighbourhoods are whole, on both grids.
+/// The faces of a level, on both grids; all of them can be chosen.
 ///
-/// Deviation: in the paper no vertex of the neighbourhood may lie on the border. That leaves few faces of coarse levels.
+/// Deviation: in the paper neighbourhoods that reach the border cannot be chosen, which leaves 175 of 480 faces of the coarsest
+/// level of 96 × 96 pixels. Here the sample goes on beyond its border as its mirror image.
 #[derive(Clone, Debug)]
 pub struct SourceFaces<'a> {
     /// The values of the level on both grids.
     values: [&'a FaceValues; 2],
-    /// Faces with whole neighbourhoods, the same on both grids.
-    faces: Vec<u32>,
-    /// Per face of the level its place in `faces`, or [`NONE`].
-    places: Vec<u32>,
+    /// The neighbourhood of every face, the same on both grids.
     neighborhoods: Vec<Neighborhood>,
     /// The weight of every place in a sector.
     weights: [f32; PER_SECTOR],
@@ -62,7 +74,7 @@ pub struct SourceFaces<'a> {
 
 impl<'a> SourceFaces<'a> {
     /// The faces of a level; `ratio` is σ over the mean distance of adjacent faces, `dimensions` how many principal
-    /// components are kept. `None` if no neighbourhood is whole.
+    /// components are kept. `None` if the level is so small that every neighbourhood reaches its border.
     pub fn new(
         (sample, level): (&'a AnalysisSample, usize),
         template: &FaceTemplate,
@@ -70,18 +82,13 @@ impl<'a> SourceFaces<'a> {
         dimensions: usize,
     ) -> Option<Self> {
         let topology = &sample.grid.pyramid.levels[level].topology;
-        let count = sample.grid.pyramid.levels[level].count();
-        let around = |face: u32| (face, template.around(topology, face));
-        let is_whole = |(_, around): &(u32, Neighborhood)| !around.contains(&NONE);
-        let all = (0..count as u32).into_par_iter().map(around);
-        let (faces, neighborhoods): (Vec<u32>, Vec<_>) = all.filter(is_whole).unzip();
-        if faces.is_empty() {
+        let count = sample.grid.pyramid.levels[level].count() as u32;
+        let is_whole = |face| !template.around(topology, face).contains(&NONE);
+        if !(0..count).into_par_iter().any(is_whole) {
             return None;
         }
-        let mut places = vec![NONE; count];
-        for (place, &face) in faces.iter().enumerate() {
-            places[face as usize] = place as u32;
-        }
+        let around = |face| template.around_mirrored(topology, face);
+        let neighborhoods: Vec<_> = (0..count).into_par_iter().map(around).collect();
         let [upright, turned] = &sample.pyramids;
         let values = [&upright.gaussian[level], &turned.gaussian[level]];
         let weights = template.distances().map(|distance| {
@@ -90,24 +97,22 @@ impl<'a> SourceFaces<'a> {
         });
         let length = NEIGHBORS * values[0].channels;
         let vector = |item: usize, out: &mut [f32]| {
-            let around = &neighborhoods[item % faces.len()];
-            weighted(values[item / faces.len()], around, &weights, out);
+            let around = &neighborhoods[item % neighborhoods.len()];
+            weighted(values[item / neighborhoods.len()], around, &weights, out);
         };
-        let size = (2 * faces.len(), length, SECTORS);
+        let size = (2 * neighborhoods.len(), length, SECTORS);
         let components = PrincipalComponents::new(size, dimensions, vector);
         Some(Self {
             values,
-            places,
             weights,
             components,
             neighborhoods,
-            faces,
         })
     }
 
     /// Faces that can be chosen, on both grids together.
     pub fn count(&self) -> usize {
-        2 * self.faces.len()
+        2 * self.neighborhoods.len()
     }
 
     /// Numbers of a neighbourhood.
@@ -133,24 +138,29 @@ impl<'a> SourceFaces<'a> {
                 self.components.project(vector, row);
             },
         );
-        CountedTree::new(&numbers, kept)
+        CountedTree::new(&numbers, kept, (FLOOR_SHARE * self.variance()) as f32)
+    }
+
+    /// The mean squared distance of the neighbourhoods from their first principal component, which is little but their
+    /// mean.
+    fn variance(&self) -> f64 {
+        let others = self.components.eigenvalues.iter().skip(1);
+        others.sum::<f64>() / (SECTORS * self.count()) as f64
     }
 
     /// The face of a point of the tree, at a phase.
     pub fn source(&self, item: u32, phase: u8) -> Source {
-        let item = item as usize;
+        let faces = self.neighborhoods.len() as u32;
         Source {
-            face: self.faces[item % self.faces.len()],
-            turn: (item / self.faces.len()) as u8,
+            face: item % faces,
+            turn: (item / faces) as u8,
             phase,
         }
     }
 
-    /// The point of the tree that stands for a face, if it can be chosen.
-    pub fn item(&self, source: Source) -> Option<u32> {
-        let place = self.places[source.face as usize];
-        let first = u32::from(source.turn) * self.faces.len() as u32;
-        (place != NONE).then(|| first + place)
+    /// The point of the tree that stands for a face.
+    pub fn item(&self, source: Source) -> u32 {
+        u32::from(source.turn) * self.neighborhoods.len() as u32 + source.face
     }
 
     /// Writes the weighted values round a face of a surface; 0 for neighbours that are missing.
@@ -168,21 +178,13 @@ impl<'a> SourceFaces<'a> {
         start: Choice,
     ) -> Choice {
         let items: Vec<u32> = (0..self.count() as u32).step_by(BATCH).collect();
-        let smallest = uses.smallest();
+        let present = present(around);
         let of_batch = |&first: &u32| {
             let mut best = start;
             for item in first..(first + BATCH as u32).min(self.count() as u32) {
-                let count = uses.uses(item);
-                let factor = penalty(count, smallest);
                 for phase in 0..SECTORS as u8 {
-                    let limit = best.score / factor;
-                    let distance = self.distance_with_gaps(pattern, around, (item, phase), limit);
-                    best.offer(Choice {
-                        score: distance * factor,
-                        count,
-                        item,
-                        phase,
-                    });
+                    let own = (pattern, present.as_slice());
+                    best.offer(self.scored_with_gaps(own, uses, (item, phase), best.score));
                 }
             }
             best
@@ -194,37 +196,61 @@ impl<'a> SourceFaces<'a> {
         })
     }
 
-    /// The squared distance over the neighbours that are there; not all of it once it is larger than a limit.
-    fn distance_with_gaps(
+    /// What one face scores at a phase where neighbours are missing.
+    pub fn compared_with_gaps(
         &self,
         pattern: &[f32],
         around: &Neighborhood,
+        uses: &CountedTree,
+        guess: (u32, u8),
+    ) -> Choice {
+        self.scored_with_gaps((pattern, &present(around)), uses, guess, f64::INFINITY)
+    }
+
+    /// The score over the neighbours that are there, nearest first; less than all of it once it is larger than a limit.
+    fn scored_with_gaps(
+        &self,
+        (pattern, present): (&[f32], &[usize]),
+        uses: &CountedTree,
         (item, phase): (u32, u8),
         limit: f64,
-    ) -> f64 {
+    ) -> Choice {
+        let count = uses.uses(item);
+        let (factor, floor) = (penalty(count, uses.smallest()), f64::from(uses.floor()));
         let (values, sources) = self.neighborhood(item as usize);
-        let own = around.iter().zip(pattern.chunks_exact(values.channels));
         let mut sum = 0.0;
-        for (at, (_, own)) in own.enumerate().filter(|(_, (face, _))| **face != NONE) {
+        for &at in present {
             let source = sources[(at + usize::from(phase) * PER_SECTOR) % NEIGHBORS];
             let weight = self.weights[at % PER_SECTOR];
-            let row = values.row(source as usize);
+            let own = &pattern[at * values.channels..];
+            let row = values.row(source as usize).iter();
             let apart = own
                 .iter()
                 .zip(row)
                 .map(|(own, number)| own - weight * number);
             sum += f64::from(apart.map(|apart| apart * apart).sum::<f32>());
-            if sum > limit {
+            if (sum + floor) * factor > limit {
                 break;
             }
         }
-        sum
+        Choice {
+            score: (sum + floor) * factor,
+            count,
+            item,
+            phase,
+        }
     }
 
     fn neighborhood(&self, item: usize) -> (&'a FaceValues, &Neighborhood) {
-        let values = self.values[item / self.faces.len()];
-        (values, &self.neighborhoods[item % self.faces.len()])
+        let faces = self.neighborhoods.len();
+        (self.values[item / faces], &self.neighborhoods[item % faces])
     }
+}
+
+/// The places of the neighbours that are there, nearest first.
+fn present(around: &Neighborhood) -> Vec<usize> {
+    let nearest_first = (0..PER_SECTOR).flat_map(|place| [0, 1, 2].map(|c| c * PER_SECTOR + place));
+    nearest_first.filter(|&at| around[at] != NONE).collect()
 }
 
 /// Writes the values of a neighbourhood, each times the weight of its place; 0 for those that are missing.
