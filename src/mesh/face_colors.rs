@@ -340,6 +340,9 @@ mod tests {
             .retain(|&[a, ..]| open.positions[a as usize].z < 0.7);
         for mesh in [shapes::torus(30, 16, 1.0, 0.4), double_torus(), open] {
             let base = colored_base(&mesh, 1800, 0.7, Progress::silent()).unwrap();
+            if Topology::new(&mesh.triangles).shape(&mesh).boundaries == 1 {
+                assert_eq!(base.coloring, Coloring::Retiled);
+            }
             assert_proper(&base.mesh, &base.white);
             let faces = base.mesh.triangles.len();
             assert!((1500..=2100).contains(&faces), "{faces}");

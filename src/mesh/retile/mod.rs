@@ -30,8 +30,8 @@ const ROUNDS: usize = 8;
 const FINAL_ROUNDS: usize = 3;
 /// Rounds of relaxing after edges are split for even valences.
 const EVEN_ROUNDS: usize = 10;
-/// The share of the vertices that are there before such splits; measured on spheres, the bunny and fertility.
-const SHARE_BEFORE_SPLITS: f64 = 0.92;
+/// Rounds of retiling and splitting; the second knows how many vertices splits add.
+const SPLIT_ROUNDS: usize = 2;
 /// Rounds of turning edges to Delaunay, at most.
 const DELAUNAY_ROUNDS: usize = 20;
 /// Splitting makes no more than so many times the vertices that are wanted or there …
@@ -76,9 +76,12 @@ pub fn retile_evenly(
 ) -> Result<TriangleMesh> {
     let target = Target::along(mesh, crease, &[]);
     let mut retiler = Retiler::new(mesh, &target);
-    let before = (SHARE_BEFORE_SPLITS * vertices as f64).round() as usize;
-    retiler.to(before.max(4), progress)?;
-    make_even(&mut retiler.surgery);
+    let mut before = vertices;
+    for _ in 0..SPLIT_ROUNDS {
+        retiler.to(before.max(4), progress)?;
+        make_even(&mut retiler.surgery);
+        before = before * vertices / retiler.surgery.vertex_count();
+    }
     for _ in 0..EVEN_ROUNDS {
         progress.check()?;
         relax::relax(&mut retiler.surgery, &target);

@@ -43,9 +43,7 @@ impl SquareImage<'_> {
                 .for_each(|(sum, number)| *sum += weight * number);
         }
     }
-}
 
-impl SquareImage<'_> {
     /// The texel that a coordinate lies in, the nearest one beyond the border.
     fn nearest(&self, at: TexCoord) -> &[f32] {
         let last = self.side as usize - 1;
@@ -154,6 +152,17 @@ mod tests {
                 }
             }
             assert_eq!(pyramid.gaussian[0].count() * 4, finest.count());
+        }
+        for (turn, texels) in TURNS.into_iter().zip(&sample.texels) {
+            for face in 0..texels.count() {
+                let TexCoord { s, t } = sample.grid.place(1, face, turn);
+                let row = texels.row(face);
+                // The middles of texels, half a texel from a place inside the sample at most.
+                assert_eq!(row[0].fract(), 0.5);
+                for (held, at) in row.iter().zip([s, t]) {
+                    assert!((held - at.clamp(0.0, 32.0)).abs() <= 0.5 + 1e-4);
+                }
+            }
         }
     }
 
