@@ -21,20 +21,16 @@ use multiversion::multiversion;
 
 use crate::mesh::topology::NONE;
 use crate::synthesis::recipes::choosy::counted_tree::layer::{
-    Layer, Least, NOTHING, PART, add_squares, smallest,
+    LANES, Lanes, Layer, Least, NOTHING, PART, add_squares, smallest,
 };
 use crate::synthesis::recipes::choosy::counted_tree::splitting::{halve, leaf_starts};
 
-/// Points of a leaf and children of a group, at most; compared side by side.
-const LANES: usize = 16;
 /// Layers, at most: leaves of 8 points and more, 2³² points.
 const MOST_LAYERS: usize = 8;
 /// Nodes that wait at most while the tree is searched.
 const MOST_WAITING: usize = MOST_LAYERS * LANES;
 /// Uses beyond the smallest count that still change the score; 8^250 times a squared distance is finite.
 const MOST_USES: u32 = 250;
-
-type Lanes = [f32; LANES];
 
 /// What a search found.
 #[derive(Clone, Copy, Debug, PartialEq)]

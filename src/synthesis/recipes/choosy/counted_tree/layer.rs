@@ -1,7 +1,10 @@
 //! One layer of a tree: groups of children, each with a box and its least used point.
 
-use crate::synthesis::recipes::choosy::counted_tree::{LANES, Lanes};
+/// Points of a leaf and children of a group, at most; compared side by side.
+pub const LANES: usize = 16;
 
+/// A number per point or child.
+pub type Lanes = [f32; LANES];
 /// A count, and the smallest number of a point that has it.
 pub type Least = (u32, u32);
 /// What a child without points has.
