@@ -251,7 +251,7 @@ fn frames_show_the_colours_of_faces_under_their_lights() {
     synth(folder.path(), &[]);
     let shown = |more: &[&str]| {
         let words = "render a.sample a.faces.ply -o frames --frames 1 --size 80x80 --texels bilinear --shadows none \
-                     --camera-azimuth 0 --camera-elevation 0 --light-azimuth 0 --light-elevation 0 --projection orthographic --samples 1 --weights inverse-angle";
+                     --camera-azimuth 0 --camera-elevation 0 --light-azimuth 0 --projection orthographic --samples 1 --weights inverse-angle";
         let words: Vec<&str> = words.split_whitespace().collect();
         succeed(folder.path(), &[&words[..], more].concat());
         let options = ReadOptions {
@@ -264,7 +264,7 @@ fn frames_show_the_colours_of_faces_under_their_lights() {
     // Seen and lit from the front, the plane z = 0 shows its colours as they are.
     let map = FaceMap::read(&folder.path().join("a.faces.ply")).unwrap();
     let colors = map.colors.as_ref().unwrap();
-    let frame = shown(&[]);
+    let frame = shown(&["--light-elevation", "0"]);
     let pixels: Vec<[f32; 3]> = frame
         .data
         .chunks_exact(frame.channels as usize)
@@ -284,7 +284,7 @@ fn frames_show_the_colours_of_faces_under_their_lights() {
         pixels.len()
     );
     // Inside a face the sample shows only with pixel shading.
-    let inside = shown(&["--shading", "pixel"]);
+    let inside = shown(&["--light-elevation", "0", "--shading", "pixel"]);
     assert!(inside.data != frame.data);
     let grazing = shown(&["--light-elevation", "60"]);
     let sum = |image: &FloatImage| image.data.iter().sum::<f32>();

@@ -64,7 +64,7 @@ enum Command {
     Mask(mask::Arguments),
     Vary(vary::Arguments),
     Mesh(mesh::Arguments),
-    Synth(synth::Arguments),
+    Synth(Box<synth::Arguments>),
     Render(render::Arguments),
     BakeMaps(bake_maps::Arguments),
     Transfer(transfer::Arguments),

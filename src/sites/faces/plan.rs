@@ -93,7 +93,7 @@ impl FacePlan {
     /// Triangles of the sample's finest grid.
     pub fn sample_faces(&self) -> u64 {
         let rows = self.side >> self.subdivisions;
-        u64::from(rows) * u64::from(triangles_per_row(rows)) << (2 * self.subdivisions)
+        (u64::from(rows) * u64::from(triangles_per_row(rows))) << (2 * self.subdivisions)
     }
 }
 
