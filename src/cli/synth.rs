@@ -18,7 +18,7 @@ pub use crate::cli::synth::report::FORMAT as REPORT_FORMAT;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
-use crate::cli::synth::faces::FaceOutputs;
+use crate::cli::synth::faces::{FaceOutputs, Request};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::renamed::RenamedOptions;
 use crate::cli::synth::report::{AtlasFigures, Report, Seconds};
@@ -104,7 +104,7 @@ impl Arguments {
         self.check()?;
         let _locks = self.files()?.claim()?;
         if self.is_onto_faces() {
-            return faces::run(self, session);
+            return self.run_on_faces(session);
         }
         let options = SynthesisOptions {
             seed: session.seed(),
@@ -156,6 +156,24 @@ impl Arguments {
         }
         let next = product::next(&self.output, &space, &self.model);
         Ok(self.outcome(&report, done.seconds, &drawn).next(next))
+    }
+
+    fn run_on_faces(&self, session: &Session) -> Result<Outcome> {
+        let space = Space::read(&self.space)?;
+        self.read_table(&space)?;
+        let Some(mesh) = self.mesh_path() else {
+            return Err(Error::option("onto", "faces without a mesh", "SPACE MESH"));
+        };
+        let request = Request {
+            mesh,
+            target: &self.target,
+            options: &self.options,
+            pictures: &self.pictures,
+            outputs: &self.faces,
+            output: &self.output,
+            report: self.report.as_deref(),
+        };
+        faces::run(&request, &space, session)
     }
 
     /// Writes the map, the report and the pictures; returns the files beside map and report.

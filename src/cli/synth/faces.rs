@@ -3,7 +3,7 @@
 mod outputs;
 mod report;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub(super) use self::outputs::FaceOutputs;
@@ -12,9 +12,9 @@ use crate::btf::sample::Sample;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::session::Session;
-use crate::cli::synth::Arguments;
-use crate::cli::synth::pictures::shown_colors;
+use crate::cli::synth::pictures::{PictureArguments, shown_colors};
 use crate::cli::synth::report::Seconds;
+use crate::cli::synth::target::TargetArguments;
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::exemplar::space::Space;
@@ -28,6 +28,7 @@ use crate::synthesis::faces::decorated::at_centers;
 use crate::synthesis::faces::exemplar::SquareExemplar;
 use crate::synthesis::faces::map::face_map;
 use crate::synthesis::faces::memory::bytes_to_synthesize;
+use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::choosy::{ChoosyOptions, ChoosyResult, synthesize_faces};
 use crate::textures::channel::SampleChannel;
 use crate::textures::face_channels::carry_onto_faces;
@@ -36,20 +37,34 @@ use crate::textures::face_channels::carry_onto_faces;
 pub(super) const IF_INTERRUPTED: &str =
     "type the same command to begin anew; --onto faces keeps no unfinished work";
 
+/// What the command was told.
+pub(super) struct Request<'a> {
+    /// The mesh.
+    pub(super) mesh: &'a Path,
+    /// How it is prepared.
+    pub(super) target: &'a TargetArguments,
+    /// How it is textured.
+    pub(super) options: &'a SynthesisOptions,
+    /// Where colours come from, and whether vertices have them.
+    pub(super) pictures: &'a PictureArguments,
+    /// What is written beside the map.
+    pub(super) outputs: &'a FaceOutputs,
+    /// The map.
+    pub(super) output: &'a Path,
+    /// The report.
+    pub(super) report: Option<&'a Path>,
+}
+
 /// Runs the command.
-pub(super) fn run(arguments: &Arguments, session: &Session) -> Result<Outcome> {
+pub(super) fn run(arguments: &Request<'_>, space: &Space, session: &Session) -> Result<Outcome> {
     let progress = session.progress();
-    let space = Space::read(&arguments.space)?;
-    arguments.read_table(&space)?;
-    let channels = channels(arguments, &space)?;
-    let Some(path) = arguments.mesh_path() else {
-        return Err(Error::option("onto", "faces without a mesh", "SPACE MESH"));
-    };
+    let channels = channels(arguments, space)?;
+    let path = arguments.mesh;
     let started = Instant::now();
     let user = reading::read(path, progress)?;
-    let plan = plan(arguments, &space, &user, session)?;
+    let plan = plan(arguments, space, &user, session)?;
     let spectrum = arguments.options.spectrum;
-    let exemplar = SquareExemplar::new(&space, plan.side, spectrum);
+    let exemplar = SquareExemplar::new(space, plan.side, spectrum);
     let bytes = check_memory(arguments, &user, &plan, exemplar.channels)?;
     let in_mesh = |error: Error| error.in_file(path);
     let base = base_mesh(arguments, &user, &plan, session).map_err(in_mesh)?;
@@ -64,7 +79,7 @@ pub(super) fn run(arguments: &Arguments, session: &Session) -> Result<Outcome> {
     let seconds = Seconds::new(prepared, started.elapsed());
     let finished = (&surface, &result);
     let mut map = face_map(
-        &space,
+        space,
         finished,
         exemplar.square,
         (user.origin, session.seed()),
@@ -73,8 +88,8 @@ pub(super) fn run(arguments: &Arguments, session: &Session) -> Result<Outcome> {
     carry_onto_faces(&mut map, &centers, &channels);
     let report = FaceReport::new(
         (&map, &result, &surface),
-        (&space, &exemplar, &centers),
-        (arguments, session.seed()),
+        (space, &exemplar, &centers),
+        (arguments.options, session.seed()),
         (base.coloring, bytes),
     );
     let written = write(arguments, finished, &map, &report)?;
@@ -89,7 +104,7 @@ pub(super) fn run(arguments: &Arguments, session: &Session) -> Result<Outcome> {
 }
 
 /// The channels that the faces are given: those of the space, and the colours of `--sample` where it has none.
-fn channels(arguments: &Arguments, space: &Space) -> Result<Vec<SampleChannel>> {
+fn channels(arguments: &Request<'_>, space: &Space) -> Result<Vec<SampleChannel>> {
     let mut channels = SampleChannel::of_space(space);
     let has_colors = channels
         .iter()
@@ -101,7 +116,9 @@ fn channels(arguments: &Arguments, space: &Space) -> Result<Vec<SampleChannel>> 
             "no --sample, or a space of textons",
         )),
         (None, false) => {
-            arguments.faces.refuse_without_colors(&arguments.pictures)?;
+            arguments
+                .outputs
+                .refuse_without_colors(arguments.pictures)?;
             Ok(channels)
         }
         (None, true) => Ok(channels),
@@ -118,7 +135,7 @@ fn channels(arguments: &Arguments, space: &Space) -> Result<Vec<SampleChannel>> 
 
 /// Plans the surface, and says what is left out of the sample and what was repaired.
 fn plan(
-    arguments: &Arguments,
+    arguments: &Request<'_>,
     space: &Space,
     user: &UserMesh,
     session: &Session,
@@ -147,13 +164,13 @@ fn plan(
 
 /// Refuses a surface that this machine has too little memory for; returns what it takes.
 fn check_memory(
-    arguments: &Arguments,
+    arguments: &Request<'_>,
     user: &UserMesh,
     plan: &FacePlan,
     channels: usize,
 ) -> Result<u64> {
     let dimensions = arguments.options.choosy.dimensions;
-    let has_model = arguments.faces.glb.is_some();
+    let has_model = arguments.outputs.glb.is_some();
     let bytes = bytes_to_synthesize(&user.mesh, plan, (channels, dimensions), has_model);
     let need = Need {
         bytes,
@@ -168,7 +185,7 @@ fn check_memory(
 
 /// The base mesh; says so where it has its two colours by the fallback.
 fn base_mesh(
-    arguments: &Arguments,
+    arguments: &Request<'_>,
     user: &UserMesh,
     plan: &FacePlan,
     session: &Session,
@@ -186,18 +203,18 @@ fn base_mesh(
 
 /// Writes everything that was asked for; returns the files.
 fn write(
-    arguments: &Arguments,
+    arguments: &Request<'_>,
     finished: (&FacePyramid, &ChoosyResult),
     map: &FaceMap,
     report: &FaceReport,
 ) -> Result<Vec<PathBuf>> {
-    map.write(&arguments.output)?;
-    let mut written = vec![arguments.output.clone()];
-    if let Some(path) = &arguments.report {
+    map.write(arguments.output)?;
+    let mut written = vec![arguments.output.to_path_buf()];
+    if let Some(path) = arguments.report {
         json::write(path, report)?;
-        written.push(path.clone());
+        written.push(path.to_path_buf());
     }
     let vertex_colors = arguments.pictures.vertex_colors.as_deref();
-    written.extend(arguments.faces.write(finished, map, vertex_colors)?);
+    written.extend(arguments.outputs.write(finished, map, vertex_colors)?);
     Ok(written)
 }

@@ -4,7 +4,6 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::cli::outcome::Outcome;
-use crate::cli::synth::Arguments;
 use crate::cli::synth::report::{FORMAT, Seconds};
 use crate::exemplar::space::Space;
 use crate::maps::face_map::{FaceMap, Square};
@@ -60,7 +59,7 @@ impl FaceReport {
     pub(super) fn new(
         (map, result, surface): (&FaceMap, &ChoosyResult, &FacePyramid),
         (space, exemplar, centers): (&Space, &SquareExemplar, &SurfaceTextonMap),
-        (arguments, seed): (&Arguments, u64),
+        (options, seed): (&SynthesisOptions, u64),
         (coloring, memory): (Coloring, u64),
     ) -> Self {
         let Square { left, top, side } = map.square;
@@ -87,7 +86,7 @@ impl FaceReport {
             sample_faces: counts(&result.sample.grid.pyramid.levels),
             options: SynthesisOptions {
                 seed,
-                ..arguments.options.clone()
+                ..options.clone()
             },
             eigenvalues: result.eigenvalues.clone(),
             channels: exemplar.channels,
