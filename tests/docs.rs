@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Numbers of these options are cut down to the given one.
-const CAPS: [(&str, u64); 9] = [
+const CAPS: [(&str, u64); 10] = [
     ("--size", 64),
     ("--vertices", 4000),
     ("--textons", 16),
@@ -16,6 +16,7 @@ const CAPS: [(&str, u64); 9] = [
     ("--samples", 2),
     ("--bounces", 2),
     ("--resolution", 96),
+    ("--base-faces", 130),
 ];
 
 /// Direction sets of these options become a small one.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the exemplars and meshes of the gallery's texture maps: tileable images and two OBJ files.
+"""Draws the exemplars and meshes of the gallery's texture maps: tileable images and three OBJ files.
 
     tools/draw_exemplars.py -o FOLDER
 
@@ -9,7 +9,9 @@ texels of round stones; normals have green up, and heights from 0 to 1 stand for
 a rounded 3D cross three units wide, `ball.obj` a sphere of radius 1. With `--relit N`, `stones-relit/` is a capture of the
 stones under N lights, each lit by its normals. Of progressively-variant textures these are the beginnings, 96 × 96 texels each:
 `leopard.png`, rosettes with a brown inside; `giraffe.png`, brown patches in pale gaps; `pale.png` and `red.png`, two marbles with
-veins, thin and dark in the first, wide and bright in the second.
+veins, thin and dark in the first, wide and bright in the second. Isotropic textures, 96 × 96 texels each, are `rust.png`, pitted metal with
+patches of rust; `water.png`, lines of light on the ground of a pool; and `burl.png`, wood whose grain runs round eyes. `globe.obj` is a sphere of 2,048
+triangles in two colours.
 
 Needs: pip install numpy pillow
 """
@@ -24,6 +26,7 @@ STONE_DEPTH = 6.0
 # Quads along a cube's edge of the cross, and rounds of smoothing.
 CROSS_CUTS, CROSS_ROUNDS = 12, 12
 BALL_CUTS = 32
+GLOBE_CUTS = 4
 
 
 def smooth_step(low, high, value):
@@ -149,6 +152,35 @@ def marble(size, ground, vein, width, apart, random):
     return (share * np.array(vein) + (1.0 - share) * ground) * tint
 
 
+def rust(size, random):
+    """Metal with patches of rust of two shades, and pits in both."""
+    patch = smooth_step(-0.35, 0.55, fine(size, 9.0, random) + 0.35 * fine(size, 3.0, random))[..., None]
+    shade = smooth_step(-1.0, 1.0, fine(size, 4.0, random))[..., None]
+    rusty = shade * (0.42, 0.145, 0.035) + (1.0 - shade) * (0.20, 0.060, 0.022)
+    color = patch * rusty + (1.0 - patch) * (0.155, 0.140, 0.135)
+    pits = smooth_step(1.0, 1.8, fine(size, 1.6, random))[..., None]
+    return color * (1.0 - 0.65 * pits) * (1.0 + 0.10 * fine(size, 2.0, random)[..., None])
+
+
+def water(size, random):
+    """Bright lines that close round darker cells, as sunlight draws them on the ground of a pool."""
+    band = lambda apart: lambda x, y: np.exp(-(((np.hypot(x, y) - size / apart) / 1.6) ** 2))
+    from_line = np.minimum(np.abs(noise(size, band(26.0), random)), np.abs(noise(size, band(19.0), random)) + 0.12)
+    glow, line = np.exp(-((from_line / 0.55) ** 2))[..., None], np.exp(-((from_line / 0.24) ** 2))[..., None]
+    depth = 1.0 + 0.10 * fine(size, 10.0, random)[..., None]
+    return np.array((0.03, 0.25, 0.36)) * depth + glow * (0.06, 0.18, 0.17) + line * (0.30, 0.34, 0.27)
+
+
+def burl(size, random):
+    """Grain along the contours of noise, so that it runs round eyes of dark wood."""
+    height = 1.1 * fine(size, 15.0, random) + 0.15 * fine(size, 7.0, random)
+    grain = (0.5 + 0.5 * np.sin(2.0 * np.pi * height))[..., None]
+    eye = smooth_step(1.9, 2.5, np.abs(height))[..., None]
+    wood = grain * (0.46, 0.21, 0.075) + (1.0 - grain) * (0.27, 0.100, 0.032)
+    color = wood * (1.0 - eye) + eye * np.array((0.09, 0.032, 0.012))
+    return color * (1.0 + 0.06 * fine(size, 1.8, random)[..., None])
+
+
 def save_color(path, color, alpha=None):
     stored = np.where(color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 0.0031308) ** (1 / 2.4) - 0.055)
     channels = [stored] if alpha is None else [stored, alpha[..., None]]
@@ -210,8 +242,31 @@ def ball():
     return points / np.linalg.norm(points, axis=1, keepdims=True), quads
 
 
-def save_mesh(path, points, quads):
-    lines = ["v {:.6f} {:.6f} {:.6f}\n".format(*p) for p in points] + ["f {} {} {} {}\n".format(*q) for q in quads + 1]
+def globe():
+    """An octahedron whose triangles are cut in four, again and again, on the sphere: at every vertex an even number meet."""
+    points = [np.array(p, float) for p in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1))]
+    faces = [(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2), (1, 0, 5), (3, 1, 5), (4, 3, 5), (0, 4, 5)]
+    for _ in range(GLOBE_CUTS):
+        middles = {}
+
+        def middle(a, b):
+            if (min(a, b), max(a, b)) not in middles:
+                between = points[a] + points[b]
+                middles[min(a, b), max(a, b)] = len(points)
+                points.append(between / np.linalg.norm(between))
+            return middles[min(a, b), max(a, b)]
+
+        cut = []
+        for a, b, c in faces:
+            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+            cut += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        faces = cut
+    return np.array(points), np.array(faces)
+
+
+def save_mesh(path, points, faces):
+    lines = ["v {:.6f} {:.6f} {:.6f}\n".format(*p) for p in points]
+    lines += ["f " + " ".join(map(str, face)) + "\n" for face in faces + 1]
     path.write_text("".join(lines))
 
 
@@ -235,10 +290,14 @@ def main():
     pale, red = ((0.74, 0.72, 0.66), (0.10, 0.11, 0.12)), ((0.30, 0.055, 0.035), (0.80, 0.55, 0.36))
     save_color(folder / "pale.png", marble(96, *pale, 0.36, 19.0, np.random.default_rng(6)))
     save_color(folder / "red.png", marble(96, *red, 0.40, 16.0, np.random.default_rng(8)))
+    save_color(folder / "rust.png", rust(96, np.random.default_rng(9)))
+    save_color(folder / "water.png", water(96, np.random.default_rng(10)))
+    save_color(folder / "burl.png", burl(96, np.random.default_rng(11)))
     if args.relit:
         save_relit(folder / "stones-relit", color, normal, args.relit)
     save_mesh(folder / "cross.obj", *cross())
     save_mesh(folder / "ball.obj", *ball())
+    save_mesh(folder / "globe.obj", *globe())
 
 
 if __name__ == "__main__":

@@ -64,7 +64,7 @@ enum Command {
     Mask(mask::Arguments),
     Vary(vary::Arguments),
     Mesh(mesh::Arguments),
-    Synth(synth::Arguments),
+    Synth(Box<synth::Arguments>),
     Render(render::Arguments),
     BakeMaps(bake_maps::Arguments),
     Transfer(transfer::Arguments),
@@ -144,7 +144,7 @@ impl Command {
     fn if_interrupted(&self) -> &'static str {
         match self {
             Self::Bake(_) => bake::IF_INTERRUPTED,
-            Self::Synth(_) => synth::IF_INTERRUPTED,
+            Self::Synth(arguments) => arguments.if_interrupted(),
             Self::Render(_) => render::IF_INTERRUPTED,
             Self::Run(_) | Self::Demo(_) => CHAIN_IF_INTERRUPTED,
             Self::Import(_)

@@ -38,7 +38,8 @@ pub const IF_INTERRUPTED: &str =
 
 /// Render a decorated mesh to OpenEXR frames.
 ///
-/// An atlas is drawn on its mesh cut to about a vertex per texel, its holes cut out. Each frame
+/// An atlas is drawn on its mesh cut to about a vertex per texel, its holes cut out. A face of a face map has one
+/// value with vertex shading, and shows the sample inside with pixel shading. Each frame
 /// DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
@@ -48,12 +49,14 @@ Examples:
   mesotex render weave.sample bunny.map.ply -o orbit --sweep view-orbit --shading pixel --animation gif
   mesotex render weave.sample bunny.map.ply -o two --light sun:30,40 --light point:0,2,1,1.5
   mesotex render leaf.sample bunny.atlas -o frames --displace 0.02 --shading pixel
+  mesotex render rust.sample bunny.faces.ply -o frames --texels bilinear
   mesotex render wicker.sample cow.atlas -o frames --surface-color '#2e8b57'
   mesotex render weave.sample bunny.map.ply -o part --frames 1-240x2 --skip-existing --shard 0/3")]
 pub struct Arguments {
     /// The sample, NAME.sample.
     pub sample: PathBuf,
-    /// What was synthesized from it: a surface texton map, NAME.map.ply, or an atlas, NAME.atlas.
+    /// What was synthesized from it: a surface texton map, NAME.map.ply, an atlas, NAME.atlas, or a face map,
+    /// NAME.faces.ply.
     pub map: PathBuf,
     /// Folder of the frames; made when it is not there.
     #[arg(short, long, value_name = "DIR")]
@@ -114,7 +117,8 @@ impl Arguments {
         let _locks = self.files().claim()?;
         self.check_overviews()?;
         let sample = Sample::open(&self.sample)?;
-        let surface = surface::read(&self.map, self.look(), session.progress())?;
+        let drawn_as = (self.look(), self.options.shading);
+        let surface = surface::read(&self.map, drawn_as, session.progress())?;
         let Surface { map, cover, id } = surface;
         self.check_memory(&sample, &map)?;
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;

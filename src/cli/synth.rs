@@ -1,6 +1,7 @@
 //! `mesotex synth`: space, neighbour table and a mesh (or a flat grid) in, surface texton map out.
 
 mod controls;
+mod faces;
 mod pictures;
 mod product;
 mod renamed;
@@ -17,11 +18,12 @@ pub use crate::cli::synth::report::FORMAT as REPORT_FORMAT;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::synth::faces::{FaceOutputs, Request};
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::renamed::RenamedOptions;
 use crate::cli::synth::report::{AtlasFigures, Report, Seconds};
 use crate::cli::synth::target::TargetArguments;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::format::gltf::companions::companions;
@@ -59,15 +61,18 @@ Examples:
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o copied.map.ply --method coherent
   mesotex synth bark.space.npz bark.knn.npz spot.obj -o spot.atlas --onto atlas --resolution 512 --method multiscale
-  mesotex synth bark.space.npz bark.knn.npz quads.obj -o quads.atlas --onto atlas --charts faces --method coherent")]
+  mesotex synth bark.space.npz bark.knn.npz quads.obj -o quads.atlas --onto atlas --charts faces --method coherent
+  mesotex synth rust.space.npz bunny.ply -o bunny.faces.ply --method choosy --onto faces")]
 pub struct Arguments {
     /// The surface texton space, NAME.space.npz
     pub space: PathBuf,
-    /// The neighbour table made from it, NAME.knn.npz
-    pub table: PathBuf,
+    /// The neighbour table made from it, NAME.knn.npz; --method choosy needs none
+    #[arg(required_unless_present_any = ["mesh", "grid"])]
+    pub table: Option<PathBuf>,
     #[command(flatten)]
     pub target: TargetArguments,
-    /// The surface texton map to write, NAME.map.ply; with --onto atlas the folder NAME.atlas of textures
+    /// The surface texton map to write, NAME.map.ply; with --onto atlas the folder NAME.atlas of textures, with --onto
+    /// faces the face map NAME.faces.ply
     #[arg(long, short)]
     pub output: PathBuf,
     #[command(flatten)]
@@ -79,6 +84,8 @@ pub struct Arguments {
     pub report: Option<PathBuf>,
     #[command(flatten)]
     pub pictures: PictureArguments,
+    #[command(flatten)]
+    pub faces: FaceOutputs,
     #[command(flatten)]
     pub model: ModelOptions,
     /// Take a table that was made from another space of the same size
@@ -96,6 +103,9 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
         let _locks = self.files()?.claim()?;
+        if self.is_onto_faces() {
+            return self.run_on_faces(session);
+        }
         let options = SynthesisOptions {
             seed: session.seed(),
             ..self.options.clone()
@@ -148,6 +158,24 @@ impl Arguments {
         Ok(self.outcome(&report, done.seconds, &drawn).next(next))
     }
 
+    fn run_on_faces(&self, session: &Session) -> Result<Outcome> {
+        let space = Space::read(&self.space)?;
+        self.read_table(&space)?;
+        let Some(mesh) = self.mesh_path() else {
+            return Err(Error::option("onto", "faces without a mesh", "SPACE MESH"));
+        };
+        let request = Request {
+            mesh,
+            target: &self.target,
+            options: &self.options,
+            pictures: &self.pictures,
+            outputs: &self.faces,
+            output: &self.output,
+            report: self.report.as_deref(),
+        };
+        faces::run(&request, &space, session)
+    }
+
     /// Writes the map, the report and the pictures; returns the files beside map and report.
     fn write(&self, done: &Finished<'_>, session: &Session) -> Result<Vec<PathBuf>> {
         let (written, drawn) = rayon::join(
@@ -168,6 +196,11 @@ impl Arguments {
         self.renamed.refuse()?;
         self.options.validate()?;
         self.target.check(self.options.method)?;
+        self.faces.check(self.is_onto_faces())?;
+        match self.is_onto_faces() {
+            true => self.check_faces()?,
+            false => self.check_table_is_given()?,
+        }
         product::check(&self.output, self.target.is_atlas(), &self.model)?;
         self.target.surface.validate()
     }
@@ -175,27 +208,106 @@ impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
         let mut files = Files::default()
-            .read([&self.space, &self.table])
+            .read([&self.space])
+            .read(self.table_path())
             .read(&self.target.surface.guide)
             .read(&self.target.surface.keys)
             .write("output", [&self.output], product::product_at(&self.output))
             .write("report", &self.report, Product::File(Format::Json));
-        if let Some(mesh) = &self.target.mesh {
+        if let Some(mesh) = self.mesh_path() {
             files = files.read([mesh]).read(&companions(mesh)?);
         }
-        Ok(self.pictures.files(files))
+        Ok(self.faces.files(self.pictures.files(files)))
+    }
+
+    /// How to go on after an interruption.
+    pub fn if_interrupted(&self) -> &'static str {
+        match self.is_onto_faces() {
+            true => faces::IF_INTERRUPTED,
+            false => IF_INTERRUPTED,
+        }
+    }
+
+    fn is_onto_faces(&self) -> bool {
+        self.target.is_onto_faces(self.options.method)
+    }
+
+    /// The mesh: the last of the files, as faces need no table before it.
+    fn mesh_path(&self) -> Option<&PathBuf> {
+        let only = self.table.as_ref().filter(|_| self.is_onto_faces());
+        self.target.mesh.as_ref().or(only)
+    }
+
+    /// The table: what stands between space and mesh, where faces are written on.
+    fn table_path(&self) -> Option<&PathBuf> {
+        let is_mesh = self.is_onto_faces() && self.target.mesh.is_none();
+        self.table.as_ref().filter(|_| !is_mesh)
+    }
+
+    /// Refuses two files where three are needed.
+    fn check_table_is_given(&self) -> Result<()> {
+        match self.target.mesh.is_some() || self.target.grid.is_some() {
+            true => Ok(()),
+            false => Err(Error::option(
+                "method",
+                format!("{} with two files", self.options.method.name()),
+                "SPACE TABLE MESH, or SPACE TABLE --grid WxH; --method choosy alone needs no table",
+            )),
+        }
+    }
+
+    /// Refuses what faces do not have.
+    fn check_faces(&self) -> Result<()> {
+        let given = [
+            (
+                "resume",
+                self.resume,
+                "no --resume: nothing unfinished is kept",
+            ),
+            (
+                "pictures",
+                self.pictures.pictures.is_some(),
+                "mesotex render, or --vertex-colors and --glb",
+            ),
+            (
+                "force",
+                self.force && self.table_path().is_none(),
+                "a table of another space, between space and mesh",
+            ),
+        ];
+        match given.into_iter().find(|(_, is_given, _)| *is_given) {
+            None => Ok(()),
+            Some((option, _, expected)) => {
+                Err(Error::option(option, "given for --onto faces", expected))
+            }
+        }
     }
 
     fn read_exemplar(&self, options: &SynthesisOptions) -> Result<(Space, NeighborTable)> {
         let space = Space::read(&self.space)?;
-        let table = NeighborTable::read(&self.table)?;
-        let belongs = table.check_belongs_to(&space, self.force);
-        belongs.map_err(|error| error.in_file(&self.table))?;
+        let Some(table) = self.read_table(&space)? else {
+            return Err(Error::option(
+                "method",
+                "no neighbour table",
+                "SPACE TABLE MESH",
+            ));
+        };
         check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
         self.model
             .check_channels(&SampleChannel::of_space(&space))?;
         Ok((space, table))
+    }
+
+    /// The table, if one is given; refuses that of another space.
+    fn read_table(&self, space: &Space) -> Result<Option<NeighborTable>> {
+        let Some(path) = self.table_path() else {
+            return Ok(None);
+        };
+        let table = NeighborTable::read(path)?;
+        let belongs = table.check_belongs_to(space, self.force);
+        belongs.map_err(|error| error.in_file(path))?;
+        Ok(Some(table))
     }
 
     fn outcome(&self, report: &Report, seconds: Seconds, drawn: &[PathBuf]) -> Outcome {

@@ -1,8 +1,8 @@
 //! PLY files of vertices and faces: ascii or binary in, binary little-endian out.
 //!
-//! Vertex properties come as named columns of numbers, faces as polygons of vertex indices with the texture
-//! coordinates of their corners. Strips of triangles (`tristrips`) are faces as well. List properties of
-//! vertices and other elements are skipped.
+//! Properties of vertices and faces come as named columns of numbers, faces as polygons of vertex indices with the
+//! texture coordinates of their corners. Strips of triangles (`tristrips`) are faces as well. Other list
+//! properties and other elements are skipped.
 
 mod preamble;
 mod rows;
@@ -15,7 +15,7 @@ use std::path::Path;
 use ply_rs_bw::parser::{Parser, Reader as PlyReader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyType, ScalarType};
 
-pub use crate::format::ply::writing::{Column, write, write_textured};
+pub use crate::format::ply::writing::{Column, write, write_textured, write_with_faces};
 
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
@@ -62,6 +62,8 @@ pub struct PlyFile {
     pub single_precision: bool,
     /// The faces; their indices are below [`vertex_count`](Self::vertex_count).
     pub faces: Polygons,
+    /// Scalar face properties in the file's order: name and one number per row of the element.
+    pub face_columns: Vec<(String, Vec<f64>)>,
     /// Texture coordinates of the faces' corners (face property `texcoord`); NaN where there are none.
     pub corner_uvs: Option<Vec<[f32; 2]>>,
 }
@@ -70,6 +72,13 @@ impl PlyFile {
     /// A vertex property by name.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let found = self.columns.iter().find(|(column, _)| column == name)?;
+        Some(&found.1)
+    }
+
+    /// A face property by name.
+    pub fn face_column(&self, name: &str) -> Option<&[f64]> {
+        let mut columns = self.face_columns.iter();
+        let found = columns.find(|(column, _)| column == name)?;
         Some(&found.1)
     }
 
@@ -141,15 +150,19 @@ fn check_properties(element: &ElementDef) -> Result<()> {
     .expected("a property, or no rows"))
 }
 
-fn read_vertices(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile) -> Result<()> {
-    let scalars = rows
-        .element
+/// A column for every scalar property of an element, as yet without numbers.
+fn empty_columns(element: &ElementDef) -> Vec<(String, Vec<f64>)> {
+    let scalars = element
         .properties
         .values()
         .filter(|property| matches!(property.data_type, PropertyType::Scalar(_)));
-    ply.columns = scalars
+    scalars
         .map(|property| (property.name.clone(), Vec::new()))
-        .collect();
+        .collect()
+}
+
+fn read_vertices(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile) -> Result<()> {
+    ply.columns = empty_columns(rows.element);
     if ply.columns.len() > Record::MOST_SCALARS {
         return Err(Error::data(
             "element vertex",
@@ -171,6 +184,8 @@ fn read_vertices(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFi
 }
 
 fn read_faces(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile) -> Result<()> {
+    ply.face_columns = empty_columns(rows.element);
+    ply.face_columns.truncate(Record::MOST_SCALARS);
     for row in 0..rows.element.count {
         let record = rows.next(row, source)?;
         let Some(polygon) = record.indices() else {
@@ -180,6 +195,9 @@ fn read_faces(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile)
             );
         };
         ply.faces.push(&polygon);
+        for ((_, column), &value) in ply.face_columns.iter_mut().zip(&record.scalars) {
+            column.push(value);
+        }
         if let Some(uvs) = record.texture_coordinates(polygon.len()) {
             let all = ply.corner_uvs.get_or_insert_default();
             all.resize(ply.faces.corners.len() - polygon.len(), [f32::NAN; 2]);
@@ -377,6 +395,38 @@ mod tests {
             assert_eq!((column.len(), column[row]), (count, expected), "{name}");
         }
         assert_eq!(ply.faces.corners, triangles.as_flattened());
+    }
+
+    #[test]
+    fn faces_have_properties() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.ply");
+        let count = writing::WRITTEN + 2;
+        let x = [0.0f32; 3];
+        let source: Vec<u32> = (0..count as u32).map(|face| u32::MAX - face).collect();
+        let phase: Vec<u8> = (0..count).map(|face| (face % 3) as u8).collect();
+        let triangles = vec![[2, 0, 1]; count];
+        let columns = [
+            ("source", Column::UInt(&source)),
+            ("phase", Column::UChar(&phase)),
+        ];
+        write_with_faces(
+            &path,
+            &[],
+            &[("x", Column::Float(&x))],
+            &triangles,
+            &columns,
+        )
+        .unwrap();
+        let ply = read(&path).unwrap();
+        assert_eq!(ply.faces.corners, triangles.as_flattened());
+        let wanted: Vec<f64> = source.iter().map(|&number| number.into()).collect();
+        assert_eq!(ply.face_column("source").unwrap(), wanted);
+        assert_eq!(
+            ply.face_column("phase").unwrap()[count - 1],
+            ((count - 1) % 3) as f64
+        );
+        assert!(ply.face_column("x").is_none());
     }
 
     #[test]

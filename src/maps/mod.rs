@@ -1,8 +1,12 @@
 //! What synthesis hands on, and rendering reads: [`vertex_map`], a texture coordinate and a texton per
-//! vertex of a mesh; [`atlas_map`], the same per texel of a mesh's texture atlas.
+//! vertex of a mesh; [`atlas_map`], the same per texel of a mesh's texture atlas; [`face_map`], the part of the
+//! sample that each face of a mesh shows.
 
 pub mod atlas_map;
+pub mod face_map;
+mod header;
 pub mod vertex_map;
 
 pub use atlas_map::AtlasMap;
+pub use face_map::FaceMap;
 pub use vertex_map::SurfaceTextonMap;

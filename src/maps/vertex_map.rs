@@ -9,11 +9,11 @@ use glam::{DVec3, Vec3};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
 use crate::format::id::ContentId;
-use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column, PlyFile};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
-use crate::mesh::origin::{FARTHEST, origin_comment, parse_origin};
+use crate::maps::header::MapHeader;
+use crate::mesh::origin::FARTHEST;
 use crate::mesh::reading::varying;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
@@ -110,18 +110,16 @@ impl SurfaceTextonMap {
     }
 
     fn comments(&self) -> Vec<String> {
-        let [width, height] = self.exemplar;
-        let mut comments = vec![
-            MESH_MARK.into(),
-            format!("exemplar {width} {height}"),
-            format!("texel {}", self.texel),
-            format!("seed {}", self.seed),
-            format!("method {}", self.method),
-        ];
-        comments.extend(origin_comment(self.origin));
-        comments.push(format!("sample {}", self.sample));
-        comments.push(format!("space {}", self.space));
-        comments
+        let header = MapHeader {
+            exemplar: self.exemplar,
+            texel: self.texel,
+            origin: self.origin,
+            seed: self.seed,
+            method: self.method.clone(),
+            sample: self.sample.clone(),
+            space: self.space.clone(),
+        };
+        header.comments(&[])
     }
 
     /// Reads a map and checks every number a later stage relies on.
@@ -170,110 +168,6 @@ impl SurfaceTextonMap {
     }
 }
 
-/// The longest side of a sample, in texels: texels are counted in 32 bits.
-pub(super) const LONGEST: u32 = 65535;
-/// The method of a map that states none.
-pub const DEFAULT_METHOD: &str = "k-coherence";
-
-/// The comment lines of a map.
-struct MapHeader {
-    exemplar: [u32; 2],
-    texel: f64,
-    origin: DVec3,
-    seed: u64,
-    method: String,
-    sample: ContentId,
-    space: ContentId,
-}
-
-impl MapHeader {
-    fn parse(comments: &[String]) -> Result<Self> {
-        let optional = |key: &str| {
-            let mut lines = comments.iter();
-            lines.find_map(|line| line.strip_prefix(key)?.strip_prefix(' '))
-        };
-        let word = |key: &str| -> Result<&str> {
-            optional(key).ok_or_else(|| {
-                Error::data("header", format!("no line `comment {key} …`"))
-                    .expected("a surface texton map made by `mesotex synth`")
-            })
-        };
-        let version = word("mesotex")?;
-        if version != "1" {
-            return Err(bad_comment("mesotex", version, "1"));
-        }
-        let sides = word("exemplar")?;
-        let numbers: Vec<u32> = sides
-            .split(' ')
-            .filter_map(|side| side.parse().ok())
-            .collect();
-        let exemplar = match numbers[..] {
-            [width, height]
-                if (1..=LONGEST).contains(&width) && (1..=LONGEST).contains(&height) =>
-            {
-                [width, height]
-            }
-            _ => return Err(bad_comment("exemplar", sides, "two sides, 1 to 65535")),
-        };
-        let texel: f64 = parse_comment("texel", word("texel")?, "a number above 0")?;
-        if !(1.0 / FARTHEST..=FARTHEST).contains(&texel) {
-            return Err(bad_comment(
-                "texel",
-                word("texel")?,
-                "a number from 1e-15 to 1e15",
-            ));
-        }
-        let id = |key| -> Result<ContentId> {
-            let text = word(key)?;
-            ContentId::parse(text).ok_or_else(|| bad_comment(key, text, "32 hex digits"))
-        };
-        Ok(Self {
-            exemplar,
-            texel,
-            origin: match optional("origin") {
-                Some(text) => DVec3::from_array(parse_origin(text)?),
-                None => DVec3::ZERO,
-            },
-            seed: parse_comment("seed", word("seed")?, "a whole number")?,
-            method: method_of(comments)?,
-            sample: id("sample")?,
-            space: id("space")?,
-        })
-    }
-}
-
-/// The method's name; maps of earlier versions state none.
-fn method_of(comments: &[String]) -> Result<String> {
-    let stated = comments
-        .iter()
-        .find_map(|line| line.strip_prefix("method "));
-    let Some(name) = stated else {
-        return Ok(DEFAULT_METHOD.into());
-    };
-    match is_method_name(name) {
-        true => Ok(name.into()),
-        false => Err(bad_comment(
-            "method",
-            name,
-            "a name of small letters and hyphens",
-        )),
-    }
-}
-
-/// Whether a text can be the name of a method: up to 64 small letters, digits and hyphens.
-pub(super) fn is_method_name(name: &str) -> bool {
-    let is_sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    (1..=64).contains(&name.len()) && name.chars().all(is_sign)
-}
-
-fn parse_comment<T: std::str::FromStr>(key: &str, text: &str, expected: &str) -> Result<T> {
-    text.parse().map_err(|_| bad_comment(key, text, expected))
-}
-
-fn bad_comment(key: &str, found: &str, expected: &str) -> Error {
-    Error::data(format!("comment {key}"), format!("`{found}`")).expected(expected)
-}
-
 /// A vertex property whose every number lies in `range`; NaN lies in none.
 fn checked_column<'a>(
     file: &'a PlyFile,
@@ -291,7 +185,8 @@ fn checked_column<'a>(
     }
 }
 
-fn vectors(file: &PlyFile, names: [&str; 3]) -> Result<Vec<Vec3>> {
+/// Three vertex properties as vectors.
+pub(super) fn vectors(file: &PlyFile, names: [&str; 3]) -> Result<Vec<Vec3>> {
     let [x, y, z] = names.map(|name| checked_column(file, name, -FARTHEST..=FARTHEST));
     let vertices = x?.iter().zip(y?).zip(z?);
     Ok(vertices
@@ -366,7 +261,8 @@ pub fn check_scale(scale: &[f32], texel: f64) -> Result<()> {
     Err(Error::data(place, scale[vertex].to_string()).expected(expected))
 }
 
-fn triangles(file: &PlyFile) -> Result<Vec<[u32; 3]>> {
+/// The faces of a file, all of them triangles.
+pub(super) fn triangles(file: &PlyFile) -> Result<Vec<[u32; 3]>> {
     let triangle = |(face, polygon): (usize, &[u32])| {
         <[u32; 3]>::try_from(polygon).map_err(|_| {
             Error::data(format!("face {face}"), format!("{} corners", polygon.len())).expected("3")

@@ -9,10 +9,12 @@ use rayon::prelude::*;
 
 use crate::mesh::triangle_mesh::TriangleMesh;
 
-/// Whether a mesh has a border: a triangle's edge that no other triangle runs along the other way.
+/// Whether a mesh has a border: a triangle's edge that no other triangle runs along the other way. Vertices at the same
+/// place count as one, as faces may have corners of their own.
 pub fn has_border(mesh: &TriangleMesh) -> bool {
+    let places = places(mesh);
     let edges = |triangle: &[u32; 3]| {
-        let [a, b, c] = *triangle;
+        let [a, b, c] = triangle.map(|vertex| places[vertex as usize]);
         [[a, b], [b, c], [c, a]]
     };
     let mut known: Vec<[u32; 2]> = mesh.triangles.par_iter().flat_map_iter(edges).collect();
@@ -20,6 +22,24 @@ pub fn has_border(mesh: &TriangleMesh) -> bool {
     known
         .par_iter()
         .any(|&[from, to]| known.binary_search(&[to, from]).is_err())
+}
+
+/// Per vertex the first vertex at its place.
+fn places(mesh: &TriangleMesh) -> Vec<u32> {
+    // A zero has one sign.
+    let bits = |vertex: u32| {
+        mesh.positions[vertex as usize]
+            .to_array()
+            .map(|c| (c + 0.0).to_bits())
+    };
+    let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    order.par_sort_by_cached_key(|&vertex| (bits(vertex), vertex));
+    let mut places = vec![0; order.len()];
+    for same in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
+        same.iter()
+            .for_each(|&vertex| places[vertex as usize] = same[0]);
+    }
+    places
 }
 
 /// Whether a viewer in this direction sees the inside of a triangle, round which its vertices run clockwise.
@@ -41,6 +61,16 @@ mod tests {
         let mut ball = shapes::icosphere(1);
         ball.triangles.pop();
         assert!(has_border(&ball));
+        let own_corners = |mesh: &TriangleMesh| TriangleMesh {
+            positions: (0..mesh.triangles.len())
+                .flat_map(|face| mesh.corners(face))
+                .collect(),
+            triangles: (0..mesh.triangles.len() as u32)
+                .map(|face| [3 * face, 3 * face + 1, 3 * face + 2])
+                .collect(),
+        };
+        assert!(has_border(&own_corners(&ball)));
+        assert!(!has_border(&own_corners(&shapes::icosphere(2))));
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub use crate::synthesis::check::table_plan::{Plan, complete};
 use crate::synthesis::check::variant::{check_controls, variant_levels, variant_neighborhoods};
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::metric::of_level::gram;
-use crate::synthesis::options::{Method, MetricKind, SynthesisOptions};
+use crate::synthesis::options::{Method, MetricKind, SynthesisOptions, needs_faces};
 
 /// Checks everything and completes the options.
 pub fn plan<const N: usize, S: Sites<N>>(
@@ -58,6 +58,7 @@ pub fn complete_for(
         Method::Adaptive => round_levels(space, options)?,
         Method::Multiscale => multiscale_levels(space, options)?,
         Method::Coherent => one_level(space, options)?,
+        Method::Choosy => return Err(needs_faces()),
     };
     Ok(Plan { levels, k: 1 })
 }
@@ -79,6 +80,7 @@ pub fn neighborhoods(
         Method::Multiscale => options.multiscale.neighborhoods(plan.levels),
         Method::Coherent => vec![Neighborhood::square(COHERENT_WIDTH, 0)],
         Method::Progressive => variant_neighborhoods(table, &plan, options),
+        Method::Choosy => return Err(needs_faces()),
     })
 }
 

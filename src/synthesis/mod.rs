@@ -17,6 +17,7 @@
 //! | which candidate is kept | [`keep`] |
 //! | the whole way, from files' contents to a map | [`map`]; what becomes of [controls](pattern_controls) |
 //! | how good the result is | [`quality`], drawn in [`false_color`] |
+//! | textures on faces, which have no such sites: from a space to a face map, and how that is drawn | [`faces`] |
 //! | what can be asked, and whether it fits | [`options`] in their [ranges](option_ranges), [`check`], [`memory`] |
 //!
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
@@ -28,6 +29,7 @@ mod changes;
 pub(crate) mod check;
 pub mod checkpoint;
 pub(crate) mod drive;
+pub mod faces;
 pub(crate) mod false_color;
 pub mod inputs;
 mod keep;

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::synthesis::option_ranges::{at_least_one, few_rounds};
 use crate::synthesis::recipes::adaptive::options::AdaptiveOptions;
+use crate::synthesis::recipes::choosy::options::ChoosyOptions;
 use crate::synthesis::recipes::multiscale::options::MultiscaleOptions;
 use crate::synthesis::recipes::progressive::options::ProgressiveOptions;
 pub use crate::synthesis::recipes::tong::options::{KCoherenceOptions, Search};
@@ -26,6 +27,8 @@ pub enum Method {
     Coherent,
     /// Zhang 2003 §5: textures that change over the surface, and masks that keep their elements whole
     Progressive,
+    /// Castellanos and Williams: faces in place of texels, isotropic textures without any orientation
+    Choosy,
 }
 
 impl Method {
@@ -38,8 +41,19 @@ impl Method {
             Self::Multiscale => "multiscale",
             Self::Coherent => "coherent",
             Self::Progressive => "progressive",
+            Self::Choosy => "choosy",
         }
     }
+}
+
+/// Refuses choosy sampling on sites that are no faces:
+/// [`synthesize_faces`](crate::synthesis::recipes::choosy::synthesize_faces) is its way in.
+pub(crate) fn needs_faces() -> Error {
+    Error::option(
+        "method",
+        "choosy, which writes on faces",
+        "--onto faces beside it",
+    )
 }
 
 /// How the neighbourhoods of a site and a texel are compared.
@@ -96,6 +110,10 @@ pub struct SynthesisOptions {
     #[command(flatten)]
     #[serde(flatten)]
     pub progressive: ProgressiveOptions,
+    /// Options of choosy sampling.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub choosy: ChoosyOptions,
     /// Seed of everything drawn at random.
     #[arg(skip)]
     pub seed: u64,
@@ -114,6 +132,7 @@ impl Default for SynthesisOptions {
             adaptive: AdaptiveOptions::default(),
             multiscale: MultiscaleOptions::default(),
             progressive: ProgressiveOptions::default(),
+            choosy: ChoosyOptions::default(),
             seed: 0,
         }
     }
@@ -136,6 +155,7 @@ impl SynthesisOptions {
         self.adaptive.validate()?;
         self.multiscale.validate()?;
         self.progressive.validate()?;
+        self.choosy.check()?;
         self.check_method()
     }
 
@@ -159,6 +179,9 @@ impl SynthesisOptions {
         }
         if self.method != Method::Progressive {
             self.progressive.refuse_for(name)?;
+        }
+        if self.method != Method::Choosy {
+            self.choosy.refuse_for(name)?;
         }
         if self.method == Method::Progressive && self.passes < 2 {
             let found = format!("{} with --method {name}", self.passes);
@@ -186,6 +209,7 @@ impl SynthesisOptions {
             Method::Adaptive => (false, true, true, true),
             Method::Multiscale => (false, false, true, true),
             Method::Coherent => (true, true, true, true),
+            Method::Choosy => return self.unused_by_choosy(),
             Method::Progressive => (false, true, true, false),
         };
         let given = [
@@ -209,6 +233,31 @@ impl SynthesisOptions {
                 "passes",
                 "a fixed number of passes",
             ),
+        ];
+        let first = given.into_iter().find(|(given, ..)| *given);
+        first.map(|(_, option, has)| (option, has))
+    }
+
+    /// An option that choosy sampling has another word for, or no use of.
+    fn unused_by_choosy(&self) -> Option<(&'static str, &'static str)> {
+        let default = Self::default();
+        let given = [
+            (
+                self.levels.is_some(),
+                "levels",
+                "--subdivisions, one less than levels",
+            ),
+            (
+                self.metric != default.metric,
+                "metric",
+                "a metric of its own",
+            ),
+            (
+                self.neighborhood.is_some(),
+                "neighborhood",
+                "neighbourhoods of its own",
+            ),
+            (self.passes != default.passes, "passes", "--iterations"),
         ];
         let first = given.into_iter().find(|(given, ..)| *given);
         first.map(|(_, option, has)| (option, has))
@@ -292,6 +341,13 @@ mod tests {
         let found = of(Method::Multiscale, |o| o.passes = 2);
         assert!(
             found.contains("this one has a fixed number of passes"),
+            "{found}"
+        );
+        let found = of(Method::Choosy, |o| o.levels = Some(2));
+        assert!(found.contains("this one has --subdivisions"), "{found}");
+        let found = of(Method::Coherent, |o| o.choosy.dimensions = 9);
+        assert!(
+            found.contains("--dimensions: given with --method coherent"),
             "{found}"
         );
         let found = of(Method::Coherent, |o| o.levels = Some(2));

@@ -5,6 +5,9 @@
 //! | [`channel`] | a channel of the sample: linear light, unit normals, or numbers as they stand |
 //! | [`texture`] | an image of numbers on an atlas, its borders padded |
 //! | [`transfer`] | a channel onto an atlas or onto vertices |
+//! | [`properties`] | the names of a channel's numbers as properties of vertices or faces |
+//! | [`face_channels`] | channels onto the faces of a map, and their colours onto its vertices |
+//! | [`face_model`] | the faces of a map in their colours as GLB |
 //! | [`fine_texels`] | the texture coordinates of texels as fine as the atlas', or finer |
 //! | [`frames`] | the frames that normals are turned between |
 //! | [`growth`] | the texel of its own chart that each texel beyond a border is nearest to |
@@ -24,6 +27,8 @@ pub mod atlas_surface;
 mod base_color;
 pub mod channel;
 pub mod decorated;
+pub mod face_channels;
+pub mod face_model;
 mod fine_texels;
 pub mod folder;
 mod frames;
@@ -32,6 +37,7 @@ mod holes;
 mod image_file;
 pub mod memory;
 pub mod model;
+pub mod properties;
 mod relief;
 pub mod surface_color;
 pub mod texel_sites;

@@ -25,6 +25,7 @@ use mesotex::format::{npy, npz};
 use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::TextonLabel;
 use mesotex::maps::AtlasMap;
+use mesotex::maps::face_map::{FaceChannel, FaceMap, Square};
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::reading::{CleaningOptions, UserMesh, clean, parse};
 use mesotex::mesh::triangle_mesh::TriangleMesh;
@@ -328,6 +329,38 @@ pub fn sample(dtype: DType, layout: Layout) -> (Vec<u8>, Vec<u8>) {
     writer.finish().unwrap();
     let read = |name: &str| fs::read(path.join(name)).unwrap();
     (read("btf.json"), read("radiance.npy"))
+}
+
+/// A face map.
+pub fn face_map() -> Vec<u8> {
+    let id = ContentId::of_bytes(b"x");
+    let map = FaceMap {
+        mesh: TriangleMesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ONE],
+            triangles: vec![[0, 1, 2], [1, 3, 2]],
+        },
+        colors: Some(vec![[0.5, 0.25, 0.125], [1.0, 0.0, 0.5]]),
+        channels: vec![FaceChannel {
+            name: "height".into(),
+            numbers: vec![0.5, -1.0],
+        }],
+        sources: vec![3, 70],
+        phases: vec![2, 0],
+        exemplar: [9, 8],
+        square: Square {
+            left: 1,
+            top: 0,
+            side: 8,
+        },
+        subdivisions: 1,
+        texel: 0.25,
+        origin: glam::DVec3::new(4_485_513.5, 0.25, -7.0),
+        seed: 7,
+        method: "choosy".into(),
+        sample: id.clone(),
+        space: id,
+    };
+    file_bytes("a.faces.ply", |path| map.write(path).unwrap())
 }
 
 /// A surface texton map.

@@ -18,8 +18,8 @@ use mesotex::format::guard::guarded;
 use mesotex::format::{exr, image as images, json, npy};
 use mesotex::grid::TexCoord;
 use mesotex::index::Level;
-use mesotex::maps::AtlasMap;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
+use mesotex::maps::{AtlasMap, FaceMap};
 use mesotex::mesh::field::guides::GuideFile;
 use mesotex::mesh::reading;
 use mesotex::progress::Progress;
@@ -276,6 +276,13 @@ fn product_readers() -> Vec<Reader> {
             "a.map.ply",
             vec![corpus::map()],
             SurfaceTextonMap::read,
+        ),
+        reader(
+            "face map",
+            text,
+            "a.faces.ply",
+            vec![corpus::face_map()],
+            FaceMap::read,
         ),
     ]
 }

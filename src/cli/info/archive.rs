@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ndarray::{Ix2, Ix3};
 use serde_json::Value;
 
 use crate::cli::exemplar::describe_channels;
@@ -11,6 +12,7 @@ use crate::exemplar::neighbor_table::{self, NeighborTable};
 use crate::exemplar::space::{self, Features, Kind, Space};
 use crate::format::npz;
 use crate::grid::TexelGrid;
+use crate::synthesis::faces::levels_file;
 use crate::texton::vocabulary::{self, StoredVocabulary};
 
 /// Reads an archive and says what it holds.
@@ -20,12 +22,14 @@ pub fn describe(path: &Path) -> Result<Outcome> {
         Some(vocabulary::FORMAT) => Ok(describe_vocabulary(&StoredVocabulary::open(path)?)),
         Some(space::FORMAT) => Ok(describe_space(&Space::read(path)?)),
         Some(neighbor_table::FORMAT) => Ok(describe_table(&NeighborTable::read(path)?)),
+        Some(levels_file::FORMAT) => describe_levels(path, &meta),
         other => Err(Error::data("meta.json, format", format!("{other:?}"))
             .expected(format!(
-                "{}, {} or {}",
+                "{}, {}, {} or {}",
                 vocabulary::FORMAT,
                 space::FORMAT,
-                neighbor_table::FORMAT
+                neighbor_table::FORMAT,
+                levels_file::FORMAT
             ))
             .in_file(path)),
     }
@@ -37,6 +41,29 @@ fn size(grid: TexelGrid) -> String {
 
 fn tiles(tileable: bool) -> &'static str {
     if tileable { "tileable" } else { "not tileable" }
+}
+
+/// The pyramids of a face map's sample and surface: every surface level is read.
+fn describe_levels(path: &Path, meta: &Value) -> Result<Outcome> {
+    let mut file = npz::Reader::open(path)?;
+    let levels = meta["levels"].as_u64().unwrap_or(0);
+    let mut outcome = Outcome::default()
+        .line(format!("levels of a face map: {levels}"))
+        .figure("kind", "face levels")
+        .figure("levels", levels);
+    let mut counts = Vec::new();
+    for level in 0..levels {
+        let values = file.array::<f32, Ix2>(&format!("surface/L{level}/gaussian"))?;
+        let sample = file.array::<f32, Ix3>(&format!("sample/L{level}/gaussian"))?;
+        outcome = outcome.line(format!(
+            "level {level}: {} faces of {} numbers, {} triangles on each grid of the sample",
+            values.nrows(),
+            values.ncols(),
+            sample.dim().1
+        ));
+        counts.push(values.nrows());
+    }
+    Ok(outcome.figure("faces", counts))
 }
 
 fn describe_vocabulary(vocabulary: &StoredVocabulary) -> Outcome {

@@ -10,6 +10,7 @@ use crate::cli::info::material;
 use crate::cli::run::scene::SECTIONS;
 use crate::error::{Error, Result};
 use crate::maps::atlas_map::ATLAS_FOLDER;
+use crate::maps::face_map::FaceMap;
 use crate::textures::folder::TEXTURES_FOLDER;
 
 /// How much of a file is looked at.
@@ -22,6 +23,7 @@ pub enum Kind {
     Atlas,
     Textures,
     Map,
+    FaceMap,
     Mesh,
     Archive,
     Array,
@@ -38,7 +40,7 @@ pub enum Kind {
 /// What `info` knows, for errors.
 const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
     a capture (a folder with a list, .lp, .csv), a table of directions or a camera path (.csv, .json), a \
-    folder of frames, an archive of ours (.npz), an array (.npy), a mesh or a surface texton map (PLY, OBJ, \
+    folder of frames, an archive of ours (.npz), an array (.npy), a mesh, a surface texton map or a face map (PLY, OBJ, \
     STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
     HDR, GIF, BMP)";
 
@@ -74,6 +76,7 @@ impl Kind {
         match extension.as_str() {
             "npy" => Ok(Self::Array),
             "npz" => Ok(Self::Archive),
+            "ply" if FaceMap::is_told_by(&start) => Ok(Self::FaceMap),
             "ply" if is_map(&start) => Ok(Self::Map),
             "ply" | "obj" | "stl" | "off" | "glb" | "gltf" | "gz" => Ok(Self::Mesh),
             "toml" => Ok(of_toml(&start)),

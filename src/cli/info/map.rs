@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::btf::sample::{DESCRIPTION, Sample};
 use crate::cli::outcome::Outcome;
 use crate::error::{Error, Result};
-use crate::exemplar::space::{Features, Space};
-use crate::format::id::check_same;
+use crate::exemplar::space::{Features, Space, SpaceLevel};
+use crate::format::id::{ContentId, check_same};
 use crate::grid::TexelGrid;
 use crate::index::TextonLabel;
 use crate::maps::vertex_map::SurfaceTextonMap;
@@ -67,23 +67,34 @@ fn range(scale: Option<&[f32]>) -> Option<[f32; 2]> {
 
 /// Refuses a map that was not made from `other`, a space or a sample.
 fn check_belongs(map: &SurfaceTextonMap, other: &Path) -> Result<()> {
-    if other.join(DESCRIPTION).is_file() {
-        let sample = Sample::open(other)?;
-        check_size(map, sample.grid())?;
-        return check_same("sample id", &map.sample, sample.id(), false);
-    }
-    let space = Space::read(other)?;
-    let finest = &space.levels[0];
-    check_size(map, finest.grid)?;
-    check_same("space id", &map.space, &space.id, false)?;
-    match &finest.features {
-        Features::Textons { labels, .. } => check_labels(map, finest.grid, labels),
-        Features::Vectors(_) => Ok(()),
+    let space = check_belongs_to((map.exemplar, &map.sample, &map.space), other)?;
+    match space.as_ref().map(|space| &space.levels[0]) {
+        Some(SpaceLevel {
+            grid,
+            features: Features::Textons { labels, .. },
+        }) => check_labels(map, *grid, labels),
+        _ => Ok(()),
     }
 }
 
-fn check_size(map: &SurfaceTextonMap, grid: TexelGrid) -> Result<()> {
-    let [width, height] = map.exemplar;
+/// Refuses a map of some size, sample and space that was not made from `other`; returns it if it is a space.
+pub(super) fn check_belongs_to(
+    (exemplar, sample_id, space_id): ([u32; 2], &ContentId, &ContentId),
+    other: &Path,
+) -> Result<Option<Space>> {
+    if other.join(DESCRIPTION).is_file() {
+        let sample = Sample::open(other)?;
+        check_size(exemplar, sample.grid())?;
+        check_same("sample id", sample_id, sample.id(), false)?;
+        return Ok(None);
+    }
+    let space = Space::read(other)?;
+    check_size(exemplar, space.levels[0].grid)?;
+    check_same("space id", space_id, &space.id, false)?;
+    Ok(Some(space))
+}
+
+fn check_size([width, height]: [u32; 2], grid: TexelGrid) -> Result<()> {
     if [width, height] == [grid.width, grid.height] {
         return Ok(());
     }

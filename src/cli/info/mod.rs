@@ -3,6 +3,7 @@
 mod archive;
 mod atlas;
 mod capture;
+mod face_map;
 mod image;
 mod json;
 mod kind;
@@ -28,7 +29,7 @@ use crate::textures::folder::TEXTURES_FOLDER;
 /// What a file holds, and whether it is sound: every number is read and checked.
 ///
 /// Takes a sample, a texton vocabulary, a surface texton space, a neighbour table, a surface texton
-/// map, an atlas or other folder of textures, a mesh, an .npy array, an OpenEXR frame or any other image;
+/// map, a face map, an atlas or other folder of textures, a mesh, an .npy array, an OpenEXR frame or any other image;
 /// a folder of maps or a material file (which file plays which role, and why others play none); a capture,
 /// by its folder or list; a scene (its stages and products); a table of directions, a camera path, and the
 /// JSON files of this program.
@@ -54,10 +55,13 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.repair(session)?;
         let kind = Kind::of(&self.path)?;
-        if let (Some(_), false) = (&self.against, kind == Kind::Map) {
+        if self.against.is_some() && !matches!(kind, Kind::Map | Kind::FaceMap) {
             return Err(Error::option(
                 "against",
-                format!("{} is no surface texton map", self.path.display()),
+                format!(
+                    "{} is no surface texton map or face map",
+                    self.path.display()
+                ),
                 "a map as the first file",
             ));
         }
@@ -65,6 +69,7 @@ impl Arguments {
             Kind::Sample => sample::describe(&self.path, session.progress()),
             Kind::Atlas => atlas::describe(&self.path),
             Kind::Textures => atlas::describe_textures(&self.path, &TEXTURES_FOLDER),
+            Kind::FaceMap => face_map::describe(&self.path, self.against.as_deref()),
             Kind::Map => map::describe(&self.path, self.against.as_deref()),
             Kind::Mesh => mesh::describe(&self.path, session.progress()),
             Kind::Archive => archive::describe(&self.path),

@@ -212,6 +212,22 @@ impl Scene {
         }
     }
 
+    /// What the file of the map ends with.
+    fn kind_of_map(&self) -> &'static str {
+        let says = |section: &Section, key: &str, wanted: &str| {
+            let value = section.key(key).and_then(|key| key.value.as_str());
+            value == Some(wanted)
+        };
+        let is_onto_faces = self.section("synth").is_some_and(|section| {
+            says(section, "onto", "faces") || says(section, "method", "choosy")
+        });
+        if is_onto_faces {
+            "faces.ply"
+        } else {
+            "map.ply"
+        }
+    }
+
     /// The stages of the scene, in order.
     pub fn drafts(&self, faults: &mut Faults) -> Vec<Draft> {
         let sample = self.sample.clone().unwrap_or_else(|| self.file("sample"));
@@ -222,7 +238,7 @@ impl Scene {
         let (space, table, map) = (
             self.file("space.npz"),
             self.file("knn.npz"),
-            self.file("map.ply"),
+            self.file(self.kind_of_map()),
         );
         let mut drafts = Vec::new();
         for (command, key) in [("bake", "material"), ("import", "path")] {
@@ -383,6 +399,16 @@ mod tests {
                 "render out/a.sample out/a.map.ply -o out/a.frames",
             ]
         );
+    }
+
+    #[test]
+    fn faces_have_a_map_of_their_own_kind() {
+        let scene = SCENE.replace("[mesh]", "[synth]\nmethod = \"choosy\"\n[mesh]");
+        let commands = commands(&scene).unwrap();
+        let synth =
+            "synth out/a.space.npz out/a.knn.npz out/a.mesh.ply -o out/a.faces.ply --method=choosy";
+        assert_eq!(commands[5], synth);
+        assert!(commands[6].starts_with("render out/a.sample out/a.faces.ply"));
     }
 
     #[test]

@@ -11,13 +11,14 @@ use crate::btf::sample::{self, Sample};
 use crate::cli::outputs::{Files, Product};
 use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
-use crate::format::image::{encode_srgb8, write_png};
+use crate::format::image::{Encoding, FloatImage, Precision, encode_srgb8, write_png};
 use crate::format::ours::Format;
 use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_comment;
+use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 use crate::render::preview;
 use crate::sites::level::Sites;
@@ -40,25 +41,36 @@ pub struct PictureArguments {
     /// The sample, for pictures in its colours: seen from above, lit from the upper left
     #[arg(long, value_name = "X.sample")]
     pub sample: Option<PathBuf>,
-    /// Write the mesh with a colour (red, green, blue) at each vertex, from --sample
-    #[arg(long, value_name = "FILE.ply", requires = "sample")]
+    /// Write the mesh with a colour (red, green, blue) at each vertex, from --sample; with --onto faces from the faces
+    /// round it
+    #[arg(long, value_name = "FILE.ply")]
     pub vertex_colors: Option<PathBuf>,
 }
 
 impl PictureArguments {
     /// Checks that the sample is the space's, before any work is done.
     pub fn check(&self, space: &Space) -> Result<()> {
-        let Some(path) = &self.sample else {
-            return Ok(());
-        };
-        let (sample, grid) = (Sample::open(path)?, space.levels[0].grid);
-        if self.pictures.is_none() && self.vertex_colors.is_none() {
+        if self.sample.is_none() && self.vertex_colors.is_some() {
+            let expected = "--sample X.sample beside it";
+            return Err(Error::option("vertex-colors", "no colours", expected));
+        }
+        self.check_size(space)?;
+        if self.sample.is_some() && self.pictures.is_none() && self.vertex_colors.is_none() {
             return Err(Error::option(
                 "sample",
                 "nothing to draw in its colours",
                 "--pictures or --vertex-colors beside it",
             ));
         }
+        Ok(())
+    }
+
+    /// Checks that the sample has the space's size.
+    pub fn check_size(&self, space: &Space) -> Result<()> {
+        let Some(path) = &self.sample else {
+            return Ok(());
+        };
+        let (sample, grid) = (Sample::open(path)?, space.levels[0].grid);
         if (sample.grid().width, sample.grid().height) == (grid.width, grid.height) {
             return Ok(());
         }
@@ -131,7 +143,7 @@ impl PictureArguments {
             written = kinds.par_iter().map(draw).collect::<Result<_>>()?;
         }
         if let (Some(path), Some(colors)) = (&self.vertex_colors, &colors) {
-            write_vertex_colors(path, map, colors)?;
+            write_vertex_colors(path, (&map.mesh, map.origin), colors)?;
             written.push(path.clone());
         }
         Ok(written)
@@ -193,21 +205,33 @@ fn with_kind(name: &Path, kind: &str) -> PathBuf {
     PathBuf::from(path)
 }
 
-/// The sample's colour at every site, white for a white plane facing the light.
-fn sample_colors(path: &Path, map: &SurfaceTextonMap) -> Result<Vec<[u8; 3]>> {
-    let sample = Sample::open(path)?;
+/// The sample's colours in linear light, white for a white plane facing the light.
+pub(super) fn shown_colors(sample: &Sample) -> Result<FloatImage> {
     let grid = sample.grid();
-    let image = shown_image(&sample);
-    let mut pixels = vec![0.0; grid.len() * 3];
-    sample.image(image)?.copy_to(&mut pixels);
+    let image = shown_image(sample);
+    let mut data = vec![0.0; grid.len() * 3];
+    sample.image(image)?.copy_to(&mut data);
     let (_, light) = sample.description().view_and_light(image);
     let cosine = sample.description().lights[light].cos_theta().max(0.1);
     let white = cosine as f32 / std::f32::consts::PI;
-    let (texels, _) = pixels.as_chunks::<3>();
-    let colors: Vec<[u8; 3]> = texels
-        .iter()
-        .map(|rgb| rgb.map(|value| encode_srgb8(value / white)))
-        .collect();
+    data.iter_mut().for_each(|value| *value /= white);
+    Ok(FloatImage {
+        width: grid.width,
+        height: grid.height,
+        channels: 3,
+        data,
+        encoding: Encoding::Linear,
+        precision: Precision::Float,
+    })
+}
+
+/// The sample's colour at every site.
+fn sample_colors(path: &Path, map: &SurfaceTextonMap) -> Result<Vec<[u8; 3]>> {
+    let sample = Sample::open(path)?;
+    let grid = sample.grid();
+    let image = shown_colors(&sample)?;
+    let (texels, _) = image.data.as_chunks::<3>();
+    let colors: Vec<[u8; 3]> = texels.iter().map(|rgb| rgb.map(encode_srgb8)).collect();
     let color = |&at: &TexCoord| colors[grid.texel_nearest(at).index()];
     Ok(map.coords.iter().map(color).collect())
 }
@@ -225,8 +249,13 @@ fn shown_image(sample: &Sample) -> usize {
     best.unwrap_or(0)
 }
 
-fn write_vertex_colors(path: &Path, map: &SurfaceTextonMap, colors: &[[u8; 3]]) -> Result<()> {
-    let axis = |axis: usize| -> Vec<f32> { map.mesh.positions.iter().map(|p| p[axis]).collect() };
+/// Writes a mesh with an 8-bit colour per vertex.
+pub(super) fn write_vertex_colors(
+    path: &Path,
+    (mesh, origin): (&TriangleMesh, DVec3),
+    colors: &[[u8; 3]],
+) -> Result<()> {
+    let axis = |axis: usize| -> Vec<f32> { mesh.positions.iter().map(|p| p[axis]).collect() };
     let channel = |channel: usize| -> Vec<u8> { colors.iter().map(|c| c[channel]).collect() };
     let positions = [0, 1, 2].map(axis);
     let channels = [0, 1, 2].map(channel);
@@ -239,7 +268,7 @@ fn write_vertex_colors(path: &Path, map: &SurfaceTextonMap, colors: &[[u8; 3]]) 
     }
     let comments: Vec<String> = [MESH_MARK.into()]
         .into_iter()
-        .chain(origin_comment(map.origin))
+        .chain(origin_comment(origin))
         .collect();
-    ply::write(path, &comments, &columns, &map.mesh.triangles)
+    ply::write(path, &comments, &columns, &mesh.triangles)
 }

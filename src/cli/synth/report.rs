@@ -104,8 +104,8 @@ impl AtlasFigures {
 /// How long it took.
 #[derive(Clone, Copy, Debug)]
 pub struct Seconds {
-    prepare: f64,
-    synthesis: f64,
+    pub(super) prepare: f64,
+    pub(super) synthesis: f64,
 }
 
 impl Seconds {

@@ -16,6 +16,7 @@ use crate::mesh::reading::{UserMesh, varying};
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::atlas;
 use crate::sites::atlas::options::AtlasOptions;
+use crate::sites::faces::plan::FaceOptions;
 use crate::sites::grid::target::GridTarget;
 use crate::sites::target::{Target, TargetSites};
 use crate::sites::vertices::cache;
@@ -47,6 +48,8 @@ pub enum Onto {
     Grid,
     /// The texels of a texture atlas over the mesh
     Atlas,
+    /// The faces of a subdivided mesh; --method choosy means faces
+    Faces,
 }
 
 /// A target ready for synthesis, and how it came about.
@@ -62,7 +65,7 @@ pub struct Prepared {
 #[command(next_help_heading = "Target")]
 pub struct TargetArguments {
     /// The mesh: OBJ, PLY, STL, OFF, glTF or GLB
-    #[arg(required_unless_present = "grid", conflicts_with = "grid")]
+    #[arg(conflicts_with = "grid")]
     pub mesh: Option<PathBuf>,
     /// A flat grid of WxH sites instead of a mesh
     #[arg(long, value_name = "WxH")]
@@ -77,6 +80,8 @@ pub struct TargetArguments {
     pub surface: SurfaceOptions,
     #[command(flatten)]
     pub atlas: AtlasOptions,
+    #[command(flatten)]
+    pub faces: FaceOptions,
 }
 
 impl TargetArguments {
@@ -85,10 +90,16 @@ impl TargetArguments {
         let (surface, default) = (&self.surface, SurfaceOptions::default());
         let is_atlas = self.is_atlas();
         let has_one_mesh = is_atlas || matches!(method, Method::Adaptive | Method::Coherent);
+        let is_faces = self.is_onto_faces(method);
+        let has_field = self.grid.is_none() && !is_faces;
         let has_pyramid = self.grid.is_none() && !has_one_mesh;
-        let of_mesh = "a mesh; on a grid a site is a texel, and s runs along its rows";
+        let of_mesh = match is_faces {
+            true => "another --method: faces have no orientation",
+            false => "a mesh; on a grid a site is a texel, and s runs along its rows",
+        };
         let of_pyramid = "a mesh and a method that retiles it: creases are lines of coarser levels";
         let of_vertices = "the vertices of a mesh; an atlas has --texture-scale, and a grid none";
+        let of_faces = "--onto faces beside it";
         let (default_atlas, of_atlas) = (AtlasOptions::default(), "--onto atlas beside it");
         let given = [
             (
@@ -97,34 +108,19 @@ impl TargetArguments {
                 self.grid.is_none() && !is_atlas,
                 of_vertices,
             ),
-            (
-                "direction",
-                surface.direction.is_some(),
-                self.grid.is_none(),
-                of_mesh,
-            ),
-            (
-                "guide",
-                surface.guide.is_some(),
-                self.grid.is_none(),
-                of_mesh,
-            ),
+            ("direction", surface.direction.is_some(), has_field, of_mesh),
+            ("guide", surface.guide.is_some(), has_field, of_mesh),
             (
                 "keys",
                 surface.keys.is_some(),
                 method == Method::Progressive,
                 "--method progressive; directions alone are for --guide",
             ),
-            (
-                "align",
-                surface.align != default.align,
-                self.grid.is_none(),
-                of_mesh,
-            ),
+            ("align", surface.align != default.align, has_field, of_mesh),
             (
                 "field-energy",
                 !surface.field_energy.is_default(),
-                self.grid.is_none(),
+                has_field,
                 of_mesh,
             ),
             (
@@ -158,6 +154,18 @@ impl TargetArguments {
                 is_atlas,
                 of_atlas,
             ),
+            (
+                "base-faces",
+                self.faces.base_faces.is_some(),
+                is_faces,
+                of_faces,
+            ),
+            (
+                "subdivisions",
+                self.faces.subdivisions.is_some(),
+                is_faces,
+                of_faces,
+            ),
         ];
         let idle = given.iter().find(|(_, given, used, _)| *given && !used);
         if let Some((name, .., expected)) = idle {
@@ -170,6 +178,9 @@ impl TargetArguments {
                 "atlas with --method adaptive, whose neighbourhoods are round",
                 "vertices or grid, or another --method",
             ));
+        }
+        if is_faces {
+            return self.check_faces(method);
         }
         match (self.onto, self.grid) {
             (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH beside it")),
@@ -185,6 +196,33 @@ impl TargetArguments {
             )),
             (Some(Onto::Atlas), None) => self.guided_atlas().validate(),
             _ => Ok(()),
+        }
+    }
+
+    /// Whether sites are faces.
+    pub fn is_onto_faces(&self, method: Method) -> bool {
+        method == Method::Choosy || self.onto == Some(Onto::Faces)
+    }
+
+    /// Refuses faces for other methods, and other sites for choosy sampling.
+    fn check_faces(&self, method: Method) -> Result<()> {
+        if method != Method::Choosy {
+            let found = format!("faces with --method {}", method.name());
+            return Err(Error::option(
+                "onto",
+                found,
+                "--method choosy, or other sites",
+            ));
+        }
+        let others = "a mesh and --onto faces, or another --method";
+        match (self.onto, self.grid) {
+            (_, Some(_)) => Err(Error::option("grid", "given for --method choosy", others)),
+            (Some(Onto::Faces) | None, None) => Ok(()),
+            (Some(_), None) => Err(Error::option(
+                "onto",
+                "other sites than faces with --method choosy",
+                others,
+            )),
         }
     }
 

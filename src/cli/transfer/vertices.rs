@@ -16,6 +16,7 @@ use crate::format::ply::{self, Column};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_comment;
 use crate::textures::channel::SampleChannel;
+use crate::textures::properties::property_names;
 use crate::textures::transfer::onto_vertices;
 
 /// A property of the vertices.
@@ -83,43 +84,23 @@ fn properties_of(channel: &SampleChannel, is_first: bool, values: &[[f32; 3]]) -
         name,
         numbers: Numbers::Float(values.iter().map(|value| value[at]).collect()),
     };
-    let name = property_name(&channel.name);
-    let endings = match channel.kind {
+    match channel.kind {
         ChannelKind::Color if is_first => {
             // Grey has one number for all three.
             let number = |value: &[f32; 3], at: usize| encode_srgb8(value[at % channel.count]);
-            return vec![
+            vec![
                 byte("red", &|value| number(value, 0)),
                 byte("green", &|value| number(value, 1)),
                 byte("blue", &|value| number(value, 2)),
-            ];
+            ]
         }
         ChannelKind::Alpha if is_first => {
             let alpha = |value: &[f32; 3]| (value[0].clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-            return vec![byte("alpha", &alpha)];
+            vec![byte("alpha", &alpha)]
         }
-        ChannelKind::Normal => ["x", "y", "z"],
-        _ if channel.count == 3 => ["red", "green", "blue"],
-        _ => return vec![float(name, 0)],
-    };
-    let named = endings.into_iter().enumerate();
-    named
-        .map(|(at, ending)| float(format!("{name}_{ending}"), at))
-        .collect()
-}
-
-/// A name without blanks, none of those that the geometry and its colours have.
-fn property_name(name: &str) -> String {
-    const TAKEN: [&str; 10] = [
-        "x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha",
-    ];
-    let is_fine = |sign: char| sign.is_ascii_alphanumeric() || sign == '_';
-    let plain: String = name
-        .chars()
-        .map(|sign| if is_fine(sign) { sign } else { '_' })
-        .collect();
-    match TAKEN.contains(&plain.as_str()) {
-        true => format!("map_{plain}"),
-        false => plain,
+        _ => {
+            let named = property_names(channel).into_iter().enumerate();
+            named.map(|(at, name)| float(name, at)).collect()
+        }
     }
 }

@@ -22,6 +22,8 @@ pub struct GltfMesh<'a> {
     pub normals: &'a [[f32; 3]],
     /// Vertex indices.
     pub triangles: &'a [[u32; 3]],
+    /// Linear colours, written where there are no texture coordinates.
+    pub colors: Option<&'a [[f32; 3]]>,
     /// Texture coordinates of the corners of each triangle, v upwards. A vertex with several is repeated
     /// behind the others; what is not finite is written as 0.
     pub uvs: Option<&'a [[[f32; 2]; 3]]>,
@@ -45,6 +47,7 @@ pub fn write(path: &Path, mesh: &GltfMesh<'_>) -> Result<()> {
         positions: &split.copied(mesh.positions),
         normals: &split.copied(mesh.normals),
         triangles: &split.triangles,
+        colors: None,
         ..*mesh
     };
     write_lists(path, &copied, &split.uvs, &split.tangents)
@@ -144,6 +147,9 @@ fn description<'a>(
     });
     let triangles = bytemuck::cast_slice(mesh.triangles);
     let indices = add(triangles, mesh.triangles.len() * 3, "SCALAR");
+    if let Some(colors) = mesh.colors {
+        attributes["COLOR_0"] = json!(add(bytemuck::cast_slice(colors), count, "VEC3"));
+    }
     if !uvs.is_empty() {
         attributes["TEXCOORD_0"] = json!(add(bytemuck::cast_slice(uvs), count, "VEC2"));
     }

@@ -15,7 +15,7 @@ use crate::format::atomic;
 /// Vertices, or faces, that are written at once.
 pub(super) const WRITTEN: usize = 1024;
 
-/// The numbers of a vertex property to be written.
+/// The numbers of a property to be written, of vertices or faces.
 #[derive(Clone, Copy, Debug)]
 pub enum Column<'a> {
     /// `float`
@@ -28,6 +28,8 @@ pub enum Column<'a> {
     UChar(&'a [u8]),
     /// `int`
     Int(&'a [i32]),
+    /// `uint`
+    UInt(&'a [u32]),
 }
 
 impl Column<'_> {
@@ -38,6 +40,7 @@ impl Column<'_> {
             Self::UShort(values) => values.len(),
             Self::UChar(values) => values.len(),
             Self::Int(values) => values.len(),
+            Self::UInt(values) => values.len(),
         }
     }
 
@@ -48,6 +51,7 @@ impl Column<'_> {
             Self::UShort(_) => ScalarType::UShort,
             Self::UChar(_) => ScalarType::UChar,
             Self::Int(_) => ScalarType::Int,
+            Self::UInt(_) => ScalarType::UInt,
         }
     }
 
@@ -60,6 +64,7 @@ impl Column<'_> {
             Self::UShort(values) => fill(&values[rows], u16::to_le_bytes, records, size, offset),
             Self::UChar(values) => fill(&values[rows], u8::to_le_bytes, records, size, offset),
             Self::Int(values) => fill(&values[rows], i32::to_le_bytes, records, size, offset),
+            Self::UInt(values) => fill(&values[rows], u32::to_le_bytes, records, size, offset),
         }
     }
 
@@ -67,7 +72,7 @@ impl Column<'_> {
     fn size(&self) -> usize {
         match self {
             Self::Double(_) => 8,
-            Self::Float(_) | Self::Int(_) => 4,
+            Self::Float(_) | Self::Int(_) | Self::UInt(_) => 4,
             Self::UShort(_) => 2,
             Self::UChar(_) => 1,
         }
@@ -93,11 +98,25 @@ pub fn write(
     columns: &[(&str, Column<'_>)],
     triangles: &[[u32; 3]],
 ) -> Result<()> {
-    let header = header_of(comments, columns, triangles.len(), false);
+    write_with_faces(path, comments, columns, triangles, &[])
+}
+
+/// Writes a PLY as [`write()`] does, with scalar properties of the triangles.
+pub fn write_with_faces(
+    path: &Path,
+    comments: &[String],
+    columns: &[(&str, Column<'_>)],
+    triangles: &[[u32; 3]],
+    face_columns: &[(&str, Column<'_>)],
+) -> Result<()> {
+    let mut header = header_of(comments, columns, triangles.len());
+    if let Some(face) = header.elements.get_mut("face") {
+        add_scalars(face, face_columns);
+    }
     atomic::write_file(path, |sink| {
         Writer::<DefaultElement>::new().write_header(sink, &header)?;
         write_vertices(sink, columns)?;
-        write_faces(sink, triangles)
+        write_faces(sink, triangles, face_columns)
     })
 }
 
@@ -111,7 +130,12 @@ pub fn write_textured(
     uvs: &[[[f32; 2]; 3]],
 ) -> Result<()> {
     debug_assert_eq!(triangles.len(), uvs.len());
-    let header = header_of(comments, columns, triangles.len(), true);
+    let mut header = header_of(comments, columns, triangles.len());
+    if let Some(face) = header.elements.get_mut("face") {
+        let list = PropertyType::List(ScalarType::UChar, ScalarType::Float);
+        face.properties
+            .add(PropertyDef::new("texcoord".into(), list));
+    }
     atomic::write_file(path, |sink| {
         Writer::<DefaultElement>::new().write_header(sink, &header)?;
         write_vertices(sink, columns)?;
@@ -148,49 +172,56 @@ fn write_vertices(sink: &mut impl Write, columns: &[(&str, Column<'_>)]) -> io::
     Ok(())
 }
 
-fn write_faces(sink: &mut impl Write, triangles: &[[u32; 3]]) -> io::Result<()> {
-    const SIZE: usize = 1 + size_of::<[u32; 3]>();
-    let mut records = vec![3; WRITTEN.min(triangles.len()) * SIZE];
-    for triangles in triangles.chunks(WRITTEN) {
-        for (record, triangle) in records.chunks_exact_mut(SIZE).zip(triangles) {
-            for (bytes, corner) in record[1..].chunks_exact_mut(4).zip(triangle) {
+/// Writes the faces, some at a time: their corners, then column after column of them.
+fn write_faces(
+    sink: &mut impl Write,
+    triangles: &[[u32; 3]],
+    columns: &[(&str, Column<'_>)],
+) -> io::Result<()> {
+    const CORNERS: usize = 1 + size_of::<[u32; 3]>();
+    let scalars: usize = columns.iter().map(|(_, column)| column.size()).sum();
+    let size = CORNERS + scalars;
+    let mut records = vec![3; WRITTEN.min(triangles.len()) * size];
+    for (block, triangles) in triangles.chunks(WRITTEN).enumerate() {
+        for (record, triangle) in records.chunks_exact_mut(size).zip(triangles) {
+            for (bytes, corner) in record[1..CORNERS].chunks_exact_mut(4).zip(triangle) {
                 bytes.copy_from_slice(&corner.to_le_bytes());
             }
         }
-        sink.write_all(&records[..triangles.len() * SIZE])?;
+        let rows = block * WRITTEN..block * WRITTEN + triangles.len();
+        let mut offset = CORNERS;
+        for (_, column) in columns {
+            column.fill(rows.clone(), &mut records, size, offset);
+            offset += column.size();
+        }
+        sink.write_all(&records[..triangles.len() * size])?;
     }
     Ok(())
 }
 
-fn header_of(
-    comments: &[String],
-    columns: &[(&str, Column<'_>)],
-    triangles: usize,
-    is_textured: bool,
-) -> Header {
+fn header_of(comments: &[String], columns: &[(&str, Column<'_>)], triangles: usize) -> Header {
     let mut vertex = ElementDef::new("vertex".into());
     vertex.count = columns.first().map_or(0, |(_, column)| column.len());
-    for (name, column) in columns {
-        debug_assert_eq!(column.len(), vertex.count);
-        let data_type = PropertyType::Scalar(column.scalar_type());
-        vertex
-            .properties
-            .add(PropertyDef::new((*name).into(), data_type));
-    }
+    add_scalars(&mut vertex, columns);
     let mut face = ElementDef::new("face".into());
     face.count = triangles;
     let list = PropertyType::List(ScalarType::UChar, ScalarType::Int);
     face.properties
         .add(PropertyDef::new("vertex_indices".into(), list));
-    if is_textured {
-        let list = PropertyType::List(ScalarType::UChar, ScalarType::Float);
-        face.properties
-            .add(PropertyDef::new("texcoord".into(), list));
-    }
     let mut header = Header::new();
     header.encoding = Encoding::BinaryLittleEndian;
     header.comments = comments.to_vec();
     header.elements.add(vertex);
     header.elements.add(face);
     header
+}
+
+fn add_scalars(element: &mut ElementDef, columns: &[(&str, Column<'_>)]) {
+    for (name, column) in columns {
+        debug_assert_eq!(column.len(), element.count);
+        let data_type = PropertyType::Scalar(column.scalar_type());
+        element
+            .properties
+            .add(PropertyDef::new((*name).into(), data_type));
+    }
 }

@@ -11,7 +11,7 @@ use crate::format::id::ContentId;
 use crate::format::json;
 use crate::format::own_folder::is_plain_name;
 use crate::grid::TexelGrid;
-use crate::maps::vertex_map::{LONGEST, is_method_name};
+use crate::maps::header::{LONGEST, is_method_name};
 use crate::mesh::atlas::MOST_TEXELS;
 use crate::mesh::origin::FARTHEST;
 

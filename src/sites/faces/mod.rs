@@ -9,13 +9,16 @@
 //! | [`pyramid`] | all levels of a surface |
 //! | [`triangular_grid`] | all levels of a flat grid of triangles on a square sample |
 //! | [`neighborhood`] | the 36 faces round a face, in three-fold symmetry |
+//! | [`plan`] | how many faces a surface and its sample have, level by level |
 
 pub mod level;
 pub mod neighborhood;
+pub mod plan;
 pub mod pyramid;
 pub mod triangular_grid;
 
 pub use level::{AdjacentDistances, FaceLevel};
 pub use neighborhood::{FaceTemplate, Neighborhood};
+pub use plan::{FaceOptions, FacePlan};
 pub use pyramid::FacePyramid;
 pub use triangular_grid::{GridTurn, TriangularGrid};

@@ -54,7 +54,7 @@ impl TriangularGrid {
                 .advice("crop the sample, or use fewer levels"));
         };
         let rows = side / divisor;
-        let per_row = (3f64.sqrt() * f64::from(rows)).floor() as u32;
+        let per_row = triangles_per_row(rows);
         check_count(rows as usize * per_row as usize, subdivisions)?;
         let (mesh, white) = lattice(side, rows, per_row);
         let mut levels = vec![FaceLevel::new(mesh, white)];
@@ -69,7 +69,11 @@ impl TriangularGrid {
 
     /// Where the centre of a face lies on the sample, in texels.
     pub fn place(&self, level: usize, face: usize, turn: GridTurn) -> TexCoord {
-        let Vec3 { x, y, .. } = self.pyramid.levels[level].centers[face];
+        self.on_sample(self.pyramid.levels[level].centers[face], turn)
+    }
+
+    /// Where a point of the grid lies on the sample, in texels.
+    pub fn on_sample(&self, Vec3 { x, y, .. }: Vec3, turn: GridTurn) -> TexCoord {
         match turn {
             GridTurn::Upright => TexCoord { s: x, t: y },
             GridTurn::Quarter => TexCoord {
@@ -94,6 +98,11 @@ impl TriangularGrid {
         order.sort_by(|a, b| a.0.cmp(&b.0).then(x(a.1).total_cmp(&x(b.1))));
         order.into_iter().map(|(_, face)| face).collect()
     }
+}
+
+/// How many triangles a row of the coarsest level has, if it has so many rows.
+pub(super) fn triangles_per_row(rows: u32) -> u32 {
+    (3f64.sqrt() * f64::from(rows)).floor() as u32
 }
 
 /// Rows of alternating triangles; those that point upwards are white.

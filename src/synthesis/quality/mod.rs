@@ -6,7 +6,7 @@ pub(crate) mod agreement;
 mod coherence;
 pub(crate) mod energy;
 mod fragments;
-mod histogram;
+pub(crate) mod histogram;
 
 use serde::Serialize;
 

@@ -28,7 +28,7 @@ use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::sites::level::{SiteHierarchy, Sites};
 use crate::synthesis::inputs::{Inputs, LevelMap};
-use crate::synthesis::options::{Method, SynthesisOptions};
+use crate::synthesis::options::{Method, SynthesisOptions, needs_faces};
 
 /// Synthesizes all levels and returns the finest.
 ///
@@ -52,6 +52,7 @@ pub fn synthesize<const N: usize, S: Sites<N>>(
         Method::Multiscale => multiscale::multiscale,
         Method::Coherent => coherent::coherent,
         Method::Progressive => progressive::progressive,
+        Method::Choosy => return Err(needs_faces()),
     };
     recipe(inputs, options, begun, finished, progress)
 }

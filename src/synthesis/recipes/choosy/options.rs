@@ -8,14 +8,20 @@ use crate::error::{Error, Result};
 const MOST_ITERATIONS: u32 = 1000;
 
 /// Options of Castellanos and Williams' method.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
+#[command(next_help_heading = "Method choosy")]
 pub struct ChoosyOptions {
     /// How often the faces of every level are visited, from the coarsest level on; the last number stands for all
-    /// finer levels too (§3.13).
+    /// finer levels too (§3.13)
+    #[arg(long, value_name = "N,N…", value_delimiter = ',', default_values_t = Self::default().iterations)]
     pub iterations: Vec<u32>,
-    /// Principal components of a neighbourhood that are compared; no more than it has numbers (§6.2).
+    /// Principal components of a neighbourhood that are compared; no more than it has numbers (§6.2)
+    #[arg(long, value_name = "N", default_value_t = Self::default().dimensions)]
     pub dimensions: usize,
-    /// The seed of all random numbers.
+    /// The seed of all random numbers. Set by synthesis.
+    #[arg(skip)]
+    #[serde(skip)]
     pub seed: u64,
 }
 
@@ -47,6 +53,23 @@ impl ChoosyOptions {
         match self.dimensions {
             0 => Err(Error::option("dimensions", "0", "1 or more")),
             _ => Ok(()),
+        }
+    }
+
+    /// Refuses options that another method would not use.
+    pub fn refuse_for(&self, method: &str) -> Result<()> {
+        let default = Self::default();
+        let given = [
+            ("iterations", self.iterations != default.iterations),
+            ("dimensions", self.dimensions != default.dimensions),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((name, _)) => Err(Error::option(
+                *name,
+                format!("given with --method {method}"),
+                "--method choosy, whose option it is",
+            )),
         }
     }
 

@@ -21,7 +21,7 @@ use crate::synthesis::recipes::choosy::value_pyramid::{ValuePyramid, expanded};
 /// the number of faces below them grows with its square.
 const LARGEST_RATIO: f64 = 8.0;
 /// Numbers per texel, at most: the principal components of 36 times as many are found.
-const MOST_CHANNELS: usize = 48;
+pub const MOST_CHANNELS: usize = 48;
 
 /// A texture on the faces of a surface.
 #[derive(Clone, Debug, PartialEq)]
