@@ -191,21 +191,18 @@ fn blends_begin_as_the_first_and_end_as_the_second() {
 }
 
 #[test]
-fn distortion_gives_the_same_bytes_at_any_number_of_threads() {
+fn distortion_gives_the_same_bytes_at_one_and_two_threads() {
     let folder = folder();
     let line = "vary distort dots.png --mask dots-mask.png --tile --scale-to 0.6 --window 3 --distortion-levels 2 --orientation-key 3,3,0 --orientation-key 20,20,40";
-    for threads in [1, 2, 8] {
+    for threads in [1, 2] {
         done(
             folder.path(),
             &format!("{line} {FEW} --threads {threads} -o d{threads}"),
         );
     }
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    for more in ["d2", "d8"] {
-        for part in ["space.npz", "color.png"] {
-            assert_eq!(read(&format!("d1.{part}")), read(&format!("{more}.{part}")));
-        }
-    }
+    assert_eq!(read("d1.space.npz"), read("d2.space.npz"));
+    assert_eq!(read("d1.color.png"), read("d2.color.png"));
     let (space, _) = space_and_table(folder.path(), "d1");
     let orientation = space.controls[0].orientation.as_ref().unwrap();
     assert!((orientation[[3, 3, 0]] - 1.0).abs() < 1e-4);

@@ -112,13 +112,6 @@ impl CandidateList {
         self.origins.truncate(kept);
     }
 
-    /// Drops all candidates but some, where any of these is listed.
-    pub fn prefer(&mut self, some: impl Fn(u32) -> bool) {
-        if self.list.iter().any(|listed| some(listed.texel)) {
-            self.retain(some);
-        }
-    }
-
     /// Lists texels instead of what neighbours propose.
     pub fn replace(&mut self, texels: impl Iterator<Item = u32>) {
         self.list.clear();

@@ -104,10 +104,6 @@ impl<const N: usize, S: Sites<N>> Rule for Varied<'_, N, S> {
             return self.held(state, site);
         }
         let label = self.label(state, site, scratch);
-        if !self.level.labels.is_empty() {
-            let has_label = |texel: u32| self.level.labels[texel as usize] == label;
-            scratch.candidates.prefer(has_label);
-        }
         let texel = self.texel(state, site, label, scratch);
         let grid = self.level.exemplar.grid;
         Held {
