@@ -5,7 +5,8 @@
 //! window fills one line of the cache. A byte is off by half a step at most, by which the bound is lowered.
 
 use crate::exemplar::embedding::{Block, LANES};
-use crate::synthesis::metric::projection::{SLACK, Sums, sum_of_lanes};
+use crate::synthesis::metric::embedded::sum_of_lanes;
+use crate::synthesis::metric::projection::{SLACK, Sums};
 
 /// Blocks of finer directions.
 pub const FINE_BLOCKS: usize = 3;
@@ -50,7 +51,7 @@ impl FinePattern {
         let square = first.rest.square;
         Self {
             coordinates,
-            residual: (square - sum_of_lanes(held)).max(0.0).sqrt(),
+            residual: (square - sum_of_lanes(&held)).max(0.0).sqrt(),
             square,
         }
     }
@@ -69,7 +70,7 @@ impl FinePattern {
         }
         let apart = self.residual - point.residual;
         let slack = SLACK * (self.square + point.square);
-        first + sum_of_lanes(squares) + apart * apart - slack
+        first + sum_of_lanes(&squares) + apart * apart - slack
     }
 }
 
