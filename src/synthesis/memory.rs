@@ -10,7 +10,7 @@ use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::synthesis::options::{Method, SynthesisOptions};
 
 /// Bytes of a texel beside its neighbours and its vector: windows, projections, bounds.
-const TEXEL: u64 = 280;
+const TEXEL: u64 = 360;
 /// Bytes of a neighbour in the table: read, laid out, and as the metric has it.
 const NEIGHBOR: u64 = 24;
 /// Bytes of a number of Φ: read, in double precision, factored.

@@ -3,16 +3,28 @@
 //! A window is a point: what it gives in every direction, and the norm of what the directions leave of it. The lower bound
 //! of two windows' distance is the squared distance of their points. Every node of the tree has the box of its
 //! points; a box farther away than what a search still keeps is passed over whole. Leaves have as many points as a
-//! block has lanes, at most.
+//! block has lanes, at most. What is left is held against its [finer bound](super::fine_bounds).
 
 use crate::exemplar::embedding::{Block, LANES};
 use crate::synthesis::keep::Keep;
+use crate::synthesis::metric::fine_bounds::{FinePattern, FinePoint};
 use crate::synthesis::metric::projection::{DIRECTIONS, Projected, SLACK, sum_of_lanes};
 
 /// Points that are ordered by one thread.
 const FEW: usize = 1 << 12;
 /// Nodes that wait at most while the tree is searched: one per level of a tree of 2³² leaves, and one more.
 const MOST_WAITING: usize = 34;
+
+/// A texel's projected window.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// The texel.
+    pub texel: u32,
+    /// In the directions of the tree.
+    pub first: Projected,
+    /// In the finer ones.
+    pub fine: FinePoint,
+}
 
 /// The tree.
 #[derive(Clone, Debug)]
@@ -40,33 +52,34 @@ struct Leaf {
     projections: [Block; DIRECTIONS],
     residuals: Block,
     squares: Block,
+    fine: [FinePoint; LANES],
     texels: [u32; LANES],
     count: usize,
 }
 
 impl BoundTree {
     /// The tree of some texels' windows.
-    pub fn new(texels: &[u32], windows: &[Projected]) -> Self {
-        let levels = windows
+    pub fn new(points: &[Point]) -> Self {
+        let levels = points
             .len()
             .div_ceil(LANES)
             .max(1)
             .next_power_of_two()
             .ilog2();
-        let mut order: Vec<u32> = (0..windows.len() as u32).collect();
-        halve(&mut order, windows, levels);
+        let mut order: Vec<u32> = (0..points.len() as u32).collect();
+        halve(&mut order, points, levels);
         let mut leaves = Vec::with_capacity(1 << levels);
         collect_leaves(&order, levels, &mut |of_leaf| {
-            leaves.push(Leaf::new(of_leaf, texels, windows));
+            leaves.push(Leaf::new(of_leaf, points));
         });
         let inner = leaves.len() - 1;
         let mut boxes = vec![Extent::NONE; inner + leaves.len()];
         let mut at = inner;
         collect_leaves(&order, levels, &mut |of_leaf| {
-            let points = of_leaf
+            let extents = of_leaf
                 .iter()
-                .map(|&index| Extent::of(&windows[index as usize]));
-            boxes[at] = points.fold(Extent::NONE, Extent::with);
+                .map(|&index| Extent::of(&points[index as usize].first));
+            boxes[at] = extents.fold(Extent::NONE, Extent::with);
             at += 1;
         });
         for node in (0..inner).rev() {
@@ -80,6 +93,7 @@ impl BoundTree {
     pub fn search(
         &self,
         pattern: &Projected,
+        fine: &FinePattern,
         keep: &mut impl Keep,
         mut distance: impl FnMut(u32, f64) -> f64,
     ) {
@@ -93,7 +107,7 @@ impl BoundTree {
                 continue;
             }
             if node >= inner {
-                self.leaves[node - inner].search(pattern, keep, &mut distance);
+                self.leaves[node - inner].search(pattern, fine, keep, &mut distance);
                 continue;
             }
             let (left, right) = (2 * node + 1, 2 * node + 2);
@@ -110,17 +124,21 @@ impl BoundTree {
 }
 
 /// Orders points so that on every one of some levels the two halves lie apart in the direction of their largest spread.
-fn halve(order: &mut [u32], windows: &[Projected], levels: u32) {
+fn halve(order: &mut [u32], points: &[Point], levels: u32) {
     if levels == 0 {
         return;
     }
     let extents = order
         .iter()
-        .map(|&index| Extent::of(&windows[index as usize]));
+        .map(|&index| Extent::of(&points[index as usize].first));
     let direction = extents.fold(Extent::NONE, Extent::with).longest();
-    let along = |index: u32| match windows[index as usize].projection.0.get(direction) {
-        Some(&along) => along,
-        None => windows[index as usize].rest.residual,
+    let along = |index: u32| {
+        let Projected { projection, rest } = points[index as usize].first;
+        projection
+            .0
+            .get(direction)
+            .copied()
+            .unwrap_or(rest.residual)
     };
     let middle = order.len() / 2;
     if middle > 0 {
@@ -132,12 +150,12 @@ fn halve(order: &mut [u32], windows: &[Projected], levels: u32) {
     let (left, right) = order.split_at_mut(middle);
     if is_long {
         rayon::join(
-            || halve(left, windows, levels - 1),
-            || halve(right, windows, levels - 1),
+            || halve(left, points, levels - 1),
+            || halve(right, points, levels - 1),
         );
     } else {
-        halve(left, windows, levels - 1);
-        halve(right, windows, levels - 1);
+        halve(left, points, levels - 1);
+        halve(right, points, levels - 1);
     }
 }
 
@@ -218,21 +236,23 @@ fn beyond(at: f32, low: f32, high: f32) -> f32 {
 }
 
 impl Leaf {
-    fn new(points: &[u32], texels: &[u32], windows: &[Projected]) -> Self {
+    fn new(order: &[u32], points: &[Point]) -> Self {
         let mut leaf = Self {
             projections: [[0.0; LANES]; DIRECTIONS],
             residuals: [0.0; LANES],
             squares: [0.0; LANES],
+            fine: [FinePoint::default(); LANES],
             texels: [0; LANES],
-            count: points.len(),
+            count: order.len(),
         };
-        for (lane, &point) in points.iter().enumerate() {
-            let Projected { projection, rest } = windows[point as usize];
+        for (lane, &index) in order.iter().enumerate() {
+            let Point { texel, first, fine } = points[index as usize];
+            let Projected { projection, rest } = first;
             for (direction, &number) in projection.0.iter().enumerate() {
                 leaf.projections[direction][lane] = number;
             }
             (leaf.residuals[lane], leaf.squares[lane]) = (rest.residual, rest.square);
-            leaf.texels[lane] = texels[point as usize];
+            (leaf.fine[lane], leaf.texels[lane]) = (fine, texel);
         }
         leaf
     }
@@ -242,10 +262,11 @@ impl Leaf {
     fn search(
         &self,
         pattern: &Projected,
+        fine: &FinePattern,
         keep: &mut impl Keep,
         distance: &mut impl FnMut(u32, f64) -> f64,
     ) {
-        let bounds = self.bounds(pattern);
+        let (sums, bounds) = self.bounds(pattern);
         let mut promising = 0;
         for (lane, bound) in bounds[..self.count].iter().enumerate() {
             if *bound < bounds[promising] {
@@ -260,28 +281,30 @@ impl Leaf {
                 _ => turn,
             };
             let limit = keep.limit();
-            if bounds[lane] <= limit as f32 {
+            let rules_out = |bound: f32| bound > limit as f32;
+            if !rules_out(bounds[lane]) && !rules_out(fine.bound(sums[lane], &self.fine[lane])) {
                 let texel = self.texels[lane];
                 keep.offer(texel, distance(texel, limit));
             }
         }
     }
 
+    /// The squared distances in the directions of the tree, and the bounds that they make with the residuals.
     #[inline(always)]
-    fn bounds(&self, pattern: &Projected) -> Block {
-        let mut bounds = [0.0; LANES];
+    fn bounds(&self, pattern: &Projected) -> (Block, Block) {
+        let mut sums = [0.0; LANES];
         for (own, others) in pattern.projection.0.iter().zip(&self.projections) {
             for lane in 0..LANES {
                 let apart = own - others[lane];
-                bounds[lane] += apart * apart;
+                sums[lane] += apart * apart;
             }
         }
-        let rest = pattern.rest;
+        let (rest, mut bounds) = (pattern.rest, sums);
         for (lane, bound) in bounds.iter_mut().enumerate() {
             let apart = rest.residual - self.residuals[lane];
             *bound += apart * apart - SLACK * (rest.square + self.squares[lane]);
         }
-        bounds
+        (sums, bounds)
     }
 }
 
@@ -314,12 +337,21 @@ mod tests {
         (0..count).map(window).collect()
     }
 
+    fn points(texels: &[u32], windows: &[Projected]) -> Vec<Point> {
+        let point = |(&texel, &first)| Point {
+            texel,
+            first,
+            fine: FinePoint::default(),
+        };
+        texels.iter().zip(windows).map(point).collect()
+    }
+
     #[test]
     fn the_nearest_are_found_and_few_are_compared() {
         for count in [0, 1, 7, 16, 17, 100, 5000] {
             let windows = windows(count);
             let texels: Vec<u32> = (0..count as u32).map(|index| 3 * index + 1).collect();
-            let tree = BoundTree::new(&texels, &windows);
+            let tree = BoundTree::new(&points(&texels, &windows));
             let mut compared = 0;
             for pattern in self::windows(40) {
                 let bound = |texel: u32| {
@@ -327,7 +359,7 @@ mod tests {
                     f64::from(pattern.bound(&window.projection, window.rest)) + 0.001
                 };
                 let (mut found, mut expected) = (Nearest::new(8, 1.5), Nearest::new(8, 1.5));
-                tree.search(&pattern, &mut found, |texel, _| {
+                tree.search(&pattern, &FinePattern::default(), &mut found, |texel, _| {
                     compared += 1;
                     bound(texel)
                 });
@@ -346,9 +378,14 @@ mod tests {
     fn a_search_that_keeps_all_sees_every_texel_once() {
         let texels: Vec<u32> = (0..777).collect();
         let windows = windows(777);
-        let tree = BoundTree::new(&texels, &windows);
+        let tree = BoundTree::new(&points(&texels, &windows));
         let mut all = Nearest::new(1000, f64::INFINITY);
-        tree.search(&windows[5], &mut all, |texel, _| 1.0 + f64::from(texel));
+        tree.search(
+            &windows[5],
+            &FinePattern::default(),
+            &mut all,
+            |texel, _| 1.0 + f64::from(texel),
+        );
         assert!(all.kept().iter().map(|&(_, texel)| texel).eq(0..777));
     }
 }

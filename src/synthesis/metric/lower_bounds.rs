@@ -3,7 +3,8 @@
 //! The windows of all whole texels are projected once on a few orthonormal directions B, near their
 //! principal ones. For a site's pattern f and a texel's window e, both weighted by √w,
 //! ‖f − e‖² ≥ ‖Bᵀf − Bᵀe‖² + (‖f − BBᵀf‖ − ‖e − BBᵀe‖)², whatever the directions: a texel whose
-//! bound is above the best distance so far need not be compared.
+//! bound is above the best distance so far need not be compared. A search of all texels has
+//! [finer bounds](super::fine_bounds) as well, in more directions.
 
 use multiversion::multiversion;
 use nalgebra::DMatrix;
@@ -14,7 +15,8 @@ use crate::exemplar::embedding::{Block, LANES};
 use crate::random;
 use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::{Keep, Pick, smallest};
-use crate::synthesis::metric::bound_tree::BoundTree;
+use crate::synthesis::metric::bound_tree::{BoundTree, Point};
+use crate::synthesis::metric::fine_bounds::{FINE_BLOCKS, FinePattern, FinePoint};
 use crate::synthesis::metric::projection::{DIRECTIONS, Projected, Projection, Residual, Sums};
 
 /// Candidates from which on it pays to project a pattern for their bounds. That of textons has so many
@@ -25,13 +27,19 @@ const SAMPLES: usize = 256;
 /// Rounds of subspace iteration.
 const ROUNDS: usize = 2;
 
+/// Per number of a window, its share in each direction, times √w.
+#[derive(Clone, Debug)]
+struct Basis {
+    first: Vec<Block>,
+    fine: [Vec<Block>; FINE_BLOCKS],
+}
+
 /// The projected windows of the whole texels of a level.
 #[derive(Clone, Debug)]
 pub struct ProjectedWindows {
     /// What every number of a window weighs.
     weights: Vec<f32>,
-    /// Per number of a window, its share in each direction, times √w.
-    basis: Vec<Block>,
+    basis: Basis,
     /// By texel, up to the last whole one; those that are not whole have none.
     projections: Vec<Projection>,
     rests: Vec<Residual>,
@@ -48,23 +56,28 @@ impl ProjectedWindows {
         seed: u64,
         level: u32,
     ) -> Self {
-        let basis = basis(&weights, texels, &window, seed, level);
+        let basis = Basis::new(&weights, texels, &window, seed, level);
         let project = |numbers: &mut Vec<f32>, &texel: &u32| {
             numbers.clear();
             window(texel, numbers);
-            project_apart(&basis, &weights, numbers)
+            let (first, fine) = project_apart(&basis, &weights, numbers);
+            Point {
+                texel,
+                first,
+                fine: FinePoint::new(&fine),
+            }
         };
         let whole = texels.par_iter().with_min_len(4 * LANES);
-        let whole: Vec<Projected> = whole.map_init(Vec::new, project).collect();
+        let whole: Vec<Point> = whole.map_init(Vec::new, project).collect();
         let most = texels.last().map_or(0, |&last| last as usize + 1);
         let mut projections = vec![Projection::default(); most];
         let mut rests = vec![Residual::default(); most];
-        for (&texel, projected) in texels.iter().zip(&whole) {
-            projections[texel as usize] = projected.projection;
-            rests[texel as usize] = projected.rest;
+        for Point { texel, first, .. } in &whole {
+            projections[*texel as usize] = first.projection;
+            rests[*texel as usize] = first.rest;
         }
         Self {
-            tree: BoundTree::new(texels, &whole),
+            tree: BoundTree::new(&whole),
             projections,
             rests,
             basis,
@@ -75,12 +88,13 @@ impl ProjectedWindows {
     /// Projects a pattern of two parts.
     #[inline(always)]
     pub fn project(&self, pattern: [&[f32]; 2]) -> Projected {
-        let (basis, more_basis) = self.basis.split_at(pattern[0].len());
-        let (weights, more_weights) = self.weights.split_at(pattern[0].len());
-        let mut sums = Sums::default();
-        sums.add(basis, weights, pattern[0]);
-        sums.add(more_basis, more_weights, pattern[1]);
-        sums.projected()
+        sums(&self.basis.first, &self.weights, pattern).projected()
+    }
+
+    /// Projects a pattern of two parts on all directions.
+    #[inline(always)]
+    fn project_on_all(&self, pattern: [&[f32]; 2]) -> (Projected, FinePattern) {
+        self.basis.project(&self.weights, pattern)
     }
 
     /// A lower bound of the distance of a pattern to a whole texel.
@@ -91,41 +105,71 @@ impl ProjectedWindows {
     }
 }
 
-/// Orthonormal directions near the principal ones of the windows, by subspace iteration on a
-/// spread of them; rows times √w.
-fn basis(
-    weights: &[f32],
-    texels: &[u32],
-    window: impl Fn(u32, &mut Vec<f32>),
-    seed: u64,
-    level: u32,
-) -> Vec<Block> {
-    let step = texels.len().div_ceil(SAMPLES).max(1);
-    let mut numbers = Vec::new();
-    for &texel in texels.iter().step_by(step) {
-        window(texel, &mut numbers);
-    }
-    let roots: Vec<f32> = weights.iter().map(|weight| weight.sqrt()).collect();
-    for (number, root) in numbers.iter_mut().zip(roots.iter().cycle()) {
-        *number *= root;
-    }
-    let windows = DMatrix::from_vec(roots.len(), numbers.len() / roots.len().max(1), numbers);
-    let mut stream = random::stream(seed, "full search directions", level, 0);
-    let start = DMatrix::from_fn(windows.ncols(), DIRECTIONS, |_, _| {
-        stream.gen_range(-1.0f32..1.0)
-    });
-    let mut directions = (&windows * start).qr().q();
-    for _ in 0..ROUNDS {
-        directions = (&windows * windows.tr_mul(&directions)).qr().q();
-    }
-    let row = |(index, root): (usize, &f32)| {
-        let mut row = [0.0; LANES];
-        for (slot, direction) in row.iter_mut().zip(directions.row(index).iter()) {
-            *slot = direction * root;
+impl Basis {
+    /// Orthonormal directions near the principal ones of the windows, by subspace iteration on a
+    /// spread of them.
+    fn new(
+        weights: &[f32],
+        texels: &[u32],
+        window: impl Fn(u32, &mut Vec<f32>),
+        seed: u64,
+        level: u32,
+    ) -> Self {
+        let step = texels.len().div_ceil(SAMPLES).max(1);
+        let mut numbers = Vec::new();
+        for &texel in texels.iter().step_by(step) {
+            window(texel, &mut numbers);
         }
-        row
-    };
-    roots.iter().enumerate().map(row).collect()
+        let roots: Vec<f32> = weights.iter().map(|weight| weight.sqrt()).collect();
+        for (number, root) in numbers.iter_mut().zip(roots.iter().cycle()) {
+            *number *= root;
+        }
+        let windows = DMatrix::from_vec(roots.len(), numbers.len() / roots.len().max(1), numbers);
+        let mut stream = random::stream(seed, "full search directions", level, 0);
+        let all = DIRECTIONS * (1 + FINE_BLOCKS);
+        let start = DMatrix::from_fn(windows.ncols(), all, |_, _| stream.gen_range(-1.0f32..1.0));
+        let mut directions = (&windows * start).qr().q();
+        for _ in 0..ROUNDS {
+            directions = (&windows * windows.tr_mul(&directions)).qr().q();
+        }
+        let rows = |first: usize| {
+            let row = |(index, root): (usize, &f32)| {
+                let mut row = [0.0; LANES];
+                let directions = directions.row(index);
+                for (slot, direction) in row.iter_mut().zip(directions.iter().skip(first)) {
+                    *slot = direction * root;
+                }
+                row
+            };
+            roots.iter().enumerate().map(row).collect()
+        };
+        Self {
+            first: rows(0),
+            fine: std::array::from_fn(|block| rows((1 + block) * DIRECTIONS)),
+        }
+    }
+
+    /// Projects the two parts of a window.
+    #[inline(always)]
+    fn project(&self, weights: &[f32], window: [&[f32]; 2]) -> (Projected, FinePattern) {
+        let first = sums(&self.first, weights, window);
+        let fine = self
+            .fine
+            .each_ref()
+            .map(|basis| sums(basis, weights, window));
+        (first.projected(), FinePattern::new(&first, &fine))
+    }
+}
+
+/// What the two parts of a window give in the directions of a block.
+#[inline(always)]
+fn sums(basis: &[Block], weights: &[f32], window: [&[f32]; 2]) -> Sums {
+    let (basis, more_basis) = basis.split_at(window[0].len());
+    let (weights, more_weights) = weights.split_at(window[0].len());
+    let mut sums = Sums::default();
+    sums.add(basis, weights, window[0]);
+    sums.add(more_basis, more_weights, window[1]);
+    sums
 }
 
 /// The projection of a window.
@@ -134,10 +178,8 @@ fn basis(
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn project_apart(basis: &[Block], weights: &[f32], numbers: &[f32]) -> Projected {
-    let mut sums = Sums::default();
-    sums.add(basis, weights, numbers);
-    sums.projected()
+fn project_apart(basis: &Basis, weights: &[f32], numbers: &[f32]) -> (Projected, FinePattern) {
+    basis.project(weights, [numbers, &[]])
 }
 
 /// The best of `first` and some candidates whose lower bounds do not rule them out.
@@ -167,42 +209,89 @@ pub fn search_within(
     keep: &mut impl Keep,
     distance: impl FnMut(u32, f64) -> f64,
 ) {
-    windows
-        .tree
-        .search(&windows.project(pattern), keep, distance);
+    let (first, fine) = windows.project_on_all(pattern);
+    windows.tree.search(&first, &fine, keep, distance);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::synthesis::keep::Nearest;
+
+    /// Forty windows of 48 numbers that lie in a space of some dimensions.
+    fn windows(dimensions: usize) -> Vec<Vec<f32>> {
+        let mut stream = random::stream(3, "test", 0, 0);
+        let spanning: Vec<f32> = (0..dimensions * 48)
+            .map(|_| stream.gen_range(-1.0..1.0))
+            .collect();
+        let window = |_| {
+            let shares: Vec<f32> = (0..dimensions)
+                .map(|_| stream.gen_range(-1.0f32..1.0))
+                .collect();
+            let number = |at: usize| {
+                (0..dimensions)
+                    .map(|i| shares[i] * spanning[48 * i + at])
+                    .sum()
+            };
+            (0..48).map(number).collect()
+        };
+        (0..40).map(window).collect()
+    }
 
     #[test]
-    fn bounds_are_below_distances_and_tight_in_the_plane() {
-        // Windows in a plane of few dimensions: the directions span them all.
-        let mut stream = random::stream(3, "test", 0, 0);
-        let plane: Vec<f32> = (0..8 * 48).map(|_| stream.gen_range(-1.0..1.0)).collect();
-        let windows: Vec<Vec<f32>> = (0..40)
-            .map(|_| {
-                let shares = [0.0; 8].map(|_: f32| stream.gen_range(-1.0f32..1.0));
-                let number = |at: usize| (0..8).map(|i| shares[i] * plane[48 * i + at]).sum();
-                (0..48).map(number).collect()
-            })
-            .collect();
-        let weights: Vec<f32> = (0..48).map(|at| (at % 3) as f32).collect();
+    fn bounds_are_below_distances_and_tight_where_directions_span_the_windows() {
+        // The first directions span a space of 8 dimensions, all directions one of 30.
+        for dimensions in [8, 30] {
+            let windows = windows(dimensions);
+            let weights: Vec<f32> = (0..48).map(|at| (at % 3) as f32).collect();
+            let texels: Vec<u32> = (0..40).collect();
+            let window = |texel: u32, out: &mut Vec<f32>| out.extend(&windows[texel as usize]);
+            let projected = ProjectedWindows::new(weights.clone(), &texels, window, 1, 0);
+            for own in &windows {
+                let parts = [&own[..16], &own[16..]];
+                let (first, fine) = projected.project_on_all(parts);
+                for (texel, other) in (0..).zip(&windows) {
+                    let terms = own.iter().zip(other).zip(&weights);
+                    let distance: f32 = terms.map(|((a, b), w)| w * (a - b).powi(2)).sum();
+                    let bound = projected.bound(&first, texel);
+                    let in_first: f32 = {
+                        let others = &projected.projections[texel as usize].0;
+                        let pairs = first.projection.0.iter().zip(others);
+                        pairs.map(|(a, b)| (a - b).powi(2)).sum()
+                    };
+                    let (_, point) = projected.project_on_all([&other[..16], &other[16..]]);
+                    let finer = fine.bound(in_first, &FinePoint::new(&point));
+                    let tight = match dimensions {
+                        8 => bound,
+                        _ => finer,
+                    };
+                    assert!(bound <= distance && finer <= distance, "{bound} {distance}");
+                    assert!(tight > 0.96 * distance - 0.05, "{tight} {distance}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_search_finds_what_comparing_all_finds() {
+        let windows = windows(30);
         let texels: Vec<u32> = (0..40).collect();
         let window = |texel: u32, out: &mut Vec<f32>| out.extend(&windows[texel as usize]);
-        let projected = ProjectedWindows::new(weights.clone(), &texels, window, 1, 0);
+        let projected = ProjectedWindows::new(vec![1.0; 48], &texels, window, 1, 0);
         for own in &windows {
-            let pattern = projected.project([&own[..16], &own[16..]]);
-            for (texel, other) in (0..).zip(&windows) {
-                let terms = own.iter().zip(other).zip(&weights);
-                let distance: f32 = terms.map(|((a, b), w)| w * (a - b).powi(2)).sum();
-                let bound = projected.bound(&pattern, texel);
-                assert!(
-                    bound <= distance && bound > 0.99 * distance - 1e-2,
-                    "{bound} {distance}"
-                );
-            }
+            // A window with noise, as synthesized ones have.
+            let pattern: Vec<f32> = own.iter().map(|number| 0.9 * number + 0.1).collect();
+            let distance = |texel: u32| -> f64 {
+                let pairs = pattern.iter().zip(&windows[texel as usize]);
+                pairs.map(|(a, b)| f64::from((a - b).powi(2))).sum()
+            };
+            let (mut found, mut expected) = (Nearest::new(3, 1.5), Nearest::new(3, 1.5));
+            let parts = [&pattern[..16], &pattern[16..]];
+            search_within(&projected, parts, &mut found, |texel, _| distance(texel));
+            texels
+                .iter()
+                .for_each(|&texel| expected.offer(texel, distance(texel)));
+            assert_eq!(found.kept(), expected.kept());
         }
     }
 }

@@ -5,6 +5,7 @@ mod bound_tree;
 pub(crate) mod dense;
 pub(crate) mod embedded;
 pub(crate) mod features;
+mod fine_bounds;
 pub(crate) mod gram;
 mod lower_bounds;
 pub(crate) mod of_level;
