@@ -40,11 +40,16 @@ impl SourcePlaces {
         })
     }
 
-    /// Where the centre of a source lies.
+    /// The centre of the texel that the centre of a source lies in: faces hold whole texels, whose histograms they keep.
     pub(super) fn center(&self, source: u32) -> TexCoord {
         let (face, turn) = self.triangle(source);
         let level = self.grid.pyramid.levels.len() - 1;
-        self.on_sample(self.grid.pyramid.levels[level].centers[face], turn)
+        let TexCoord { s, t } = self.on_sample(self.grid.pyramid.levels[level].centers[face], turn);
+        let height = self.exemplar[1] as f32;
+        TexCoord {
+            s: s.floor() + 0.5,
+            t: height - (height - t).floor() - 0.5,
+        }
     }
 
     /// Where the corners of a face lie, if it has a source at a phase.
@@ -112,7 +117,8 @@ mod tests {
             let area = (b.s - a.s) * (c.t - a.t) - (c.s - a.s) * (b.t - a.t);
             assert!((area - 2.0 / 3f32.sqrt()).abs() < 1e-3, "{area}");
             let center = places.center(source);
-            assert!((center.s - (a.s + b.s + c.s) / 3.0).abs() < 1e-3);
+            let mean = (a.s + b.s + c.s) / 3.0;
+            assert!(center.s == center.s.floor() + 0.5 && (center.s - mean).abs() < 0.501);
         }
         map.sources[1] = 2 * count;
         let error = SourcePlaces::of(&map).err().unwrap().to_string();
