@@ -10,7 +10,7 @@ a rounded 3D cross three units wide, `ball.obj` a sphere of radius 1. With `--re
 stones under N lights, each lit by its normals. Of progressively-variant textures these are the beginnings, 96 × 96 texels each:
 `leopard.png`, rosettes with a brown inside; `giraffe.png`, brown patches in pale gaps; `pale.png` and `red.png`, two marbles with
 veins, thin and dark in the first, wide and bright in the second. Isotropic textures, 96 × 96 texels each, are `rust.png`, pitted metal with
-patches of rust; `water.png`, lines of light on the ground of a pool; and `burl.png`, wood whose grain runs round eyes. `globe.obj` is a sphere of 2,048
+patches of rust; `water.png`, lines of light on the ground of a pool; `burl.png`, wood whose grain runs round eyes; and `candy.png`, sweets of six colours. `globe.obj` is a sphere of 2,048
 triangles in two colours.
 
 Needs: pip install numpy pillow
@@ -181,6 +181,21 @@ def burl(size, random):
     return color * (1.0 + 0.06 * fine(size, 1.8, random)[..., None])
 
 
+def candy(size, random):
+    """Round sweets of six colours, one over another."""
+    shades = np.array([(0.75, 0.06, 0.08), (0.80, 0.55, 0.08), (0.15, 0.55, 0.22), (0.06, 0.36, 0.55), (0.50, 0.26, 0.58), (0.28, 0.12, 0.06)])
+    color, y, x = np.full((size, size, 3), 0.03), *(np.mgrid[0:size, 0:size] + 0.5)
+    for place in scattered(size, 6, 0.7, random):
+        down, right = (along - at - size * np.round((along - at) / size) for along, at in zip((y, x), place))
+        from_middle = np.hypot(down, right) / random.uniform(4.0, 5.5)
+        dome = 0.35 + 0.65 * np.sqrt(np.clip(1.0 - from_middle**2, 0.0, 1.0))[..., None]
+        shine = np.exp(-((down + 1.6) ** 2 + (right + 1.2) ** 2) / 1.5)[..., None]
+        sweet = shades[random.integers(len(shades))] * dome + 0.45 * shine
+        inside = (1.0 - smooth_step(0.9, 1.1, from_middle))[..., None]
+        color = inside * sweet + (1.0 - inside) * color
+    return color
+
+
 def save_color(path, color, alpha=None):
     stored = np.where(color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 0.0031308) ** (1 / 2.4) - 0.055)
     channels = [stored] if alpha is None else [stored, alpha[..., None]]
@@ -293,6 +308,7 @@ def main():
     save_color(folder / "rust.png", rust(96, np.random.default_rng(9)))
     save_color(folder / "water.png", water(96, np.random.default_rng(10)))
     save_color(folder / "burl.png", burl(96, np.random.default_rng(11)))
+    save_color(folder / "candy.png", candy(96, np.random.default_rng(12)))
     if args.relit:
         save_relit(folder / "stones-relit", color, normal, args.relit)
     save_mesh(folder / "cross.obj", *cross())

@@ -257,7 +257,7 @@ impl Leaf {
         leaf
     }
 
-    /// Compares its texels, the most promising first.
+    /// Compares its texels that neither bound rules out.
     #[inline(always)]
     fn search(
         &self,
@@ -267,22 +267,12 @@ impl Leaf {
         distance: &mut impl FnMut(u32, f64) -> f64,
     ) {
         let (sums, bounds) = self.bounds(pattern);
-        let mut promising = 0;
-        for (lane, bound) in bounds[..self.count].iter().enumerate() {
-            if *bound < bounds[promising] {
-                promising = lane;
-            }
-        }
-        for turn in 0..self.count {
-            // The first and the most promising change places.
-            let lane = match turn {
-                0 => promising,
-                _ if turn == promising => 0,
-                _ => turn,
-            };
+        let mut left = lanes_within(&bounds, keep.limit() as f32) & ((1 << self.count) - 1);
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
             let limit = keep.limit();
-            let rules_out = |bound: f32| bound > limit as f32;
-            if !rules_out(bounds[lane]) && !rules_out(fine.bound(sums[lane], &self.fine[lane])) {
+            if fine.bound(sums[lane], &self.fine[lane]) <= limit as f32 {
                 let texel = self.texels[lane];
                 keep.offer(texel, distance(texel, limit));
             }
@@ -306,6 +296,16 @@ impl Leaf {
         }
         (sums, bounds)
     }
+}
+
+/// The lanes whose numbers are at most a limit, as bits. Not inlined, so that the loops that fill the block keep it in
+/// whole vectors.
+#[inline(never)]
+fn lanes_within(block: &Block, limit: f32) -> u32 {
+    let lanes = block.iter().enumerate();
+    lanes.fold(0, |within, (lane, &number)| {
+        within | u32::from(number <= limit) << lane
+    })
 }
 
 #[cfg(test)]
