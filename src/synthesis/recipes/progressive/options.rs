@@ -96,7 +96,7 @@ impl Default for ProgressiveOptions {
         Self {
             mask_window: Widths::constant(9),
             color_window: Widths::constant(7),
-            mask_weight: 0.5,
+            mask_weight: 1.0,
             refine_window: 5,
         }
     }
