@@ -225,7 +225,7 @@ fn distance_ratios(surface: &FacePyramid) -> Result<Vec<f64>> {
                 format!("adjacent faces are up to {ratio:.1} times as far apart as the mean"),
             )
             .expected(format!("at most {LARGEST_RATIO} times"))
-            .advice("use a base mesh of more even triangles")),
+            .advice("give more --base-faces, or --crease 90 so that no edges are kept")),
         }
     };
     surface.levels.iter().enumerate().map(ratio).collect()
