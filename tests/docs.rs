@@ -16,7 +16,7 @@ const CAPS: [(&str, u64); 10] = [
     ("--samples", 2),
     ("--bounces", 2),
     ("--resolution", 96),
-    ("--base-faces", 130),
+    ("--base-faces", 200),
 ];
 
 /// Direction sets of these options become a small one.

@@ -350,7 +350,11 @@ fn a_table_may_stand_between_and_must_belong() {
 fn samples_are_cropped_and_meshes_without_two_colours_subdivided_and_both_are_said() {
     let folder = tempfile::tempdir().unwrap();
     write_pictures(folder.path(), [23, 18]);
-    write_mesh(&folder.path().join("torus.obj"), &shapes::icosphere(2)).unwrap();
+    write_mesh(
+        &folder.path().join("torus.obj"),
+        &shapes::torus(20, 10, 1.0, 0.4),
+    )
+    .unwrap();
     exemplar(folder.path());
     let told = synth(folder.path(), &["--subdivisions=1"]);
     assert_eq!(told["square"], serde_json::json!([2, 0, 18]));
