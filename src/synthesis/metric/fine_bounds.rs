@@ -5,8 +5,7 @@
 //! window fills one line of the cache. A byte is off by half a step at most, by which the bound is lowered.
 
 use crate::exemplar::embedding::{Block, LANES};
-use crate::synthesis::metric::embedded::sum_of_lanes;
-use crate::synthesis::metric::projection::{SLACK, Sums};
+use crate::synthesis::metric::projection::{SLACK, Sums, sum_apart};
 
 /// Blocks of finer directions.
 pub const FINE_BLOCKS: usize = 3;
@@ -51,7 +50,7 @@ impl FinePattern {
         let square = first.rest.square;
         Self {
             coordinates,
-            residual: (square - sum_of_lanes(&held)).max(0.0).sqrt(),
+            residual: (square - sum_apart(&held)).max(0.0).sqrt(),
             square,
         }
     }
@@ -70,7 +69,7 @@ impl FinePattern {
         }
         let apart = self.residual - point.residual;
         let slack = SLACK * (self.square + point.square);
-        first + sum_of_lanes(&squares) + apart * apart - slack
+        first + sum_apart(&squares) + apart * apart - slack
     }
 }
 

@@ -95,6 +95,12 @@ impl Sums {
     }
 }
 
+/// The sum of all lanes, not inlined, so that the loops that fill the block keep it in whole vectors.
+#[inline(never)]
+pub fn sum_apart(lanes: &Block) -> f32 {
+    sum_of_lanes(*lanes)
+}
+
 /// The sum of all lanes, as a tree.
 #[inline(always)]
 pub fn sum_of_lanes(lanes: Block) -> f32 {
