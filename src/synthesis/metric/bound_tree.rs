@@ -22,7 +22,7 @@ pub struct Point {
     pub texel: u32,
     /// In the directions of the tree.
     pub first: Projected,
-    /// In the finer ones.
+    /// In the finer ones, where they are asked for.
     pub fine: FinePoint,
 }
 
@@ -93,7 +93,7 @@ impl BoundTree {
     pub fn search(
         &self,
         pattern: &Projected,
-        fine: &FinePattern,
+        fine: Option<&FinePattern>,
         keep: &mut impl Keep,
         mut distance: impl FnMut(u32, f64) -> f64,
     ) {
@@ -262,7 +262,7 @@ impl Leaf {
     fn search(
         &self,
         pattern: &Projected,
-        fine: &FinePattern,
+        fine: Option<&FinePattern>,
         keep: &mut impl Keep,
         distance: &mut impl FnMut(u32, f64) -> f64,
     ) {
@@ -272,7 +272,8 @@ impl Leaf {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
             let limit = keep.limit();
-            if fine.bound(sums[lane], &self.fine[lane]) <= limit as f32 {
+            let bound = fine.map(|fine| fine.bound(sums[lane], &self.fine[lane]));
+            if bound.is_none_or(|bound| bound <= limit as f32) {
                 let texel = self.texels[lane];
                 keep.offer(texel, distance(texel, limit));
             }
@@ -359,7 +360,7 @@ mod tests {
                     f64::from(pattern.bound(&window.projection, window.rest)) + 0.001
                 };
                 let (mut found, mut expected) = (Nearest::new(8, 1.5), Nearest::new(8, 1.5));
-                tree.search(&pattern, &FinePattern::default(), &mut found, |texel, _| {
+                tree.search(&pattern, None, &mut found, |texel, _| {
                     compared += 1;
                     bound(texel)
                 });
@@ -380,12 +381,9 @@ mod tests {
         let windows = windows(777);
         let tree = BoundTree::new(&points(&texels, &windows));
         let mut all = Nearest::new(1000, f64::INFINITY);
-        tree.search(
-            &windows[5],
-            &FinePattern::default(),
-            &mut all,
-            |texel, _| 1.0 + f64::from(texel),
-        );
+        tree.search(&windows[5], None, &mut all, |texel, _| {
+            1.0 + f64::from(texel)
+        });
         assert!(all.kept().iter().map(|&(_, texel)| texel).eq(0..777));
     }
 }

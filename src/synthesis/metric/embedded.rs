@@ -82,7 +82,7 @@ impl<'a> EmbeddedMetric<'a> {
                 .for_each(|part| numbers.extend(part));
         };
         let weights = weights.concat();
-        let projected = ProjectedWindows::new(weights, texels, window, seed, level);
+        let projected = ProjectedWindows::new(weights, texels, window, (seed, level), false);
         self.projected = Some(projected);
         self
     }

@@ -103,9 +103,9 @@ impl<'a> FeatureMetric<'a> {
         }
     }
 
-    /// Prepares the bounds that spare a full search most of its distances.
+    /// Prepares the bounds that spare a search most of its distances, with finer ones for a full search.
     #[must_use]
-    pub fn with_projected_windows(mut self, seed: u64, level: u32) -> Self {
+    pub fn with_projected_windows(mut self, draw: (u64, u32), searches_all: bool) -> Self {
         let texels = &self.exemplar.whole_texels;
         let pictures = std::iter::once(&self.fine).chain(&self.coarse);
         let weights = pictures.map(|picture| &picture.weights[..]);
@@ -116,7 +116,7 @@ impl<'a> FeatureMetric<'a> {
             let parts = pattern.parts().into_iter();
             parts.for_each(|part| numbers.extend(part));
         };
-        let projected = ProjectedWindows::new(weights, texels, window, seed, level);
+        let projected = ProjectedWindows::new(weights, texels, window, draw, searches_all);
         self.projected = Some(projected);
         self
     }

@@ -31,7 +31,8 @@ const ROUNDS: usize = 2;
 #[derive(Clone, Debug)]
 struct Basis {
     first: Vec<Block>,
-    fine: [Vec<Block>; FINE_BLOCKS],
+    /// None where bounds in more directions cost more than they spare.
+    fine: Option<[Vec<Block>; FINE_BLOCKS]>,
 }
 
 /// The projected windows of the whole texels of a level.
@@ -48,15 +49,15 @@ pub struct ProjectedWindows {
 
 impl ProjectedWindows {
     /// Finds the directions and projects the windows of the whole texels, ascending, on them; `window`
-    /// appends the numbers of one, whole blocks that weigh `weights`.
+    /// appends the numbers of one, whole blocks that weigh `weights`. `has_fine` asks for finer bounds as well.
     pub fn new(
         weights: Vec<f32>,
         texels: &[u32],
         window: impl Fn(u32, &mut Vec<f32>) + Sync,
-        seed: u64,
-        level: u32,
+        (seed, level): (u64, u32),
+        has_fine: bool,
     ) -> Self {
-        let basis = Basis::new(&weights, texels, &window, seed, level);
+        let basis = Basis::new(&weights, texels, &window, (seed, level), has_fine);
         let project = |numbers: &mut Vec<f32>, &texel: &u32| {
             numbers.clear();
             window(texel, numbers);
@@ -64,7 +65,7 @@ impl ProjectedWindows {
             Point {
                 texel,
                 first,
-                fine: FinePoint::new(&fine),
+                fine: fine.as_ref().map(FinePoint::new).unwrap_or_default(),
             }
         };
         let whole = texels.par_iter().with_min_len(4 * LANES);
@@ -93,7 +94,7 @@ impl ProjectedWindows {
 
     /// Projects a pattern of two parts on all directions.
     #[inline(always)]
-    fn project_on_all(&self, pattern: [&[f32]; 2]) -> (Projected, FinePattern) {
+    fn project_on_all(&self, pattern: [&[f32]; 2]) -> (Projected, Option<FinePattern>) {
         self.basis.project(&self.weights, pattern)
     }
 
@@ -112,8 +113,8 @@ impl Basis {
         weights: &[f32],
         texels: &[u32],
         window: impl Fn(u32, &mut Vec<f32>),
-        seed: u64,
-        level: u32,
+        (seed, level): (u64, u32),
+        has_fine: bool,
     ) -> Self {
         let step = texels.len().div_ceil(SAMPLES).max(1);
         let mut numbers = Vec::new();
@@ -126,7 +127,8 @@ impl Basis {
         }
         let windows = DMatrix::from_vec(roots.len(), numbers.len() / roots.len().max(1), numbers);
         let mut stream = random::stream(seed, "full search directions", level, 0);
-        let all = DIRECTIONS * (1 + FINE_BLOCKS);
+        let blocks = if has_fine { 1 + FINE_BLOCKS } else { 1 };
+        let all = DIRECTIONS * blocks;
         let start = DMatrix::from_fn(windows.ncols(), all, |_, _| stream.gen_range(-1.0f32..1.0));
         let mut directions = (&windows * start).qr().q();
         for _ in 0..ROUNDS {
@@ -145,19 +147,19 @@ impl Basis {
         };
         Self {
             first: rows(0),
-            fine: std::array::from_fn(|block| rows((1 + block) * DIRECTIONS)),
+            fine: has_fine.then(|| std::array::from_fn(|block| rows((1 + block) * DIRECTIONS))),
         }
     }
 
     /// Projects the two parts of a window.
     #[inline(always)]
-    fn project(&self, weights: &[f32], window: [&[f32]; 2]) -> (Projected, FinePattern) {
+    fn project(&self, weights: &[f32], window: [&[f32]; 2]) -> (Projected, Option<FinePattern>) {
         let first = sums(&self.first, weights, window);
-        let fine = self
-            .fine
-            .each_ref()
-            .map(|basis| sums(basis, weights, window));
-        (first.projected(), FinePattern::new(&first, &fine))
+        let fine = self.fine.as_ref().map(|blocks| {
+            let fine = blocks.each_ref().map(|basis| sums(basis, weights, window));
+            FinePattern::new(&first, &fine)
+        });
+        (first.projected(), fine)
     }
 }
 
@@ -178,7 +180,11 @@ fn sums(basis: &[Block], weights: &[f32], window: [&[f32]; 2]) -> Sums {
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn project_apart(basis: &Basis, weights: &[f32], numbers: &[f32]) -> (Projected, FinePattern) {
+fn project_apart(
+    basis: &Basis,
+    weights: &[f32],
+    numbers: &[f32],
+) -> (Projected, Option<FinePattern>) {
     basis.project(weights, [numbers, &[]])
 }
 
@@ -210,7 +216,7 @@ pub fn search_within(
     distance: impl FnMut(u32, f64) -> f64,
 ) {
     let (first, fine) = windows.project_on_all(pattern);
-    windows.tree.search(&first, &fine, keep, distance);
+    windows.tree.search(&first, fine.as_ref(), keep, distance);
 }
 
 #[cfg(test)]
@@ -246,10 +252,11 @@ mod tests {
             let weights: Vec<f32> = (0..48).map(|at| (at % 3) as f32).collect();
             let texels: Vec<u32> = (0..40).collect();
             let window = |texel: u32, out: &mut Vec<f32>| out.extend(&windows[texel as usize]);
-            let projected = ProjectedWindows::new(weights.clone(), &texels, window, 1, 0);
+            let projected = ProjectedWindows::new(weights.clone(), &texels, window, (1, 0), true);
             for own in &windows {
                 let parts = [&own[..16], &own[16..]];
                 let (first, fine) = projected.project_on_all(parts);
+                let fine = fine.unwrap();
                 for (texel, other) in (0..).zip(&windows) {
                     let terms = own.iter().zip(other).zip(&weights);
                     let distance: f32 = terms.map(|((a, b), w)| w * (a - b).powi(2)).sum();
@@ -260,7 +267,7 @@ mod tests {
                         pairs.map(|(a, b)| (a - b).powi(2)).sum()
                     };
                     let (_, point) = projected.project_on_all([&other[..16], &other[16..]]);
-                    let finer = fine.bound(in_first, &FinePoint::new(&point));
+                    let finer = fine.bound(in_first, &FinePoint::new(&point.unwrap()));
                     let tight = match dimensions {
                         8 => bound,
                         _ => finer,
@@ -277,7 +284,7 @@ mod tests {
         let windows = windows(30);
         let texels: Vec<u32> = (0..40).collect();
         let window = |texel: u32, out: &mut Vec<f32>| out.extend(&windows[texel as usize]);
-        let projected = ProjectedWindows::new(vec![1.0; 48], &texels, window, 1, 0);
+        let projected = ProjectedWindows::new(vec![1.0; 48], &texels, window, (1, 0), true);
         for own in &windows {
             // A window with noise, as synthesized ones have.
             let pattern: Vec<f32> = own.iter().map(|number| 0.9 * number + 0.1).collect();

@@ -57,7 +57,7 @@ pub fn with_metric<W: WithMetric>(
         Features::Vectors(_) => {
             let mut metric = FeatureMetric::new(exemplar, &fine, coarse.as_ref());
             if choice.searches_all || choice.refines {
-                metric = metric.with_projected_windows(seed, level as u32);
+                metric = metric.with_projected_windows((seed, level as u32), choice.searches_all);
             }
             work.run(&metric)
         }

@@ -305,7 +305,7 @@ fn with_exact_metric<S, W: Measurement>(
             let embedding = Embedding::new(level, 1.0);
             let mut metric = FeatureMetric::new(exemplar, &embedding, None);
             if let Some(seed) = search {
-                metric = metric.with_projected_windows(seed, 0);
+                metric = metric.with_projected_windows((seed, 0), false);
             }
             over_sites(&metric, &work, sites, progress)
         }

@@ -175,7 +175,8 @@ fn the_best_of_all_is_the_smallest() {
     let exemplar = ExemplarLevel::new(&case.space, &case.table, 0, 4, true);
     let [fine, coarse] = [0, 1].map(|level| Embedding::new(&case.space.levels[level], 1.0));
     let metric = FeatureMetric::new(&exemplar, &fine, Some(&coarse));
-    let bounded = FeatureMetric::new(&exemplar, &fine, Some(&coarse)).with_projected_windows(3, 0);
+    let bounded =
+        FeatureMetric::new(&exemplar, &fine, Some(&coarse)).with_projected_windows((3, 0), true);
     let done: Vec<bool> = (0..60).map(|site| site % 7 != 3).collect();
     let mut pattern = FeaturePattern::default();
     let some = Preference {
