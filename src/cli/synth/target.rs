@@ -95,7 +95,7 @@ impl TargetArguments {
         let has_pyramid = self.grid.is_none() && !has_one_mesh;
         let of_mesh = match is_faces {
             true => "another --method: faces have no orientation",
-            false => "a mesh; on a grid a site is a texel, and s runs along its rows",
+            false => "a mesh; on a grid every site is one texel, and s runs along its rows",
         };
         let of_pyramid = "a mesh and a method that retiles it: creases are lines of coarser levels";
         let of_vertices = "the vertices of a mesh; an atlas has --texture-scale, and a grid none";

@@ -3,8 +3,9 @@
 //! The windows of all whole texels are projected once on a few orthonormal directions B, near their
 //! principal ones. For a site's pattern f and a texel's window e, both weighted by √w,
 //! ‖f − e‖² ≥ ‖Bᵀf − Bᵀe‖² + (‖f − BBᵀf‖ − ‖e − BBᵀe‖)², whatever the directions: a texel whose
-//! bound is above the best distance so far need not be compared. A search of all texels has
-//! [finer bounds](super::fine_bounds) as well, in more directions.
+//! bound is above the best distance so far need not be compared. A search of all texels of a
+//! plain image has [finer bounds](super::fine_bounds) as well, in more directions; the windows of textons have so many
+//! numbers that projecting on these costs more than they spare.
 
 use multiversion::multiversion;
 use nalgebra::DMatrix;
