@@ -4,7 +4,8 @@
 //! each apex shared with the next, changes the parity of its two ends only. Chains join odd vertices in pairs, the
 //! nearest first. A hole counts as one vertex: it is odd where a walk round it meets an odd number of triangles.
 //!
-//! On surfaces without handles all are even in the end, and two colours suffice. On others a walk round a handle can remain odd.
+//! On surfaces without handles all are even in the end, and two colours suffice. On others a walk round a handle can
+//! remain odd: see [`even_walks`](crate::mesh::retile::even_walks).
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -89,19 +90,19 @@ struct Step {
     over: u32,
 }
 
-/// The half-edges opposite the vertices of the shortest chain from a vertex to an odd one of another group.
+/// The edges opposite the vertices of the shortest chain from a vertex to an odd one of another group.
 fn nearest_odd(
     surgery: &Surgery,
     parities: &Parities,
     start: u32,
     longest: u32,
-) -> Option<Vec<u32>> {
+) -> Option<Vec<Split>> {
     let own = parities.groups[start as usize];
     let mut reached = BTreeMap::from([(start, None::<Step>)]);
     let mut waiting = VecDeque::from([(start, 0)]);
     while let Some((from, steps)) = waiting.pop_front() {
         if parities.groups[from as usize] != own && parities.is_odd(from) {
-            return Some(chain_to(&reached, from));
+            return Some(chain_to(surgery, &reached, from));
         }
         if steps == longest {
             continue;
@@ -122,34 +123,68 @@ fn nearest_odd(
 }
 
 /// The edges of a chain, from its end to its start.
-fn chain_to(reached: &BTreeMap<u32, Option<Step>>, end: u32) -> Vec<u32> {
+fn chain_to(surgery: &Surgery, reached: &BTreeMap<u32, Option<Step>>, end: u32) -> Vec<Split> {
     let mut chain = Vec::new();
     let mut at = end;
     while let Some(Some(Step { from, over })) = reached.get(&at) {
-        chain.push(*over);
+        chain.push(Split::of(surgery, *over));
         at = *from;
     }
     chain
 }
 
-/// Splits the edges of a chain. It ends early where a split has changed the triangles at the next edge; parities are
-/// right nevertheless.
-fn split_chain(surgery: &mut Surgery, parities: &mut Parities, chain: &[u32]) {
-    let edges: Vec<[u32; 2]> = chain.iter().map(|&edge| surgery.ends(edge)).collect();
-    let apexes_of = |surgery: &Surgery, edge: u32| {
-        let twin = surgery.opposite[edge as usize];
-        [surgery.apex(edge), surgery.apex(twin)]
-    };
-    let wanted: Vec<[u32; 2]> = chain.iter().map(|&edge| apexes_of(surgery, edge)).collect();
-    for ((&edge, ends), apexes) in chain.iter().zip(edges).zip(wanted) {
-        let twin = surgery.opposite[edge as usize];
-        if surgery.ends(edge) != ends || twin == NONE || apexes_of(surgery, edge) != apexes {
-            return;
+/// An edge to split, known by its vertices, since splits of other edges renumber half-edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Split {
+    ends: [u32; 2],
+    apexes: [u32; 2],
+}
+
+impl Split {
+    /// The split of the edge of a half-edge that has a twin.
+    pub fn of(surgery: &Surgery, half_edge: u32) -> Self {
+        let twin = surgery.opposite[half_edge as usize];
+        Self {
+            ends: surgery.ends(half_edge),
+            apexes: [surgery.apex(half_edge), surgery.apex(twin)],
         }
-        let [a, b] = ends.map(|end| surgery.positions[end as usize]);
-        let middle = surgery.split(edge, a.midpoint(b));
+    }
+
+    /// The half-edge, if its edge still lies between the same triangles.
+    fn half_edge(&self, surgery: &Surgery) -> Option<u32> {
+        let mut found = None;
+        surgery.each_leaving(self.ends[0], |leaving| {
+            let has_twin = surgery.opposite[leaving as usize] != NONE;
+            if has_twin && Self::of(surgery, leaving) == *self {
+                found = Some(leaving);
+            }
+        });
+        found
+    }
+}
+
+/// Splits the edges of a chain in the middle. It ends early where a split has changed the triangles at the next edge;
+/// hands back the new vertices and the edges that were split.
+pub fn split_all<'a>(surgery: &mut Surgery, chain: &'a [Split]) -> Vec<(u32, &'a Split)> {
+    let mut done = Vec::with_capacity(chain.len());
+    for split in chain {
+        let Some(half_edge) = split.half_edge(surgery) else {
+            break;
+        };
+        let [a, b] = split.ends.map(|end| surgery.positions[end as usize]);
+        done.push((surgery.split(half_edge, a.midpoint(b)), split));
+    }
+    done
+}
+
+/// The same, and keeps the parities right.
+fn split_chain(surgery: &mut Surgery, parities: &mut Parities, chain: &[Split]) {
+    for (middle, split) in split_all(surgery, chain) {
         parities.add_even(middle);
-        apexes.into_iter().for_each(|apex| parities.turn(apex));
+        split
+            .apexes
+            .into_iter()
+            .for_each(|apex| parities.turn(apex));
     }
 }
 

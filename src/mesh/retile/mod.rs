@@ -8,6 +8,7 @@
 pub(crate) mod carrying;
 mod edge_operations;
 mod even_valence;
+mod even_walks;
 mod features;
 mod lines;
 mod needle;
@@ -17,7 +18,7 @@ pub(crate) mod relax;
 
 use crate::error::{Error, Result};
 use crate::mesh::retile::edge_operations::Surgery;
-use crate::mesh::retile::even_valence::make_even;
+use crate::mesh::retile::even_walks::make_even;
 use crate::mesh::retile::features::Features;
 use crate::mesh::retile::needle::Needle;
 use crate::mesh::retile::relax::Target;
@@ -66,8 +67,8 @@ pub fn retile_along(
     Retiler::new(mesh, &Target::along(mesh, crease, lines)).to(vertices, progress)
 }
 
-/// Retiles as [`retile`] does, to about `vertices` vertices, and splits edges until all inner valences are even. So
-/// triangles have two colours, unless a walk round a handle meets an odd number of them.
+/// Retiles as [`retile`] does, to about `vertices` vertices, and splits edges until all inner valences and all walks round
+/// handles are even. So triangles have two colours, unless creases or too many handles stand in the way.
 pub fn retile_evenly(
     mesh: &TriangleMesh,
     vertices: usize,

@@ -17,8 +17,8 @@ use crate::synthesis::recipes::choosy::sampling::{ChoosyRule, LevelState, RunCha
 use crate::synthesis::recipes::choosy::source_faces::{Source, SourceFaces};
 use crate::synthesis::recipes::choosy::value_pyramid::{ValuePyramid, expanded};
 
-/// The largest ratio of the largest and the mean distance of adjacent faces. Kernels reach three times as far, and
-/// the number of faces below them grows with its square.
+/// The largest ratio of σ and the mean distance of adjacent faces. Kernels reach three times as far, and the number of
+/// faces below them grows with its square.
 const LARGEST_RATIO: f64 = 8.0;
 /// Numbers per texel, at most: the principal components of 36 times as many are found.
 pub const MOST_CHANNELS: usize = 48;
@@ -56,7 +56,7 @@ pub fn synthesize_faces(
 ) -> Result<ChoosyResult> {
     options.check()?;
     check_channels(image.channels)?;
-    let ratios = distance_ratios(surface)?;
+    let ratios = distance_ratios(surface, progress);
     let sample = AnalysisSample::new(image, &ratios, progress)?;
     check_coarsest(&sample, surface)?;
     let kernels = kernels(surface, &ratios);
@@ -215,18 +215,18 @@ impl Run<'_> {
 }
 
 /// σ over the mean distance of adjacent faces, level after level.
-fn distance_ratios(surface: &FacePyramid) -> Result<Vec<f64>> {
+///
+/// Deviation: [`LARGEST_RATIO`] at most. Farther faces have little weight in each other's means, and levels are rebuilt exactly all the same.
+fn distance_ratios(surface: &FacePyramid, progress: Progress<'_>) -> Vec<f64> {
     let ratio = |(number, level)| {
         let ratio = distance_ratio(level);
-        match ratio <= LARGEST_RATIO {
-            true => Ok(ratio),
-            false => Err(Error::data(
-                format!("surface, level {number}"),
-                format!("adjacent faces are up to {ratio:.1} times as far apart as the mean"),
-            )
-            .expected(format!("at most {LARGEST_RATIO} times"))
-            .advice("give more --base-faces, or --crease 90 so that no edges are kept")),
+        if ratio > LARGEST_RATIO {
+            progress.warn(format!(
+                "level {number}: adjacent faces are up to {ratio:.1} times as far apart as the mean, and kernels are as wide \
+                 as for {LARGEST_RATIO} times; more --base-faces, or --crease 90 so that no edges are kept, make faces even"
+            ));
         }
+        ratio.min(LARGEST_RATIO)
     };
     surface.levels.iter().enumerate().map(ratio).collect()
 }
