@@ -108,6 +108,24 @@ fn threads_change_no_byte_of_any_product() {
 }
 
 #[test]
+fn faces_keep_the_histograms_of_their_sample() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pictures(folder.path(), [32, 32]);
+    let torus = shapes::torus(32, 16, 1.0, 0.4);
+    write_mesh(&folder.path().join("torus.obj"), &torus).unwrap();
+    let words = ["exemplar", "color.png", "-o", "a", "--levels=3", "--k=4"];
+    succeed(folder.path(), &words);
+    let words = [
+        &SYNTH[..7],
+        &["--base-faces=1024", "--subdivisions=2", "--json"],
+    ];
+    let told: Value = serde_json::from_str(&succeed(folder.path(), &words.concat())).unwrap();
+    assert_eq!(told["faces"], 16_384, "{told}");
+    let distance = told["histogram_l1"].as_f64().unwrap();
+    assert!(distance <= 0.05, "{distance}");
+}
+
+#[test]
 fn faces_have_the_colours_and_channels_of_their_sources() {
     let folder = prepared();
     let told = synth(folder.path(), &[]);
