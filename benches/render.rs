@@ -15,6 +15,7 @@ use mesotex::format::exr::{Compression, ExrImage, encode};
 use mesotex::format::id::ContentId;
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
+use mesotex::maps::MapHeader;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::progress::Progress;
@@ -101,7 +102,6 @@ fn torus(sample: &Sample) -> SurfaceTextonMap {
         }
     }
     SurfaceTextonMap {
-        origin: glam::DVec3::ZERO,
         scale: None,
         textons: vec![TextonLabel(1); mesh.positions.len()],
         transition: None,
@@ -110,12 +110,15 @@ fn torus(sample: &Sample) -> SurfaceTextonMap {
         normals,
         orientations,
         coords,
-        exemplar: [64, 64],
-        texel: f64::from(std::f32::consts::TAU) / f64::from(around),
-        seed: 0,
-        method: "k-coherence".into(),
-        sample: sample.id().clone(),
-        space: ContentId::of_bytes(b""),
+        header: MapHeader {
+            origin: glam::DVec3::ZERO,
+            exemplar: [64, 64],
+            texel: f64::from(std::f32::consts::TAU) / f64::from(around),
+            seed: 0,
+            method: "k-coherence".into(),
+            sample: sample.id().clone(),
+            space: ContentId::of_bytes(b""),
+        },
     }
 }
 

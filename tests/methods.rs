@@ -61,7 +61,7 @@ fn every_method_beats_chance_on_a_mesh_and_on_a_grid() {
             let energy = told["energy"].as_f64().unwrap();
             assert!(energy < 0.75, "{method} on {target:?}: {energy}");
             let map = SurfaceTextonMap::read(&folder.path().join("m.map.ply")).unwrap();
-            assert_eq!(map.method, method);
+            assert_eq!(map.header.method, method);
             let info = succeed(folder.path(), &["info", "m.map.ply"]);
             assert!(info.contains(&format!("method {method}")), "{info}");
         }

@@ -72,8 +72,14 @@ fn a_picture_becomes_an_exemplar_and_a_flat_map() {
         SurfaceTextonMap::read(&at("flat.map.ply")).unwrap(),
         Space::read(&at("a.space.npz")).unwrap(),
     );
-    assert_eq!((map.mesh.positions.len(), map.exemplar), (1024, [24, 24]));
-    assert_eq!((&map.space, &map.sample), (&space.id, &space.sample));
+    assert_eq!(
+        (map.mesh.positions.len(), map.header.exemplar),
+        (1024, [24, 24])
+    );
+    assert_eq!(
+        (&map.header.space, &map.header.sample),
+        (&space.id, &space.sample)
+    );
     assert!(map.textons.iter().all(|texton| texton.0 == u16::MAX));
     for kind in ["coordinate", "label", "energy", "color"] {
         let picture = mesotex::format::image::read(&at(&format!("p.{kind}.png"))).unwrap();
@@ -133,7 +139,7 @@ fn a_mesh_takes_the_picture_too() {
     assert_eq!(map.mesh.positions.len(), 401);
     let loose = 400;
     assert_eq!((map.coords[loose].s, map.coords[loose].t), (0.5, 0.5));
-    assert!(map.texel > 0.9 && map.texel < 1.2);
+    assert!(map.header.texel > 0.9 && map.header.texel < 1.2);
     let colored = mesotex::format::ply::read(&folder.path().join("c.ply")).unwrap();
     assert_eq!(colored.require("green").unwrap().len(), 401);
     let (code, message) = fails(folder.path(), &format!("{command} --texel 0.01"));

@@ -13,6 +13,7 @@ use mesotex::format::image::{Precision, ReadOptions, decode_srgb, read, read_wit
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
 use mesotex::maps::AtlasMap;
+use mesotex::maps::MapHeader;
 use mesotex::mesh::atlas::{Atlas, TexelPoints};
 use mesotex::mesh::reading;
 use mesotex::mesh::rings::vertex_normals;
@@ -62,7 +63,6 @@ fn ball() -> AtlasMap {
         vertex_normals: vertex_normals(&mesh),
         corner_uvs: atlas.corner_uvs.clone(),
         chart_of: atlas.chart_of.clone(),
-        origin: glam::DVec3::ZERO,
         width: SIDE,
         height: SIDE,
         chart: texels
@@ -74,14 +74,17 @@ fn ball() -> AtlasMap {
         position,
         normal,
         scale: None,
-        exemplar: [SAMPLE; 2],
         tileable: true,
-        texel: std::f64::consts::TAU / f64::from(SAMPLE),
-        seed: 3,
-        method: "coherent".into(),
-        sample: id.clone(),
-        space: id,
         mesh,
+        header: MapHeader {
+            origin: glam::DVec3::ZERO,
+            exemplar: [SAMPLE; 2],
+            texel: std::f64::consts::TAU / f64::from(SAMPLE),
+            seed: 3,
+            method: "coherent".into(),
+            sample: id.clone(),
+            space: id,
+        },
     }
 }
 
@@ -587,7 +590,7 @@ fn synthesis_writes_an_atlas_that_everything_reads() {
     run(at, &format!("{synth} {onto} --displace 0.05"));
     let map = AtlasMap::read(&at.join("t.atlas")).unwrap();
     assert_eq!(
-        (map.width, map.exemplar, map.tileable),
+        (map.width, map.header.exemplar, map.tileable),
         (64, [SAMPLE; 2], true)
     );
     // Each texel shows the sample's texel that its coordinate names.

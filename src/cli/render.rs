@@ -234,7 +234,7 @@ impl Arguments {
             .map(|(name, numbers)| (name, Column::Float(numbers)))
             .collect();
         let mut comments = vec![MESH_MARK.into(), "colors are linear Rec. 709".into()];
-        comments.extend(origin_comment(map.origin));
+        comments.extend(origin_comment(map.header.origin));
         ply::write(file, &comments, &columns, &map.mesh.triangles)
     }
 

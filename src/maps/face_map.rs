@@ -6,12 +6,10 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
-use crate::format::id::ContentId;
 use crate::format::image::encode_srgb8;
 use crate::format::ply::{self, Column, PlyFile};
 use crate::maps::header::{MapHeader, bad_comment};
@@ -62,24 +60,12 @@ pub struct FaceMap {
     pub sources: Vec<u32>,
     /// Corner k of a face lies on corner (k + phase) mod 3 of its triangle of the sample.
     pub phases: Vec<u8>,
-    /// Columns and rows of the sample.
-    pub exemplar: [u32; 2],
     /// The part of it that the grids lie on.
     pub square: Square,
     /// How often the base mesh was subdivided; the grids have one level more.
     pub subdivisions: u32,
-    /// Mesh units per texel, on the average.
-    pub texel: f64,
-    /// What the positions count from, in the coordinates of the mesh's file.
-    pub origin: DVec3,
-    /// The seed.
-    pub seed: u64,
-    /// The method, as `--method` names it.
-    pub method: String,
-    /// The id of the sample.
-    pub sample: ContentId,
-    /// The id of the space.
-    pub space: ContentId,
+    /// What it was made from, and how.
+    pub header: MapHeader,
 }
 
 impl FaceMap {
@@ -140,16 +126,7 @@ impl FaceMap {
 
     fn comments(&self) -> Vec<String> {
         let Square { left, top, side } = self.square;
-        let header = MapHeader {
-            exemplar: self.exemplar,
-            texel: self.texel,
-            origin: self.origin,
-            seed: self.seed,
-            method: self.method.clone(),
-            sample: self.sample.clone(),
-            space: self.space.clone(),
-        };
-        header.comments(&[
+        self.header.comments(&[
             format!("{SQUARE} {left} {top} {side}"),
             format!("subdivisions {}", self.subdivisions),
         ])
@@ -179,15 +156,9 @@ impl FaceMap {
             colors: colors(file, faces)?,
             channels: channels(file, faces)?,
             mesh,
-            exemplar: header.exemplar,
             square,
             subdivisions,
-            texel: header.texel,
-            origin: header.origin,
-            seed: header.seed,
-            method: header.method,
-            sample: header.sample,
-            space: header.space,
+            header,
         })
     }
 }
@@ -297,8 +268,10 @@ fn channels(file: &PlyFile, faces: usize) -> Result<Vec<FaceChannel>> {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use glam::{DVec3, Vec3};
+
     use super::*;
-    use glam::Vec3;
+    use crate::format::id::ContentId;
 
     /// Two triangles of a square.
     pub(crate) fn pair() -> FaceMap {
@@ -315,19 +288,21 @@ pub(crate) mod tests {
             }],
             sources: vec![3, 1_000],
             phases: vec![0, 2],
-            exemplar: [24, 16],
             square: Square {
                 left: 4,
                 top: 0,
                 side: 16,
             },
             subdivisions: 2,
-            texel: 0.25,
-            origin: DVec3::ZERO,
-            seed: 7,
-            method: "choosy".into(),
-            sample: id.clone(),
-            space: id,
+            header: MapHeader {
+                exemplar: [24, 16],
+                texel: 0.25,
+                origin: DVec3::ZERO,
+                seed: 7,
+                method: "choosy".into(),
+                sample: id.clone(),
+                space: id,
+            },
         }
     }
 
@@ -368,7 +343,7 @@ pub(crate) mod tests {
         assert!(refused(&|map| map.square.side = 18).contains("comment square: `4 0 18`"));
         assert!(refused(&|map| map.square.left = 9).contains("inside 24 × 16 texels"));
         assert!(refused(&|map| map.subdivisions = 40).contains("comment subdivisions: `40`"));
-        assert!(refused(&|map| map.texel = 0.0).contains("comment texel"));
+        assert!(refused(&|map| map.header.texel = 0.0).contains("comment texel"));
         let nan = |map: &mut FaceMap| map.channels[0].numbers[0] = f32::NAN;
         assert!(refused(&nan).contains("face 0, property height: NaN"));
         pair().write(&path).unwrap();

@@ -1,4 +1,4 @@
-//! The comment lines that every map's PLY has: what it was made from, and how.
+//! What every map says of how it was made, and the comment lines of a PLY that say so.
 
 use glam::DVec3;
 
@@ -12,22 +12,23 @@ pub(super) const LONGEST: u32 = 65535;
 /// The method of a map that states none.
 const DEFAULT_METHOD: &str = "k-coherence";
 
-/// The comment lines of a map.
-pub(super) struct MapHeader {
+/// What a map was made from, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapHeader {
     /// Columns and rows of the sample.
-    pub(super) exemplar: [u32; 2],
-    /// Mesh units per texel.
-    pub(super) texel: f64,
-    /// What the positions count from.
-    pub(super) origin: DVec3,
-    /// The seed.
-    pub(super) seed: u64,
-    /// The method.
-    pub(super) method: String,
+    pub exemplar: [u32; 2],
+    /// Mesh units that a texel of the sample's finest level covers where the scale is 1.
+    pub texel: f64,
+    /// What the positions count from, in the coordinates of the mesh's file; zero for a mesh near zero.
+    pub origin: DVec3,
+    /// The seed it was synthesized with.
+    pub seed: u64,
+    /// The method it was synthesized by, as `--method` names it.
+    pub method: String,
     /// The id of the sample.
-    pub(super) sample: ContentId,
-    /// The id of the space.
-    pub(super) space: ContentId,
+    pub sample: ContentId,
+    /// The id of the space it was synthesized from.
+    pub space: ContentId,
 }
 
 impl MapHeader {

@@ -8,7 +8,6 @@ use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
-use crate::format::id::ContentId;
 use crate::format::ply::{self, Column, PlyFile};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
@@ -36,20 +35,8 @@ pub struct SurfaceTextonMap {
     pub transition: Option<Vec<f32>>,
     /// The label of each vertex's texel, 0 to 3, where the exemplar has a mask.
     pub mask: Option<Vec<u8>>,
-    /// Columns and rows of the sample.
-    pub exemplar: [u32; 2],
-    /// Mesh units a texel of the finest level covers where the scale is 1.
-    pub texel: f64,
-    /// What the positions count from, in the coordinates of the mesh's file; zero for a mesh near zero.
-    pub origin: DVec3,
-    /// The seed it was synthesized with.
-    pub seed: u64,
-    /// The method it was synthesized by, as `--method` names it.
-    pub method: String,
-    /// The id of the sample.
-    pub sample: ContentId,
-    /// The id of the space it was synthesized from.
-    pub space: ContentId,
+    /// What it was made from, and how.
+    pub header: MapHeader,
 }
 
 impl SurfaceTextonMap {
@@ -57,16 +44,16 @@ impl SurfaceTextonMap {
     #[inline]
     pub fn texel_at(&self, vertex: usize) -> f64 {
         match &self.scale {
-            Some(scale) => self.texel * f64::from(scale[vertex]),
-            None => self.texel,
+            Some(scale) => self.header.texel * f64::from(scale[vertex]),
+            None => self.header.texel,
         }
     }
 
     /// The sample's grid at level 0.
     pub fn grid(&self, tileable: bool) -> TexelGrid {
         TexelGrid {
-            width: self.exemplar[0],
-            height: self.exemplar[1],
+            width: self.header.exemplar[0],
+            height: self.header.exemplar[1],
             tileable,
         }
     }
@@ -106,20 +93,12 @@ impl SurfaceTextonMap {
         if let Some(mask) = &self.mask {
             columns.push(("mask", Column::UChar(mask)));
         }
-        ply::write(path, &self.comments(), &columns, &self.mesh.triangles)
-    }
-
-    fn comments(&self) -> Vec<String> {
-        let header = MapHeader {
-            exemplar: self.exemplar,
-            texel: self.texel,
-            origin: self.origin,
-            seed: self.seed,
-            method: self.method.clone(),
-            sample: self.sample.clone(),
-            space: self.space.clone(),
-        };
-        header.comments(&[])
+        ply::write(
+            path,
+            &self.header.comments(&[]),
+            &columns,
+            &self.mesh.triangles,
+        )
     }
 
     /// Reads a map and checks every number a later stage relies on.
@@ -157,13 +136,7 @@ impl SurfaceTextonMap {
                 .collect(),
             transition: transition(file)?,
             mask: mask(file)?,
-            exemplar: header.exemplar,
-            texel: header.texel,
-            origin: header.origin,
-            seed: header.seed,
-            method: header.method,
-            sample: header.sample,
-            space: header.space,
+            header,
         })
     }
 }
@@ -274,6 +247,7 @@ pub(super) fn triangles(file: &PlyFile) -> Result<Vec<[u32; 3]>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::format::id::ContentId;
 
     fn small_map() -> SurfaceTextonMap {
         let id = ContentId::of_bytes(b"x");
@@ -289,13 +263,15 @@ mod tests {
             mask: Some(vec![3, 0, 1]),
             coords: vec![TexCoord { s: 0.5, t: 0.5 }; 3],
             textons: vec![TextonLabel(1), TextonLabel(2), TextonLabel::NONE],
-            exemplar: [8, 4],
-            texel: 0.25,
-            origin: DVec3::new(4_485_513.7, -0.1, 0.0),
-            seed: 7,
-            method: "wei-levoy".into(),
-            sample: id.clone(),
-            space: id,
+            header: MapHeader {
+                exemplar: [8, 4],
+                texel: 0.25,
+                origin: DVec3::new(4_485_513.7, -0.1, 0.0),
+                seed: 7,
+                method: "wei-levoy".into(),
+                sample: id.clone(),
+                space: id,
+            },
         }
     }
 
@@ -358,9 +334,9 @@ mod tests {
         assert!(refused(&|m| m.coords[2].t = 0.0).contains("vertex 2, property t"));
         assert!(refused(&|m| m.mesh.positions[0].x = f32::NAN).contains("property x: NaN"));
         assert!(refused(&|m| m.normals[0] = Vec3::ZERO).contains("unit vector"));
-        assert!(refused(&|m| m.exemplar = [0, 4]).contains("comment exemplar"));
-        assert!(refused(&|m| m.method = "A b".into()).contains("comment method"));
-        assert!(refused(&|m| m.texel = -1.0).contains("comment texel"));
+        assert!(refused(&|m| m.header.exemplar = [0, 4]).contains("comment exemplar"));
+        assert!(refused(&|m| m.header.method = "A b".into()).contains("comment method"));
+        assert!(refused(&|m| m.header.texel = -1.0).contains("comment texel"));
         for scale in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-16, 1e17] {
             let text = refused(&|m| m.scale = Some(vec![1.0, scale, 1.0]));
             assert!(
@@ -368,6 +344,6 @@ mod tests {
                 "{text}"
             );
         }
-        assert!(refused(&|m| m.origin.y = f64::NAN).contains("comment origin"));
+        assert!(refused(&|m| m.header.origin.y = f64::NAN).contains("comment origin"));
     }
 }

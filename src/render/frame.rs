@@ -108,7 +108,7 @@ fn layer_pixel(map: &SurfaceTextonMap, view: &View, hit: Hit) -> LayerPixel {
         map.normals[a as usize] * u + map.normals[b as usize] * v + map.normals[c as usize] * w;
     let vertex = corners[hit.nearest_corner()] as usize;
     let coord = map.coords[vertex];
-    let [width, height] = map.exemplar;
+    let [width, height] = map.header.exemplar;
     LayerPixel {
         depth: view.camera_from_world(position).z as f32,
         normal: normal.normalize_or_zero(),

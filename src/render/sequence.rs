@@ -102,7 +102,7 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
     options.validate()?;
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds, inputs.map.origin, progress)?;
+    let frames = plan(options, &bounds, inputs.map.header.origin, progress)?;
     surroundings::check(&inputs.map.mesh, &bounds, &frames, progress)
         .map_err(|error| of_options(options, "light", error))?;
     let job = Job {
@@ -132,7 +132,7 @@ pub fn with_renderer<R>(
     options.validate()?;
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds, inputs.map.origin, progress)?;
+    let frames = plan(options, &bounds, inputs.map.header.origin, progress)?;
     let radiance = lay_out(inputs, options, progress)?;
     let renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
     let mut renderer = renderer.over(inputs.cover);
@@ -142,8 +142,8 @@ pub fn with_renderer<R>(
 /// Refuses a map that was made for another sample.
 fn check_pair(inputs: &Inputs) -> Result<()> {
     let grid = inputs.sample.grid();
-    if inputs.map.exemplar != [grid.width, grid.height] {
-        let [width, height] = inputs.map.exemplar;
+    if inputs.map.header.exemplar != [grid.width, grid.height] {
+        let [width, height] = inputs.map.header.exemplar;
         return Err(
             Error::data("map, exemplar", format!("{width} × {height} texels"))
                 .expected(format!(
@@ -154,7 +154,12 @@ fn check_pair(inputs: &Inputs) -> Result<()> {
         );
     }
     let wanted = inputs.sample.id();
-    crate::format::id::check_same("map, sample id", &inputs.map.sample, wanted, inputs.force)
+    crate::format::id::check_same(
+        "map, sample id",
+        &inputs.map.header.sample,
+        wanted,
+        inputs.force,
+    )
 }
 
 fn lay_out(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Result<Radiance> {
@@ -374,7 +379,7 @@ impl Job<'_> {
             ("mesotex:options".into(), text(self.header_options.clone())),
             (
                 "mesotex:seed".into(),
-                text(self.inputs.map.seed.to_string()),
+                text(self.inputs.map.header.seed.to_string()),
             ),
             (HASH.into(), text(self.hash(frame))),
         ]);
@@ -386,7 +391,7 @@ impl Job<'_> {
             attributes.insert(name.into(), Attribute::Vector(vector.as_vec3().to_array()));
             attributes.insert("lightIrradiance".into(), Attribute::Float(key.luminance()));
         }
-        if let Some(origin) = origin_text(self.inputs.map.origin) {
+        if let Some(origin) = origin_text(self.inputs.map.header.origin) {
             attributes.insert("mesotex:origin".into(), text(origin));
         }
         if frame.lights.len() > 1 {

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::index::TextonLabel;
 use crate::maps::atlas_map::AtlasMap;
+use crate::maps::header::MapHeader;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::reading::varying;
 use crate::sites::atlas::preparation::AtlasSurface;
@@ -23,7 +24,6 @@ pub fn atlas_map(surface: &AtlasSurface, map: &SurfaceTextonMap, tileable: bool)
         vertex_normals: surface.vertex_normals.clone(),
         corner_uvs: surface.atlas.corner_uvs.clone(),
         chart_of: surface.atlas.chart_of.clone(),
-        origin: map.origin,
         width: points.width,
         height: points.height,
         chart: texels.spread(&charts, -1),
@@ -33,13 +33,16 @@ pub fn atlas_map(surface: &AtlasSurface, map: &SurfaceTextonMap, tileable: bool)
         scale: varying(surface.scale.as_deref()).map(|scale| texels.spread(scale, 1.0)),
         coords: texels.spread(&coords, None),
         textons: texels.spread(&map.textons, TextonLabel::NONE),
-        exemplar: map.exemplar,
         tileable,
-        texel: map.texel,
-        seed: map.seed,
-        method: map.method.clone(),
-        sample: map.sample.clone(),
-        space: map.space.clone(),
+        header: MapHeader {
+            origin: map.header.origin,
+            exemplar: map.header.exemplar,
+            texel: map.header.texel,
+            seed: map.header.seed,
+            method: map.header.method.clone(),
+            sample: map.header.sample.clone(),
+            space: map.header.space.clone(),
+        },
     }
 }
 

@@ -5,6 +5,7 @@ use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space};
 use crate::grid::TexCoord;
 use crate::index::TextonLabel;
+use crate::maps::header::MapHeader;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::sites::controls::SiteControls;
@@ -79,13 +80,15 @@ pub fn surface_map(
         scale: surface.scale.clone(),
         textons: textons(space, &coords),
         coords,
-        exemplar: [grid.width, grid.height],
-        texel: surface.texel,
-        origin: surface.origin,
-        seed: options.seed,
-        method: options.method.name().into(),
-        sample: space.sample.clone(),
-        space: space.id.clone(),
+        header: MapHeader {
+            exemplar: [grid.width, grid.height],
+            texel: surface.texel,
+            origin: surface.origin,
+            seed: options.seed,
+            method: options.method.name().into(),
+            sample: space.sample.clone(),
+            space: space.id.clone(),
+        },
     };
     if surface.atlas.is_some() {
         // A texel need not have four of its chart round it.

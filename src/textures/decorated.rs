@@ -96,13 +96,7 @@ pub fn decorated(map: &AtlasMap, shape: Shape<'_>, progress: Progress<'_>) -> Re
         textons,
         transition: None,
         mask: None,
-        exemplar: map.exemplar,
-        texel: map.texel,
-        origin: map.origin,
-        seed: map.seed,
-        method: map.method.clone(),
-        sample: map.sample.clone(),
-        space: map.space.clone(),
+        header: map.header.clone(),
     };
     Ok(Decorated {
         map: on_mesh,
@@ -163,7 +157,7 @@ fn nearest_texel(map: &AtlasMap, [row, col]: [i64; 2], point: Vec3, near: f32) -
 
 /// A coordinate on the sample's grid: wrapped where that is tileable, else moved to its border.
 fn on_grid(map: &AtlasMap, coord: TexCoord) -> TexCoord {
-    let [width, height] = map.exemplar.map(|side| side as f32);
+    let [width, height] = map.header.exemplar.map(|side| side as f32);
     let side = |at: f32, side: f32| match map.tileable {
         true => at.rem_euclid(side),
         false => at,

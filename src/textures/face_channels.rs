@@ -84,13 +84,7 @@ mod tests {
             textons: vec![TextonLabel::NONE; 2],
             transition: None,
             mask: None,
-            exemplar: map.exemplar,
-            texel: map.texel,
-            origin: map.origin,
-            seed: map.seed,
-            method: map.method.clone(),
-            sample: map.sample.clone(),
-            space: map.space.clone(),
+            header: map.header.clone(),
         }
     }
 

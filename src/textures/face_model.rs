@@ -15,7 +15,7 @@ pub fn write(path: &Path, corners: &SurfaceTextonMap, colors: &[[f32; 3]]) -> Re
     gltf::write(
         path,
         &GltfMesh {
-            origin: corners.origin.to_array(),
+            origin: corners.header.origin.to_array(),
             positions: bytemuck::cast_slice(&corners.mesh.positions),
             normals: bytemuck::cast_slice(&corners.normals),
             triangles: &corners.mesh.triangles,

@@ -81,7 +81,14 @@ pub fn write_textures(
     if let Some(texture) = textures.first() {
         subject.texel *= f64::from(map.width) / f64::from(texture.width);
     }
-    write_set(target, &subject, &map.sample, textures, options, progress)
+    write_set(
+        target,
+        &subject,
+        &map.header.sample,
+        textures,
+        options,
+        progress,
+    )
 }
 
 /// Writes textures of an atlas map that hold light and shade already, and its model with them, as the folder
@@ -98,7 +105,14 @@ pub fn write_lit(
         ..subject_of(map, &surface)
     };
     let options = ModelOptions::default();
-    write_set(target, &subject, &map.sample, textures, &options, progress)
+    write_set(
+        target,
+        &subject,
+        &map.header.sample,
+        textures,
+        &options,
+        progress,
+    )
 }
 
 /// Writes textures of one size and a model with them as the folder `target`.
@@ -185,7 +199,7 @@ fn write_images(
 fn subject_of<'a>(map: &AtlasMap, surface: &'a TexturedMesh) -> Subject<'a> {
     Subject {
         surface,
-        origin: map.origin,
+        origin: map.header.origin,
         texel: texel_of(map),
         is_lit: false,
     }
@@ -227,7 +241,8 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let target = root.path().join("x.atlas");
         let map = square();
-        let space = space_of_images(&images(), Controls::default(), 1, true, &map.sample).unwrap();
+        let space =
+            space_of_images(&images(), Controls::default(), 1, true, &map.header.sample).unwrap();
         let canvas = Canvas::new(&map, 1).unwrap();
         let quiet = Progress::silent();
         let textures = canvas

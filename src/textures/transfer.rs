@@ -63,7 +63,7 @@ impl<'a> Canvas<'a> {
 
     /// Carries one channel.
     pub fn carry(&self, channel: &SampleChannel) -> Result<Texture> {
-        let [width, height] = self.map.exemplar;
+        let [width, height] = self.map.header.exemplar;
         if [channel.grid.width, channel.grid.height] != [width, height] {
             let found = format!("{}×{} texels", channel.grid.width, channel.grid.height);
             return Err(Error::data(format!("channel `{}`", channel.name), found)

@@ -25,6 +25,7 @@ use mesotex::format::{npy, npz};
 use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::TextonLabel;
 use mesotex::maps::AtlasMap;
+use mesotex::maps::MapHeader;
 use mesotex::maps::face_map::{FaceChannel, FaceMap, Square};
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::reading::{CleaningOptions, UserMesh, clean, parse};
@@ -346,19 +347,21 @@ pub fn face_map() -> Vec<u8> {
         }],
         sources: vec![3, 70],
         phases: vec![2, 0],
-        exemplar: [9, 8],
         square: Square {
             left: 1,
             top: 0,
             side: 8,
         },
         subdivisions: 1,
-        texel: 0.25,
-        origin: glam::DVec3::new(4_485_513.5, 0.25, -7.0),
-        seed: 7,
-        method: "choosy".into(),
-        sample: id.clone(),
-        space: id,
+        header: MapHeader {
+            exemplar: [9, 8],
+            texel: 0.25,
+            origin: glam::DVec3::new(4_485_513.5, 0.25, -7.0),
+            seed: 7,
+            method: "choosy".into(),
+            sample: id.clone(),
+            space: id,
+        },
     };
     file_bytes("a.faces.ply", |path| map.write(path).unwrap())
 }
@@ -367,7 +370,6 @@ pub fn face_map() -> Vec<u8> {
 pub fn map() -> Vec<u8> {
     let id = ContentId::of_bytes(b"x");
     let map = SurfaceTextonMap {
-        origin: glam::DVec3::new(4_485_513.5, 0.25, -7.0),
         mesh: TriangleMesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ONE],
             triangles: vec![[0, 1, 2], [1, 3, 2]],
@@ -384,12 +386,15 @@ pub fn map() -> Vec<u8> {
             TextonLabel(0),
             TextonLabel::NONE,
         ],
-        exemplar: [8, 8],
-        texel: 0.25,
-        seed: 7,
-        method: "k-coherence".into(),
-        sample: id.clone(),
-        space: id,
+        header: MapHeader {
+            origin: glam::DVec3::new(4_485_513.5, 0.25, -7.0),
+            exemplar: [8, 8],
+            texel: 0.25,
+            seed: 7,
+            method: "k-coherence".into(),
+            sample: id.clone(),
+            space: id,
+        },
     };
     file_bytes("a.map.ply", |path| map.write(path).unwrap())
 }
@@ -412,7 +417,6 @@ pub fn atlas() -> [(&'static str, Vec<u8>); 4] {
         vertex_normals: vec![Vec3::Z; 3],
         corner_uvs: vec![[glam::Vec2::ZERO, glam::Vec2::X, glam::Vec2::Y]],
         chart_of: vec![0],
-        origin: glam::DVec3::ZERO,
         width: 2,
         height: 2,
         chart: vec![0, -1, 0, 0],
@@ -427,13 +431,16 @@ pub fn atlas() -> [(&'static str, Vec<u8>); 4] {
             TextonLabel(0),
         ],
         scale: None,
-        exemplar: [8, 8],
         tileable: false,
-        texel: 0.5,
-        seed: 7,
-        method: "coherent".into(),
-        sample: id.clone(),
-        space: id,
+        header: MapHeader {
+            origin: glam::DVec3::ZERO,
+            exemplar: [8, 8],
+            texel: 0.5,
+            seed: 7,
+            method: "coherent".into(),
+            sample: id.clone(),
+            space: id,
+        },
     };
     let folder = tempfile::tempdir().unwrap();
     map.write_into(folder.path(), Vec::new()).unwrap();

@@ -13,6 +13,7 @@ use mesotex::format::ply::{self, Column};
 use mesotex::format::{json, npz};
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
+use mesotex::maps::MapHeader;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::random;
@@ -141,13 +142,15 @@ fn map_headers_give_the_texel_back() {
         textons: vec![TextonLabel(1); 3],
         transition: None,
         mask: None,
-        exemplar: [8, 4],
-        origin: DVec3::ZERO,
-        texel: 1.0,
-        seed: u64::MAX,
-        method: "k-coherence".into(),
-        sample: id.clone(),
-        space: id,
+        header: MapHeader {
+            exemplar: [8, 4],
+            origin: DVec3::ZERO,
+            texel: 1.0,
+            seed: u64::MAX,
+            method: "k-coherence".into(),
+            sample: id.clone(),
+            space: id,
+        },
     };
     // The texels that a map may have.
     let random = doubles(500).into_iter().map(f64::abs);
@@ -156,11 +159,11 @@ fn map_headers_give_the_texel_back() {
         .collect();
     assert!(texels.len() > 10);
     for texel in texels {
-        map.texel = texel;
+        map.header.texel = texel;
         map.write(&path).unwrap();
         let read = SurfaceTextonMap::read(&path).unwrap();
-        assert_eq!(read.texel.to_bits(), texel.to_bits());
-        assert_eq!(read.seed, u64::MAX);
+        assert_eq!(read.header.texel.to_bits(), texel.to_bits());
+        assert_eq!(read.header.seed, u64::MAX);
     }
 }
 

@@ -22,6 +22,7 @@ use mesotex::format::id::ContentId;
 use mesotex::format::ply;
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
+use mesotex::maps::MapHeader;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 
@@ -201,7 +202,6 @@ fn map_over(
     };
     let count = normals.len();
     SurfaceTextonMap {
-        origin: glam::DVec3::ZERO,
         scale: None,
         orientations: normals.iter().map(orientation).collect(),
         coords: (0..count).map(coord).collect(),
@@ -210,12 +210,15 @@ fn map_over(
         mask: None,
         mesh,
         normals,
-        exemplar,
-        texel,
-        seed: 5,
-        method: "k-coherence".into(),
-        sample,
-        space: ContentId::of_bytes(b"space"),
+        header: MapHeader {
+            origin: glam::DVec3::ZERO,
+            exemplar,
+            texel,
+            seed: 5,
+            method: "k-coherence".into(),
+            sample,
+            space: ContentId::of_bytes(b"space"),
+        },
     }
 }
 
@@ -818,13 +821,10 @@ fn pixel_shading_of_a_scaled_plane_is_that_of_a_larger_texel() {
                  --camera-target 0,0,0 --view-height 1 --light sun:0,90 --mip on";
     let frame = |texel: f64, scale: Option<f32>, shading: &str| {
         let map = |id| {
-            let map = square(4, [32, 32], 1.0 / 32.0, id);
-            let scale = scale.map(|scale| vec![scale; map.mesh.positions.len()]);
-            SurfaceTextonMap {
-                texel,
-                scale,
-                ..map
-            }
+            let mut map = square(4, [32, 32], 1.0 / 32.0, id);
+            map.scale = scale.map(|scale| vec![scale; map.mesh.positions.len()]);
+            map.header.texel = texel;
+            map
         };
         let bench = Bench::new(|path| spec.write(path, hashed), map);
         let mut words: Vec<&str> = words.split_whitespace().collect();

@@ -47,12 +47,12 @@ impl Arguments {
         let textures = self.textures([side; 2], colors, &pairs, is_inside);
         let subject = Subject {
             surface: &target.surface,
-            origin: map.origin,
+            origin: map.header.origin,
             texel,
             is_lit: true,
         };
         let model = ModelOptions::default();
-        let (folder, from) = (&self.output, &map.sample);
+        let (folder, from) = (&self.output, &map.header.sample);
         let written = write_set(folder, &subject, from, &textures, &model, progress)?;
         Ok(describe(&written, folder)
             .line(format!(

@@ -50,7 +50,7 @@ impl Target {
         let user = match mesh {
             Some(path) => reading::read(path, progress)?,
             None => UserMesh {
-                origin: map.origin,
+                origin: map.header.origin,
                 normals: Some(map.normals.clone()),
                 ..UserMesh::from(map.mesh.clone())
             },
@@ -147,7 +147,7 @@ fn hit(triangle: u32, [a, b, _]: [f32; 3]) -> Hit {
 /// A mesh in the map's coordinates; without texture coordinates where any corner has none.
 fn placed_beside(map: &SurfaceTextonMap, user: UserMesh) -> TexturedMesh {
     let mut mesh = user.mesh;
-    let offset = user.origin - map.origin;
+    let offset = user.origin - map.header.origin;
     if offset != glam::DVec3::ZERO {
         for position in &mut mesh.positions {
             *position = (position.as_dvec3() + offset).as_vec3();

@@ -35,12 +35,12 @@ pub fn describe(path: &Path) -> Result<Outcome> {
             "atlas of {width} × {height} texels, {inside} in {} charts; {} triangles, sample of {} × {} texels",
             charts.len(),
             map.mesh.triangles.len(),
-            map.exemplar[0],
-            map.exemplar[1],
+            map.header.exemplar[0],
+            map.header.exemplar[1],
         ))
         .line(format!(
             "a texel of the sample covers {:.6} mesh units; method {}, seed {}",
-            map.texel, map.method, map.seed
+            map.header.texel, map.header.method, map.header.seed
         ))
         .line(format!("{labelled} texels carry a texton"))
         .figure("kind", "atlas")
@@ -49,15 +49,15 @@ pub fn describe(path: &Path) -> Result<Outcome> {
         .figure("texels", inside)
         .figure("charts", charts.len())
         .figure("triangles", map.mesh.triangles.len())
-        .figure("exemplar", map.exemplar.to_vec())
+        .figure("exemplar", map.header.exemplar.to_vec())
         .figure("tileable", map.tileable)
-        .figure("texel", map.texel)
-        .figure("seed", map.seed)
-        .figure("method", map.method.as_str())
-        .figure("origin", map.origin.to_array().to_vec())
-        .figure("sample", map.sample.to_string())
-        .figure("space", map.space.to_string());
-    if let Some(origin) = origin_text(map.origin) {
+        .figure("texel", map.header.texel)
+        .figure("seed", map.header.seed)
+        .figure("method", map.header.method.as_str())
+        .figure("origin", map.header.origin.to_array().to_vec())
+        .figure("sample", map.header.sample.to_string())
+        .figure("space", map.header.space.to_string());
+    if let Some(origin) = origin_text(map.header.origin) {
         outcome = outcome.line(format!("positions count from the origin {origin}"));
     }
     images(outcome, path, [width, height], &description.channels)

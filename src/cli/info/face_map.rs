@@ -11,7 +11,7 @@ use crate::mesh::origin::origin_text;
 /// Reads a whole map and says what it holds.
 pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
     let map = FaceMap::read(path)?;
-    let [width, height] = map.exemplar;
+    let [width, height] = map.header.exemplar;
     let Square { left, top, side } = map.square;
     let faces = map.mesh.triangles.len();
     let mut sources = map.sources.clone();
@@ -33,7 +33,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         ))
         .line(format!(
             "a texel covers {:.6} mesh units; method {}, seed {}",
-            map.texel, map.method, map.seed
+            map.header.texel, map.header.method, map.header.seed
         ))
         .line(format!("phases 0, 1 and 2: {}, {} and {} faces", phases[0], phases[1], phases[2]))
         .line(match (map.colors.is_some(), names.is_empty()) {
@@ -51,17 +51,17 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .figure("phases", phases.to_vec())
         .figure("has-colors", map.colors.is_some())
         .figure("channels", names)
-        .figure("texel", map.texel)
-        .figure("seed", map.seed)
-        .figure("method", map.method.as_str())
-        .figure("origin", map.origin.to_array().to_vec())
-        .figure("sample", map.sample.to_string())
-        .figure("space", map.space.to_string());
-    if let Some(origin) = origin_text(map.origin) {
+        .figure("texel", map.header.texel)
+        .figure("seed", map.header.seed)
+        .figure("method", map.header.method.as_str())
+        .figure("origin", map.header.origin.to_array().to_vec())
+        .figure("sample", map.header.sample.to_string())
+        .figure("space", map.header.space.to_string());
+    if let Some(origin) = origin_text(map.header.origin) {
         outcome = outcome.line(format!("positions count from the origin {origin}"));
     }
     if let Some(other) = against {
-        let stated = (map.exemplar, &map.sample, &map.space);
+        let stated = (map.header.exemplar, &map.header.sample, &map.header.space);
         check_belongs_to(stated, other).map_err(|error| error.in_file(path))?;
         outcome = outcome.line(format!("it belongs to {}", other.display()));
     }

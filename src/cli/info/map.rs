@@ -15,7 +15,7 @@ use crate::mesh::origin::origin_text;
 /// Reads a whole map and says what it holds.
 pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
     let map = SurfaceTextonMap::read(path)?;
-    let [width, height] = map.exemplar;
+    let [width, height] = map.header.exemplar;
     let unused = map
         .textons
         .iter()
@@ -29,19 +29,19 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         ))
         .line(format!(
             "a texel covers {:.6} mesh units; method {}, seed {}",
-            map.texel, map.method, map.seed
+            map.header.texel, map.header.method, map.header.seed
         ))
         .line(format!("{unused} vertices carry no texton"))
-        .figure("origin", map.origin.to_array().to_vec())
+        .figure("origin", map.header.origin.to_array().to_vec())
         .figure("kind", "surface texton map")
         .figure("vertices", map.mesh.positions.len())
         .figure("triangles", map.mesh.triangles.len())
         .figure("exemplar", vec![width, height])
-        .figure("texel", map.texel)
-        .figure("seed", map.seed)
-        .figure("method", map.method.as_str())
-        .figure("sample", map.sample.to_string())
-        .figure("space", map.space.to_string());
+        .figure("texel", map.header.texel)
+        .figure("seed", map.header.seed)
+        .figure("method", map.header.method.as_str())
+        .figure("sample", map.header.sample.to_string())
+        .figure("space", map.header.space.to_string());
     if let Some([least, most]) = range(map.scale.as_deref()) {
         outcome = outcome
             .line(format!(
@@ -49,7 +49,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
             ))
             .figure("scale", vec![least, most]);
     }
-    if let Some(origin) = origin_text(map.origin) {
+    if let Some(origin) = origin_text(map.header.origin) {
         outcome = outcome.line(format!("positions count from the origin {origin}"));
     }
     if let Some(other) = against {
@@ -67,7 +67,10 @@ fn range(scale: Option<&[f32]>) -> Option<[f32; 2]> {
 
 /// Refuses a map that was not made from `other`, a space or a sample.
 fn check_belongs(map: &SurfaceTextonMap, other: &Path) -> Result<()> {
-    let space = check_belongs_to((map.exemplar, &map.sample, &map.space), other)?;
+    let space = check_belongs_to(
+        (map.header.exemplar, &map.header.sample, &map.header.space),
+        other,
+    )?;
     match space.as_ref().map(|space| &space.levels[0]) {
         Some(SpaceLevel {
             grid,

@@ -143,7 +143,7 @@ impl PictureArguments {
             written = kinds.par_iter().map(draw).collect::<Result<_>>()?;
         }
         if let (Some(path), Some(colors)) = (&self.vertex_colors, &colors) {
-            write_vertex_colors(path, (&map.mesh, map.origin), colors)?;
+            write_vertex_colors(path, (&map.mesh, map.header.origin), colors)?;
             written.push(path.clone());
         }
         Ok(written)

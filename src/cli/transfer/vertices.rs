@@ -63,7 +63,7 @@ pub(super) fn write(
         });
     let columns: Vec<(&str, Column<'_>)> = shape.chain(carried).collect();
     let mut comments: Vec<String> = vec![MESH_MARK.into()];
-    comments.extend(origin_comment(map.origin));
+    comments.extend(origin_comment(map.header.origin));
     ply::write(path, &comments, &columns, &map.mesh.triangles)?;
     Ok(properties
         .into_iter()

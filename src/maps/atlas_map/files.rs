@@ -14,6 +14,7 @@ use crate::index::TextonLabel;
 use crate::maps::atlas_map::description::{ChannelFile, DESCRIPTION, Description, FORMAT, VERSION};
 use crate::maps::atlas_map::map::AtlasMap;
 use crate::maps::atlas_map::surface::{self, SURFACE, Surface};
+use crate::maps::header::MapHeader;
 
 const COORDS: &str = "coords.npy";
 const TEXTON: &str = "texton.npy";
@@ -39,14 +40,14 @@ impl AtlasMap {
             version: VERSION,
             width: self.width,
             height: self.height,
-            exemplar: self.exemplar,
+            exemplar: self.header.exemplar,
             tileable: self.tileable,
-            texel: self.texel,
-            origin: self.origin.to_array(),
-            seed: self.seed,
-            method: self.method.clone(),
-            sample: self.sample.clone(),
-            space: self.space.clone(),
+            texel: self.header.texel,
+            origin: self.header.origin.to_array(),
+            seed: self.header.seed,
+            method: self.header.method.clone(),
+            sample: self.header.sample.clone(),
+            space: self.header.space.clone(),
             coords: self.write_coords(&folder.join(COORDS))?,
             texton: self.write_textons(&folder.join(TEXTON))?,
             surface: surface::write(&folder.join(SURFACE), self)?,
@@ -113,7 +114,6 @@ impl AtlasMap {
             vertex_normals: surface.vertex_normals,
             corner_uvs: surface.corner_uvs,
             chart_of: surface.chart_of,
-            origin: DVec3::from_array(description.origin),
             width: description.width,
             height: description.height,
             chart: surface.chart,
@@ -123,13 +123,16 @@ impl AtlasMap {
             scale: surface.scale,
             coords,
             textons,
-            exemplar: description.exemplar,
             tileable: description.tileable,
-            texel: description.texel,
-            seed: description.seed,
-            method: description.method,
-            sample: description.sample,
-            space: description.space,
+            header: MapHeader {
+                exemplar: description.exemplar,
+                texel: description.texel,
+                origin: DVec3::from_array(description.origin),
+                seed: description.seed,
+                method: description.method,
+                sample: description.sample,
+                space: description.space,
+            },
         };
         map.check().map_err(|error| error.in_file(folder))?;
         Ok(map)
@@ -171,7 +174,7 @@ impl AtlasMap {
     /// Refuses numbers that no atlas has.
     fn check(&self) -> Result<()> {
         Surface::check(self)?;
-        let [width, height] = self.exemplar.map(|side| side as f32);
+        let [width, height] = self.header.exemplar.map(|side| side as f32);
         let columns = self.width as usize;
         for (texel, (coord, &chart)) in self.coords.iter().zip(&self.chart).enumerate() {
             let fault = |name: &str, found: String, expected: String| {

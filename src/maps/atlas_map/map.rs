@@ -1,10 +1,10 @@
 //! The map in memory.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
-use crate::format::id::ContentId;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
+use crate::maps::header::MapHeader;
 use crate::mesh::atlas::Atlas;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
@@ -20,8 +20,6 @@ pub struct AtlasMap {
     pub corner_uvs: Vec<[Vec2; 3]>,
     /// The chart of each triangle.
     pub chart_of: Vec<u32>,
-    /// What the positions count from, in the coordinates of the mesh's file; zero for a mesh near zero.
-    pub origin: DVec3,
     /// Columns of the atlas.
     pub width: u32,
     /// Rows of the atlas.
@@ -40,20 +38,10 @@ pub struct AtlasMap {
     pub coords: Vec<Option<TexCoord>>,
     /// Texton labels; [`TextonLabel::NONE`] outside charts, and for plain images.
     pub textons: Vec<TextonLabel>,
-    /// Columns and rows of the sample.
-    pub exemplar: [u32; 2],
     /// Whether opposite borders of the sample continue each other.
     pub tileable: bool,
-    /// Mesh units that a texel of the sample's finest level covers where the scale is 1.
-    pub texel: f64,
-    /// The seed it was synthesized with.
-    pub seed: u64,
-    /// The method it was synthesized by, as `--method` names it.
-    pub method: String,
-    /// The id of the sample.
-    pub sample: ContentId,
-    /// The id of the space it was synthesized from.
-    pub space: ContentId,
+    /// What it was made from, and how.
+    pub header: MapHeader,
 }
 
 impl AtlasMap {
@@ -71,8 +59,8 @@ impl AtlasMap {
     #[inline]
     pub fn texel_at(&self, texel: usize) -> f64 {
         match &self.scale {
-            Some(scale) => self.texel * f64::from(scale[texel]),
-            None => self.texel,
+            Some(scale) => self.header.texel * f64::from(scale[texel]),
+            None => self.header.texel,
         }
     }
 
@@ -92,8 +80,8 @@ impl AtlasMap {
     /// The sample's grid at level 0.
     pub fn grid(&self) -> TexelGrid {
         TexelGrid {
-            width: self.exemplar[0],
-            height: self.exemplar[1],
+            width: self.header.exemplar[0],
+            height: self.header.exemplar[1],
             tileable: self.tileable,
         }
     }

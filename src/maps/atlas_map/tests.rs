@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::format::id::ContentId;
 use crate::grid::TexCoord;
 use crate::index::TextonLabel;
+use crate::maps::header::MapHeader;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// A square of two triangles on the lower left three quarters of a 4 × 4 atlas; the sample is 8 × 4 texels.
@@ -37,7 +38,6 @@ pub(crate) fn square() -> AtlasMap {
             [uv(0.0, 0.0), uv(1.0, 1.0), uv(0.0, 1.0)],
         ],
         chart_of: vec![0, 0],
-        origin: DVec3::new(4_485_513.7, -0.1, 0.0),
         width: 4,
         height: 4,
         chart: (0..16)
@@ -67,13 +67,16 @@ pub(crate) fn square() -> AtlasMap {
                 false => TextonLabel::NONE,
             })
             .collect(),
-        exemplar: [8, 4],
         tileable: true,
-        texel: 1.0 / 3.0,
-        seed: 7,
-        method: "coherent".into(),
-        sample: id.clone(),
-        space: id,
+        header: MapHeader {
+            origin: DVec3::new(4_485_513.7, -0.1, 0.0),
+            exemplar: [8, 4],
+            texel: 1.0 / 3.0,
+            seed: 7,
+            method: "coherent".into(),
+            sample: id.clone(),
+            space: id,
+        },
     }
 }
 
@@ -148,8 +151,8 @@ fn impossible_maps_are_refused_by_place() {
             &|m| m.scale = Some(vec![-1.0; 16]),
             "scale, row 1, column 0: -1",
         ),
-        (&|m| m.texel = 0.0, "scale"),
-        (&|m| m.method = "A b".into(), "method"),
+        (&|m| m.header.texel = 0.0, "scale"),
+        (&|m| m.header.method = "A b".into(), "method"),
         (&|m| m.width = 5, "chart: 16 entries; expected 20"),
     ];
     for (change, says) in cases {

@@ -93,7 +93,7 @@ pub fn with_own_corners(map: &FaceMap, corners: CornerPlaces) -> Result<SurfaceT
         .map(|&vertex| normals[vertex as usize])
         .collect();
     let tangent = |(corner, &normal): (usize, &Vec3)| tangent_of(frames[corner / 3].s, normal);
-    let scale = |frame: &FaceFrame| [(frame.texel / map.texel) as f32; 3];
+    let scale = |frame: &FaceFrame| [(frame.texel / map.header.texel) as f32; 3];
     let mesh = TriangleMesh {
         positions: faces
             .clone()
@@ -162,13 +162,7 @@ fn of_mesh(map: &FaceMap, mesh: TriangleMesh) -> SurfaceTextonMap {
         coords: Vec::new(),
         transition: None,
         mask: None,
-        exemplar: map.exemplar,
-        texel: map.texel,
-        origin: map.origin,
-        seed: map.seed,
-        method: map.method.clone(),
-        sample: map.sample.clone(),
-        space: map.space.clone(),
+        header: map.header.clone(),
     }
 }
 
@@ -200,7 +194,7 @@ mod tests {
     #[test]
     fn corners_continue_the_sample_and_centres_hold_one_place() {
         let mut map = pair();
-        (map.texel, map.sources) = (0.5, vec![3, 700]);
+        (map.header.texel, map.sources) = (0.5, vec![3, 700]);
         let whole = with_own_corners(&map, CornerPlaces::Corners).unwrap();
         let flat = with_own_corners(&map, CornerPlaces::Center).unwrap();
         let points = at_centers(&map).unwrap();

@@ -78,9 +78,9 @@ fn meta(result: &ChoosyResult, map: &FaceMap, levels: usize) -> Map<String, Valu
         "levels": levels,
         "channels": result.pyramid.gaussian[0].channels,
         "square": [square.left, square.top, square.side],
-        "seed": map.seed,
-        "sample": map.sample,
-        "space": map.space,
+        "seed": map.header.seed,
+        "sample": map.header.sample,
+        "space": map.header.space,
     });
     match meta {
         Value::Object(fields) => fields,

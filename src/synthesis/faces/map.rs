@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::exemplar::space::Space;
 use crate::maps::face_map::{FaceMap, Square};
+use crate::maps::header::MapHeader;
 use crate::sites::faces::pyramid::FacePyramid;
 use crate::synthesis::options::Method;
 use crate::synthesis::recipes::choosy::{ChoosyResult, Source};
@@ -32,15 +33,17 @@ pub fn face_map(
         channels: Vec::new(),
         sources: result.sources.iter().map(number_of).collect(),
         phases: result.sources.iter().map(|source| source.phase).collect(),
-        exemplar: [grid.width, grid.height],
         square,
         subdivisions: finest as u32,
-        texel: (3f64.sqrt() * mesh.area() / mesh.triangles.len() as f64).sqrt(),
+        header: MapHeader {
+            exemplar: [grid.width, grid.height],
+            texel: (3f64.sqrt() * mesh.area() / mesh.triangles.len() as f64).sqrt(),
+            origin,
+            seed,
+            method: Method::Choosy.name().into(),
+            sample: space.sample.clone(),
+            space: space.id.clone(),
+        },
         mesh,
-        origin,
-        seed,
-        method: Method::Choosy.name().into(),
-        sample: space.sample.clone(),
-        space: space.id.clone(),
     }
 }

@@ -36,7 +36,7 @@ impl SourcePlaces {
             grid,
             rows,
             square: map.square,
-            exemplar: map.exemplar,
+            exemplar: map.header.exemplar,
         })
     }
 

@@ -90,7 +90,7 @@ impl FaceOutputs {
         if let Some(path) = colors_at {
             let linear = vertex_colors(map, colors);
             let colors: Vec<[u8; 3]> = linear.iter().map(|rgb| rgb.map(encode_srgb8)).collect();
-            write_vertex_colors(path, (&map.mesh, map.origin), &colors)?;
+            write_vertex_colors(path, (&map.mesh, map.header.origin), &colors)?;
             written.push(path.to_path_buf());
         }
         if let Some(path) = &self.levels_out {
