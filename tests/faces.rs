@@ -562,6 +562,23 @@ fn textons_have_isotropic_maps_too() {
 }
 
 #[test]
+fn face_maps_are_refused_where_other_maps_are_wanted() {
+    let folder = prepared();
+    synth(folder.path(), &[]);
+    for command in [
+        "transfer a.faces.ply --maps color.png -o t.ply",
+        "bake-maps a.sample a.faces.ply -o t.maps --unwrap",
+    ] {
+        let words: Vec<&str> = command.split(' ').collect();
+        let error = refuse(folder.path(), &words, 1);
+        assert!(
+            error.contains("a map of faces") && error.contains("--glb"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn scenes_make_face_maps() {
     let folder = prepared();
     let scene = "name = \"s\"\nsurface = \"torus.obj\"\n[exemplar]\nimages = [\"color.png\"]\nlevels = 2\nk = 4\n\

@@ -89,6 +89,17 @@ impl FaceMap {
         Ok(Self::is_told_by(&start))
     }
 
+    /// Refuses a face map where another map is wanted.
+    pub fn refuse_at(path: &Path) -> Result<()> {
+        if !path.is_file() || !Self::is_at(path)? {
+            return Ok(());
+        }
+        Err(Error::data("map", "a map of faces, made by choosy sampling")
+            .expected("a surface texton map, NAME.map.ply, or an atlas, NAME.atlas")
+            .advice("a map of faces has the colours and channels of its sample itself, and `synth --glb` makes a model of it")
+            .in_file(path))
+    }
+
     /// Writes the map as a binary little-endian PLY.
     pub fn write(&self, path: &Path) -> Result<()> {
         let axis =

@@ -19,6 +19,7 @@ use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::format::gltf::companions::companions;
 use crate::format::image::Precision;
+use crate::maps::face_map::FaceMap;
 use crate::render::memory;
 use crate::render::options::RenderOptions;
 use crate::render::renderer::Shading;
@@ -114,6 +115,7 @@ impl Arguments {
         if is_atlas(&self.map) {
             return self.check_for_atlas();
         }
+        FaceMap::refuse_at(&self.map)?;
         if self.surface_color.is_some() {
             return Err(Error::option(
                 "surface-color",

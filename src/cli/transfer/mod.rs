@@ -23,6 +23,7 @@ use crate::format::ours::Format;
 use crate::grid::TexelGrid;
 use crate::maps::atlas_map::description::LARGEST;
 use crate::maps::atlas_map::{AtlasMap, Description};
+use crate::maps::face_map::FaceMap;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::textures::channel::SampleChannel;
 use crate::textures::folder::{TEXTURES_FOLDER, Written, write_textures};
@@ -89,6 +90,7 @@ impl Arguments {
             ));
         }
         self.model.validate()?;
+        FaceMap::refuse_at(&self.input)?;
         let is_atlas = self.is_atlas();
         if !is_atlas && self.input.is_dir() {
             let found = format!("{} is a folder without an atlas.json", self.input.display());
