@@ -3,13 +3,18 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`sample`], [`writer`] | a sample in its folder, read in parts and written image by image |
+//! | [`description`], [`image_source`] | what a sample is of, and images that are read in runs |
+//! | [`factored`] | samples whose images are products of factors |
 //! | [`direction`], [`direction_set`] | directions, and named sets of them |
 //! | [`bake`] | a sample ray-traced from height, colour and roughness |
 //! | [`import`], [`table`] | a sample from measured images and their list |
 
 pub mod bake;
+pub mod description;
 pub mod direction;
 pub mod direction_set;
+pub mod factored;
+pub mod image_source;
 pub mod import;
 pub mod sample;
 mod table;
@@ -17,5 +22,7 @@ pub mod writer;
 
 pub use direction::Direction;
 pub use direction_set::DirectionSet;
+pub use factored::FactoredWriter;
+pub use image_source::ImageSource;
 pub use sample::Sample;
 pub use writer::SampleWriter;

@@ -9,6 +9,7 @@ use glam::Vec3;
 use half::f16;
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 use mesotex::btf::direction::Direction;
+use mesotex::btf::factored::{FactoredWriter, Factorization};
 use mesotex::btf::sample::{DType, Description, Layout};
 use mesotex::btf::writer::SampleWriter;
 use mesotex::exemplar::channels::ChannelKind;
@@ -196,12 +197,15 @@ fn grid(side: u32) -> TexelGrid {
 }
 
 /// A texton vocabulary of two levels and tiny filters.
-pub fn vocabulary() -> Vec<u8> {
-    let meta = json!({
+pub fn vocabulary(of_factors: bool) -> Vec<u8> {
+    let mut meta = json!({
         "format": "mesotex-textons", "version": 1, "tileable": true, "channels": 3,
         "options": {}, "seed": 0, "inertia": [1.5, 0.5], "iterations": [3, 2],
         "sample": ContentId::of_bytes(b"sample").to_string()
     });
+    if of_factors {
+        meta["factor_basis"] = json!({"rank": 2, "sets": 3});
+    }
     let labels = |side: usize| Array2::from_shape_fn((side, side), |(r, c)| ((r + c) % 2) as u16);
     file_bytes("a.textons.npz", |path| {
         npz::write(path, meta.as_object().unwrap().clone(), |file| {
@@ -213,6 +217,9 @@ pub fn vocabulary() -> Vec<u8> {
                 file.array(&format!("L{at}/counts"), ndarray::aview1(&[half, half]))?;
             }
             file.array("representatives", ndarray::aview1(&[0_u32, 3]))?;
+            if of_factors {
+                file.array("factor_basis", Array2::<f32>::eye(6).view())?;
+            }
             file.array("filters", Array::from_elem((2, 3, 3), 0.1_f32).view())
         })
         .unwrap();
@@ -329,6 +336,27 @@ pub fn sample(dtype: DType, layout: Layout) -> (Vec<u8>, Vec<u8>) {
     writer.finish().unwrap();
     let read = |name: &str| fs::read(path.join(name)).unwrap();
     (read("btf.json"), read("radiance.npy"))
+}
+
+/// A factored sample's `btf.json`, `directions.npy` and `eigentextures.npy`.
+pub fn factored_sample() -> [Vec<u8>; 3] {
+    let (described, _) = sample(DType::F4, Layout::Product);
+    let factors = Factorization {
+        color_mean: [0.1, 0.0, 0.2],
+        ..Factorization::of_rank(2)
+    };
+    let description = Description {
+        layout: Layout::Factored(factors),
+        ..serde_json::from_slice(&described).unwrap()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.sample");
+    let mut writer = FactoredWriter::create(&path, description).unwrap();
+    writer.push_directions(&[0.5; 3 * 3 * 2]).unwrap();
+    writer.push_eigentextures(&[0.25; 3 * 12 * 2]).unwrap();
+    writer.finish().unwrap();
+    ["btf.json", "directions.npy", "eigentextures.npy"]
+        .map(|name| fs::read(path.join(name)).unwrap())
 }
 
 /// A face map.

@@ -223,6 +223,7 @@ fn product_readers() -> Vec<Reader> {
         corpus::sample(DType::F2, Layout::Product),
         corpus::sample(DType::F4, Layout::Pairs),
     );
+    let [described, directions, eigentextures] = corpus::factored_sample();
     let spaces = vec![
         corpus::space_bytes(corpus::space()),
         corpus::space_bytes(corpus::features()),
@@ -241,7 +242,7 @@ fn product_readers() -> Vec<Reader> {
             "textons",
             zip,
             "a.textons.npz",
-            vec![corpus::vocabulary()],
+            vec![corpus::vocabulary(false), corpus::vocabulary(true)],
             |path| from_vocabulary(&StoredVocabulary::open(path)?),
         ),
         reader("space", zip, "a.space.npz", spaces, Space::read),
@@ -262,6 +263,33 @@ fn product_readers() -> Vec<Reader> {
             use_sample,
         )
         .beside("a.sample/radiance.npy", pairs.1),
+        reader(
+            "btf.json factored",
+            Content::Json,
+            "a.sample/btf.json",
+            vec![described.clone()],
+            use_sample,
+        )
+        .beside("a.sample/directions.npy", directions.clone())
+        .beside("a.sample/eigentextures.npy", eigentextures.clone()),
+        reader(
+            "directions",
+            text,
+            "a.sample/directions.npy",
+            vec![directions.clone()],
+            use_sample,
+        )
+        .beside("a.sample/btf.json", described.clone())
+        .beside("a.sample/eigentextures.npy", eigentextures.clone()),
+        reader(
+            "eigentextures",
+            text,
+            "a.sample/eigentextures.npy",
+            vec![eigentextures],
+            use_sample,
+        )
+        .beside("a.sample/btf.json", described)
+        .beside("a.sample/directions.npy", directions),
         reader(
             "radiance",
             text,
