@@ -114,6 +114,9 @@ fn product<T: Real>(
 /// Eigenvalues, largest first, and eigenvectors as columns of a symmetric matrix.
 pub fn eigen(matrix: Array2<f64>) -> (Vec<f64>, Array2<f64>) {
     let side = matrix.nrows();
+    if side == 0 {
+        return (Vec::new(), matrix);
+    }
     let found = SymmetricEigen::new(DMatrix::from_fn(side, side, |i, j| matrix[[i, j]]));
     let mut order: Vec<usize> = (0..side).collect();
     order.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));

@@ -139,13 +139,13 @@ fn of_error(
     let mut count = options.first_count(images.description());
     loop {
         let channels = leading_directions(images, count, options.seed, progress)?;
-        // The last directions found are not the best ones.
+        // The last directions found are not the best ones, unless they are all there are.
         let trusted = if count == most {
             most
         } else {
             count - count / 4
         };
-        let mut rank = rank_for(&channels, limit, trusted);
+        let mut rank = rank_for(&channels, limit, trusted).min(most);
         while rank <= trusted {
             let found = cut(images, &channels, rank, options.dtype, progress)?;
             let left = found.residual.relative;

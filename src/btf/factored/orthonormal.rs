@@ -1,43 +1,58 @@
 //! Orthonormal bases of a few long columns, in `f64` from `f32`.
 //!
-//! In: Z [rows, l]. Out: W [rows, l′] with the same span, columns by falling weight. The columns are
-//! scaled to length 1 first, and the eigenvectors of the small matrix ZᵀZ make the basis; done
-//! twice, since once leaves the square of ZᵀZ's condition in the angles (as Cholesky QR does:
-//! Fukaya and others 2014).
+//! In: Z [rows, l]. Out: W [rows, l′] with the same span, columns by falling weight. The order matters beyond
+//! the span: with X the images, X W then has columns as short as its small singular values, and `f32` keeps their
+//! digits. So eigenvectors of ZᵀZ make a first basis of columns in any order. Columns that are in order already
+//! are made orthonormal each against those before it, by the Cholesky factor of ZᵀZ, twice (Fukaya and
+//! others 2014: once leaves the square of Z's condition in the angles).
 
-use ndarray::{Array2, ArrayView2, Axis, s};
+use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
 use crate::matrix::{Target, eigen, multiply_on_all_threads};
 
 /// Rows widened to `f64` at once.
 const ROWS: usize = 1 << 14;
-/// Directions with less than this share of the largest one's energy are rounding.
-const TOLERANCE: f64 = 1e-12;
+/// Directions with less than this share of the largest one's energy, or of their own, are rounding.
+const TOLERANCE: f64 = 1e-13;
 
-/// An orthonormal basis of the columns.
-pub fn orthonormal_columns(columns: &Array2<f32>) -> Array2<f32> {
-    let once = whitened(columns);
-    whitened(&once)
+/// An orthonormal basis of columns in no order, by falling energy.
+pub fn principal_columns(columns: &Array2<f32>) -> Array2<f32> {
+    let (values, vectors) = eigen(inner_products(columns.view()));
+    let least = TOLERANCE * values.first().copied().unwrap_or(0.0);
+    let sound = values.iter().take_while(|&&v| v > least && v > 0.0).count();
+    let mut transform = vectors.slice(s![.., ..sound]).to_owned();
+    for (mut column, value) in transform.columns_mut().into_iter().zip(&values) {
+        column.mapv_inplace(|v| v / value.sqrt());
+    }
+    orthogonalized(&times(columns, &transform))
 }
 
-fn whitened(columns: &Array2<f32>) -> Array2<f32> {
+/// An orthonormal basis of columns in order of falling energy, in that order.
+pub fn orthonormal_columns(columns: &Array2<f32>) -> Array2<f32> {
+    orthogonalized(&orthogonalized(columns))
+}
+
+/// Every column less its part along those before it, at length 1; columns that are then nothing but rounding
+/// are left out.
+fn orthogonalized(columns: &Array2<f32>) -> Array2<f32> {
     let products = inner_products(columns.view());
-    let scales: Vec<f64> = products.diag().iter().map(|square| square.sqrt()).collect();
-    let kept: Vec<usize> = (0..scales.len()).filter(|&at| scales[at] > 0.0).collect();
-    let scaled = Array2::from_shape_fn((kept.len(), kept.len()), |(i, j)| {
-        let (i, j) = (kept[i], kept[j]);
-        products[[i, j]] / (scales[i] * scales[j])
-    });
-    let (values, vectors) = eigen(scaled);
-    let least = TOLERANCE * values.first().copied().unwrap_or(0.0);
-    let sound = values.iter().take_while(|&&value| value > least).count();
-    let mut transform = Array2::zeros((scales.len(), sound));
-    for (from, &to) in kept.iter().enumerate() {
-        for direction in 0..sound {
-            transform[[to, direction]] =
-                vectors[[from, direction]] / (values[direction].sqrt() * scales[to]);
+    // Gram and Schmidt on the coefficients of Z's columns, each kept with its product with ZᵀZ.
+    let mut kept: Vec<[Array1<f64>; 2]> = Vec::new();
+    for at in 0..columns.ncols() {
+        let own = products[[at, at]];
+        let mut coefficients = Array1::zeros(columns.ncols());
+        coefficients[at] = 1.0;
+        for [before, weighted] in &kept {
+            let along = coefficients.dot(weighted);
+            coefficients.scaled_add(-along, before);
+        }
+        let weighted = products.dot(&coefficients);
+        let left = coefficients.dot(&weighted);
+        if left > TOLERANCE * own && own > 0.0 {
+            kept.push([coefficients, weighted].map(|vector| vector / left.sqrt()));
         }
     }
+    let transform = Array2::from_shape_fn((columns.ncols(), kept.len()), |(i, j)| kept[j][0][i]);
     times(columns, &transform)
 }
 
@@ -84,7 +99,12 @@ mod tests {
                 _ => wave(c),
             }
         });
-        let basis = orthonormal_columns(&columns);
+        for basis in [principal_columns(&columns), orthonormal_columns(&columns)] {
+            check(&columns, &basis);
+        }
+    }
+
+    fn check(columns: &Array2<f32>, basis: &Array2<f32>) {
         assert_eq!(basis.ncols(), 4);
         let products = inner_products(basis.view());
         for ((i, j), &product) in products.indexed_iter() {

@@ -14,7 +14,9 @@ use rayon::prelude::*;
 
 use crate::btf::factored::factorization::CHANNELS;
 use crate::btf::factored::image_matrix::ImageMatrix;
-use crate::btf::factored::orthonormal::{inner_products, orthonormal_columns, times};
+use crate::btf::factored::orthonormal::{
+    inner_products, orthonormal_columns, principal_columns, times,
+};
 use crate::error::Result;
 use crate::matrix::{Target, as_rows, eigen, multiply_on_all_threads};
 use crate::progress::Progress;
@@ -107,7 +109,7 @@ fn first_bases(
             add_transposed(planes, &weights, sums);
         }
     })?;
-    Ok(sums.iter().map(orthonormal_columns).collect())
+    Ok(sums.iter().map(principal_columns).collect())
 }
 
 fn zeros(rows: usize, count: usize) -> Vec<Array2<f32>> {
