@@ -167,7 +167,7 @@ fn bytes_do_not_depend_on_threads_and_replace_only_samples() {
         assert_eq!(read("1.sample"), read("2.sample"), "{name}");
     }
     fs::write(bench.path("1.sample/notes.txt"), "mine").unwrap();
-    bench.refuse("factor a.sample --rank 5 -o 1.sample", 1, "notes.txt");
+    bench.refuse("factor a.sample --rank 5 -o 1.sample", 2, "notes.txt");
 }
 
 #[test]

@@ -145,7 +145,8 @@ fn of_error(
         } else {
             count - count / 4
         };
-        let mut rank = rank_for(&channels, limit, trusted).min(most);
+        let all = cut(images, &channels, trusted, DType::F4, progress)?;
+        let mut rank = rank_for(&channels, limit, trusted, all.residual.relative);
         while rank <= trusted {
             let found = cut(images, &channels, rank, options.dtype, progress)?;
             let left = found.residual.relative;
@@ -153,16 +154,34 @@ fn of_error(
                 return Ok(found);
             }
             let rounding = rounding(images, &channels, rank, left, options.dtype, progress)?;
-            if rank == most || rounding > limit {
-                return Err(out_of_reach(limit, rounding.max(left), options.dtype));
+            if rounding > limit {
+                return Err(out_of_reach(limit, rounding, options.dtype));
             }
-            rank = match rank == trusted {
-                true => trusted + 1,
-                false => trusted.min(rank + rank / 8 + 1),
-            };
+            rank += rank / 16 + 1;
+        }
+        if count == most {
+            let left = all.residual.relative;
+            return Err(out_of_reach(limit, left.max(limit), options.dtype));
         }
         count = most.min(2 * count);
     }
+}
+
+/// The least rank that leaves at most `limit` where rank `trusted` leaves the error `least`: between them
+/// are the singular values. Beyond `trusted` where none does.
+fn rank_for(channels: &[ChannelSvd], limit: f64, trusted: usize, least: f64) -> usize {
+    let total: f64 = channels.iter().map(|channel| channel.total).sum();
+    let energy = |place: usize| -> f64 {
+        let energies = channels.iter().filter_map(|c| c.energies.get(place));
+        energies.sum()
+    };
+    let mut left = least * least * total;
+    let mut rank = trusted + 1;
+    while rank > 1 && left <= limit * limit * total {
+        rank -= 1;
+        left += energy(rank - 1);
+    }
+    rank
 }
 
 /// The part of the error that the number type leaves, whatever the rank.
@@ -180,20 +199,6 @@ fn rounding(
     let exact = cut(images, channels, rank, DType::F4, progress)?;
     let exact = exact.residual.relative;
     Ok((left * left - exact * exact).max(0.0).sqrt())
-}
-
-/// The least rank whose singular values leave at most `limit`; beyond `trusted` where none does.
-fn rank_for(channels: &[ChannelSvd], limit: f64, trusted: usize) -> usize {
-    let total: f64 = channels.iter().map(|channel| channel.total).sum();
-    let mut left = total;
-    for rank in 1..=trusted {
-        let energies = channels.iter().map(|c| c.energies.get(rank - 1));
-        left -= energies.flatten().sum::<f64>();
-        if left <= limit * limit * total {
-            return rank;
-        }
-    }
-    trusted + 1
 }
 
 fn out_of_reach(limit: f64, left: f64, dtype: DType) -> Error {
