@@ -135,7 +135,8 @@ impl RowFile {
             DType::F2 => f16::MAX.to_f32(),
             DType::F4 => LARGEST_FACTOR,
         };
-        let Some(at) = rows.iter().position(|v| !(v.abs() <= largest)) else {
+        let sound = |number: &f32| number.abs() <= largest;
+        let Some(at) = rows.iter().position(|number| !sound(number)) else {
             return Ok(());
         };
         let fault = unsound(self.written + at, &self.shape, rows[at]);
