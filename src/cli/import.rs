@@ -1,15 +1,17 @@
 //! `mesotex import`: measured image sets → sample.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::btf::import::recognize::{Source, recognize};
 use crate::btf::import::{ImportOptions, ListOptions, assemble, read_list_with};
+use crate::btf::sample::Description;
 use crate::btf::writer::SAMPLE_FOLDER;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Import a measured image set as a BTF sample.
 ///
@@ -38,23 +40,44 @@ pub struct Arguments {
 impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
-        let list = read_list_with(&self.path, &self.list)?;
-        let images: Vec<PathBuf> = list.images.into_iter().map(|image| image.path).collect();
-        Ok(Files::default()
-            .read([&self.path, &list.path])
-            .read(&images)
-            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER)))
+        let files = Files::default().read([&self.path]).write(
+            "output",
+            [&self.output],
+            Product::Folder(&SAMPLE_FOLDER),
+        );
+        Ok(match recognize(&self.path)? {
+            Source::List(list) => {
+                let list = read_list_with(&list, &self.list)?;
+                let images: Vec<PathBuf> =
+                    list.images.into_iter().map(|image| image.path).collect();
+                files.read([&list.path]).read(&images)
+            }
+            _ => files,
+        })
     }
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
-        let list = read_list_with(&self.path, &self.list)?;
+        let sample = match recognize(&self.path)? {
+            Source::List(list) => self.import_list(&list, session)?,
+            Source::ImageSet(path) | Source::Bonn(path) | Source::Ptm(path) | Source::Hsh(path) => {
+                return Err(unread(&path));
+            }
+        };
+        Ok(self.outcome(&sample))
+    }
+
+    fn import_list(&self, list: &Path, session: &Session) -> Result<Description> {
+        let list = read_list_with(list, &self.list)?;
         for note in &list.notes {
             session.progress().warn(note.as_str());
         }
-        let sample = assemble::assemble(&list, &self.options, &self.output, session.progress())?;
-        Ok(Outcome::default()
+        assemble::assemble(&list, &self.options, &self.output, session.progress())
+    }
+
+    fn outcome(&self, sample: &Description) -> Outcome {
+        Outcome::default()
             .line(format!(
                 "{}: {} views, {} lights, {} images of {} × {} texels",
                 sample.name,
@@ -73,6 +96,11 @@ impl Arguments {
                 "mesotex textons {0} -o {1}",
                 self.output.display(),
                 self.output.with_extension("textons.npz").display()
-            )))
+            ))
     }
+}
+
+/// Refuses a source that is known but not read yet.
+fn unread(path: &Path) -> Error {
+    Error::data("source", "a known format that this version does not read").in_file(path)
 }

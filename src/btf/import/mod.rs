@@ -3,7 +3,7 @@
 //! A *source* lists its images, each with the view and light it was taken under; [`assemble`]
 //! turns the list into a sample. One file per source: [`light_positions`] (RTI captures),
 //! [`image_table`] (a folder of rectified images with a table of angles); [`find_images`] looks for what
-//! they name.
+//! they name. [`recognize`] says which source a path is.
 
 pub(crate) mod assemble;
 mod find_images;
@@ -11,16 +11,20 @@ mod image_table;
 mod light_positions;
 mod list_options;
 mod listed;
+mod lists;
+pub(crate) mod recognize;
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 pub use crate::btf::import::list_options::{Handedness, ListOptions};
+pub use crate::btf::import::lists::lists_in;
 
 use crate::btf::direction::Direction;
 use crate::btf::import::find_images::Found;
 use crate::btf::import::listed::Listed;
+use crate::btf::import::lists::{extension, is_list, only_list_in};
 use crate::btf::sample::DType;
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
@@ -147,16 +151,21 @@ pub fn read_list(path: &Path) -> Result<ImageList> {
 
 /// The same with what the user says of it.
 pub fn read_list_with(path: &Path, options: &ListOptions) -> Result<ImageList> {
-    let list = if path.is_dir() {
-        find_list(path)?
-    } else {
-        path.to_path_buf()
+    let list = match path.is_dir() {
+        true => only_list_in(path)?.ok_or_else(|| {
+            Error::data("source", "0 .lp and .csv files")
+                .expected("just one")
+                .in_file(path)
+        })?,
+        false => path.to_path_buf(),
     };
-    match extension(&list).as_str() {
-        "lp" | "csv" | "tsv" => guarded(&list, || read(&list, options)),
-        other => Err(Error::data("source", format!("a file of kind `.{other}`"))
-            .expected("a folder, a .lp file (RTI) or a .csv file of angles")
-            .in_file(path)),
+    match is_list(&list) {
+        true => guarded(&list, || read(&list, options)),
+        false => Err(
+            Error::data("source", format!("a file of kind `.{}`", extension(&list)))
+                .expected("a folder, a .lp file (RTI) or a .csv file of angles")
+                .in_file(path),
+        ),
     }
 }
 
@@ -208,35 +217,4 @@ fn own_name(path: &Path) -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned()
-}
-
-/// The lists that lie in a folder, sorted.
-pub fn lists_in(folder: &Path) -> Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(folder).map_err(Error::io(folder, "read"))?;
-    let mut lists: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| matches!(extension(path).as_str(), "lp" | "csv" | "tsv"))
-        .collect();
-    lists.sort();
-    Ok(lists)
-}
-
-fn find_list(folder: &Path) -> Result<PathBuf> {
-    let lists = lists_in(folder)?;
-    match lists.as_slice() {
-        [list] => Ok(list.clone()),
-        _ => Err(
-            Error::data("source", format!("{} .lp and .csv files", lists.len()))
-                .expected("just one")
-                .advice("name the file itself: mesotex import FOLDER/FILE.csv")
-                .in_file(folder),
-        ),
-    }
-}
-
-fn extension(path: &Path) -> String {
-    path.extension()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .to_lowercase()
 }
