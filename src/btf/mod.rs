@@ -6,10 +6,12 @@
 //! | [`direction`], [`direction_set`] | directions, and named sets of them |
 //! | [`bake`] | a sample ray-traced from height, colour and roughness |
 //! | [`import`], [`table`] | a sample from measured images and their list |
+//! | [`image_sets`] | a sample as a set of images that other programs read |
 
 pub mod bake;
 pub mod direction;
 pub mod direction_set;
+pub mod image_sets;
 pub mod import;
 pub mod sample;
 mod table;

@@ -1,4 +1,4 @@
-//! Images in, as floats with a stated meaning; PNG out (`png_file`).
+//! Images in, as floats with a stated meaning; PNG and JPEG out (`png_file`, `jpeg_file`).
 //!
 //! One file per format: PNG (`portable`), JPEG, GIF and BMP (`raster`), TIFF (`tagged`), Radiance HDR and
 //! OpenEXR. Each hands on what the file stores and says; `decoded` does the rest, the same for all: alpha,
@@ -15,6 +15,7 @@ mod decoded;
 mod facts;
 mod float_image;
 mod icc;
+mod jpeg_file;
 mod jpeg_header;
 mod notes;
 mod openexr;
@@ -37,6 +38,7 @@ use std::path::Path;
 
 pub use crate::format::image::facts::{Channel, Facts, Part, Transparency};
 pub use crate::format::image::float_image::{Encoding, FloatImage, Precision, ReadImage};
+pub use crate::format::image::jpeg_file::write_jpeg;
 pub use crate::format::image::notes::{Note, Notes};
 pub use crate::format::image::openexr::{ExrContent, Planes};
 pub use crate::format::image::options::{
