@@ -111,7 +111,7 @@ impl Work<'_> {
                 .map(|place| (place, progress.check().and_then(|()| self.made(place))))
                 .collect();
             for (place, made) in made {
-                let made = match made {
+                let mut made = match made {
                     Ok(made) => made,
                     Err(error) => {
                         faults.add(error)?;
@@ -122,7 +122,7 @@ impl Work<'_> {
                 if let Slot::Read(image) = self.arrangement.slots[place] {
                     let path = &self.list.images[image].path;
                     is_sound &= faults.add_size(path, made.size);
-                    notes.add(path, made.notes);
+                    notes.add(path, std::mem::take(&mut made.notes));
                 }
                 if is_sound {
                     batch = self.batch(&made);

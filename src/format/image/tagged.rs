@@ -13,7 +13,7 @@ use std::io::Cursor;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::format::image::color::Statement;
 use crate::format::image::decoded::{Decoded, channel_names, only_part};
 use crate::format::image::facts::Facts;

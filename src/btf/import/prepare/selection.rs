@@ -27,7 +27,7 @@ enum Item {
 
 impl Selection {
     /// Whether the direction of a number is kept.
-    pub(super) fn keeps(&self, number: usize, direction: Direction) -> bool {
+    pub(in crate::btf::import) fn keeps(&self, number: usize, direction: Direction) -> bool {
         self.0.iter().any(|item| match *item {
             Item::Range(first, last) => (first..=last).contains(&number),
             Item::Within(theta) => direction.theta().to_degrees() <= theta + TOLERANCE_DEG,
@@ -35,7 +35,7 @@ impl Selection {
     }
 
     /// A number of the choice that `count` directions do not have.
-    pub(super) fn beyond(&self, count: usize) -> Option<usize> {
+    pub(in crate::btf::import) fn beyond(&self, count: usize) -> Option<usize> {
         let lasts = self.0.iter().filter_map(|item| match *item {
             Item::Range(_, last) => Some(last),
             Item::Within(_) => None,
