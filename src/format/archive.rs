@@ -279,10 +279,10 @@ mod tests {
 
     #[test]
     fn bombs_do_not_go_off() {
-        let zeros = vec![0; (EXPANSION_BASE + (4 << 20)) as usize];
+        let zeros = vec![0; 48 << 20];
         let bytes = archive(&[("a.bmp", &zeros)], CompressionMethod::Deflated);
         let (_folder, opened) = open(&bytes);
-        let error = opened.unwrap().read("a.bmp").unwrap_err().to_string();
-        assert!(error.contains("packed into"), "{error}");
+        let error = opened.unwrap().read("a.bmp").map(|bytes| bytes.len());
+        assert!(error.unwrap_err().to_string().contains("packed into"));
     }
 }

@@ -65,16 +65,19 @@ fn same_directions(a: &[Direction], b: &[Direction]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.angle_to(*b) < 1e-9)
 }
 
-/// The largest difference of reflectance in 8-bit sRGB steps.
-fn steps_apart(a: &Sample, b: &Sample) -> f32 {
+/// Differences of reflectance in 8-bit sRGB steps: the largest, and the root of the mean square.
+fn steps_apart(a: &Sample, b: &Sample) -> [f32; 2] {
     let encoded = |v: f32| crate::format::image::encode_srgb(v * std::f32::consts::PI) * 255.0;
-    let mut most = 0.0_f32;
+    let (mut most, mut squares, mut count) = (0.0_f32, 0.0, 0.0);
     for image in 0..a.image_count() {
         for (a, b) in numbers(a, image).into_iter().zip(numbers(b, image)) {
-            most = most.max((encoded(a) - encoded(b)).abs());
+            let apart = (encoded(a) - encoded(b)).abs();
+            most = most.max(apart);
+            squares += apart * apart;
+            count += 1.0;
         }
     }
-    most
+    [most, (squares / count).sqrt()]
 }
 
 fn check_directions(a: &Sample, b: &Sample) {
@@ -110,7 +113,8 @@ fn ubo2003_comes_back_within_its_quantisation() {
     check_directions(&original, &found);
     assert_eq!(found.description().source["kind"], "ubo2003");
     let apart = steps_apart(&original, &found);
-    assert!(apart < 4.0, "{apart}");
+    // Noise is the hardest picture for JPEG.
+    assert!(apart[0] < 8.0 && apart[1] < 1.5, "{apart:?}");
 }
 
 #[test]
@@ -131,7 +135,7 @@ fn utia_comes_back_within_its_quantisation() {
     );
     let found = import(&out, DType::F4);
     check_directions(&original, &found);
-    assert!(steps_apart(&original, &found) < 0.51);
+    assert!(steps_apart(&original, &found)[0] < 0.51);
     let xyz = folder.path().join("xyz");
     export_set(&original, ImageSet::UtiaExr, &xyz, Progress::silent()).unwrap();
     let found = import(&xyz, DType::F4);

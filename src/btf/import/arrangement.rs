@@ -129,6 +129,13 @@ fn chosen(
         ],
     };
     let mut used: Vec<Used> = list.images.iter().enumerate().map(number).collect();
+    if list.is_set {
+        let (of_views, of_lights) = (ring_order(&mut views), ring_order(&mut lights));
+        for used in &mut used {
+            let [view, light] = used.pair.map(|number| number as usize);
+            used.pair = [of_views[view], of_lights[light]];
+        }
+    }
     let (views, new_views) = kept("keep-views", &preparation.keep_views, views)?;
     let (lights, new_lights) = kept("keep-lights", &preparation.keep_lights, lights)?;
     used = used
@@ -147,6 +154,26 @@ fn chosen(
             "directions that stand together in the set",
         )),
     }
+}
+
+/// Sorts directions by θ, then φ, whichever images are missing; the new number of each old one.
+fn ring_order(directions: &mut Vec<Direction>) -> Vec<u32> {
+    // Directions of one ring differ by rounding.
+    let rounded = |radians: f64| (radians / SAME_DIRECTION).round();
+    let key = |direction: &Direction| (rounded(direction.theta()), rounded(direction.phi()));
+    let mut order: Vec<usize> = (0..directions.len()).collect();
+    order.sort_by(|&a, &b| {
+        let ((theta, phi), (other_theta, other_phi)) = (key(&directions[a]), key(&directions[b]));
+        theta
+            .total_cmp(&other_theta)
+            .then(phi.total_cmp(&other_phi))
+    });
+    let mut numbers = vec![0; order.len()];
+    for (new, &old) in order.iter().enumerate() {
+        numbers[old] = new as u32;
+    }
+    *directions = order.iter().map(|&old| directions[old]).collect();
+    numbers
 }
 
 /// The directions that a choice keeps, and the new number of each old one.

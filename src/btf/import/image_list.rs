@@ -37,8 +37,8 @@ pub struct ImageList {
     pub images: Vec<MeasuredImage>,
     /// Where the images are read from.
     pub place: Place,
-    /// Whether the images should be every view with every light: repeated and missing directions are
-    /// faults then, not notes.
+    /// Whether the images should be every view with every light: directions come in the order of rings then,
+    /// and repeated and missing ones are faults, not notes.
     pub is_set: bool,
     /// What the user should know of the list.
     pub notes: Vec<String>,

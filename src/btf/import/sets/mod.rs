@@ -76,7 +76,7 @@ pub fn read_set(path: &Path, options: &SetOptions, handedness: Handedness) -> Re
         handedness,
         images,
         place: listing.place,
-        is_set: true,
+        is_set: sorted.family != Family::Curet,
         notes,
         facts: serde_json::Map::new(),
     })
