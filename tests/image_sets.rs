@@ -67,7 +67,7 @@ fn an_archive_made_from_a_bake_imports_to_the_bake() {
             "--preset",
             "weave",
             "--size",
-            "12",
+            "16",
             "--samples",
             "1",
             "--views",
@@ -378,6 +378,7 @@ fn missing_images_are_named_and_filled() {
     assert_eq!(description.source["filled"], marked);
     let between = value(&filled, 1, 0);
     assert!(between > 0.05 && between < 1.0, "{between}");
+    fs::remove_dir_all(folder.path().join("x.sample")).unwrap();
     let scattered = import(folder.path(), &[".", "--scattered"]);
     assert_eq!(scattered.description().pairs.as_ref().unwrap().len(), 4);
 }

@@ -11,8 +11,8 @@ pub const SIGNATURE: [u8; 2] = [0x1f, 0x9d];
 
 /// Bits of the first codes.
 const SHORTEST: u32 = 9;
-/// Bits of the longest codes there are.
-const LONGEST: u32 = 16;
+/// Bits of the longest codes of a file. What `compress -b 9` writes, no program expands.
+const LONGEST: std::ops::RangeInclusive<u32> = 10..=16;
 /// The code that clears the table, where the file has one.
 const CLEAR: u32 = 256;
 /// Expanded bytes allowed for each byte of the file, beside [`EXPANSION_BASE`].
@@ -31,9 +31,9 @@ pub fn expand(bytes: &[u8]) -> Result<Vec<u8>> {
         return Err(Error::data("header", "the end of the file").expected("3 bytes"));
     };
     let longest = u32::from(flags & 0x1f);
-    if !is_compressed(bytes) || !(SHORTEST..=LONGEST).contains(&longest) || flags & 0x60 != 0 {
+    if !is_compressed(bytes) || !LONGEST.contains(&longest) || flags & 0x60 != 0 {
         return Err(Error::data("header", format!("flags {flags:#04x}"))
-            .expected("codes of 9 to 16 bits, as `compress` writes"));
+            .expected("codes of at most 10 to 16 bits, as `compress` writes"));
     }
     let most = bytes.len() * EXPANSION_FACTOR + EXPANSION_BASE;
     let mut table = Table::new(longest, flags & 0x80 != 0);
@@ -245,7 +245,7 @@ mod tests {
     #[test]
     fn codes_grow_and_tables_are_cleared() {
         let text: Vec<u8> = (0..3000_u32).map(|k| (k * k % 251) as u8).collect();
-        for longest in [9, 10, 12, 16] {
+        for longest in [10, 12, 16] {
             assert_eq!(expand(&literal(&text, longest)).unwrap(), text, "{longest}");
         }
         let bytes = packed(
@@ -260,7 +260,7 @@ mod tests {
         let refused = |bytes: &[u8]| expand(bytes).unwrap_err().to_string();
         assert!(refused(b"\x1f\x9d").contains("end of the file"));
         assert!(refused(b"\x1f\x9d\x91\0").contains("0x91"));
-        assert!(refused(b"\x1f\x8b\x90\0").contains("9 to 16 bits"));
+        assert!(refused(b"\x1f\x8b\x90\0").contains("10 to 16 bits"));
         let unknown = packed(0x90, &[(97, 9), (300, 9)]);
         assert!(refused(&unknown).contains("code 300"));
         let first = packed(0x90, &[(300, 9)]);

@@ -72,11 +72,11 @@ pub fn read_set(path: &Path, options: &SetOptions, handedness: Handedness) -> Re
         name: listing.name(),
         kind: sorted.family.name(),
         family: sorted.family,
+        is_set: sorted.family != Family::Curet,
         path: path.to_path_buf(),
         handedness,
         images,
         place: listing.place,
-        is_set: sorted.family != Family::Curet,
         notes,
         facts: serde_json::Map::new(),
     })
