@@ -84,7 +84,7 @@ impl Arguments {
         for note in &list.notes {
             session.progress().warn(note.as_str());
         }
-        assemble::assemble(&list, &self.options, &self.output, session.progress())
+        assemble(&list, &self.options, &self.output, session.progress())
     }
 
     fn outcome(&self, sample: &Description) -> Outcome {

@@ -1,4 +1,5 @@
 //! Small image sets and archives, made by code.
+#![allow(dead_code, reason = "every test file uses its own part")]
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,17 +15,22 @@ use zip::{CompressionMethod, ZipWriter};
 
 /// Writes an archive of these members.
 pub fn zip(path: &Path, members: &BTreeMap<PathBuf, Vec<u8>>, stored: bool) {
+    fs::write(path, zipped(members, stored)).unwrap();
+}
+
+/// An archive of these members.
+pub fn zipped(members: &BTreeMap<PathBuf, Vec<u8>>, stored: bool) -> Vec<u8> {
     let method = match stored {
         true => CompressionMethod::Stored,
         false => CompressionMethod::Deflated,
     };
     let options = SimpleFileOptions::default().compression_method(method);
-    let mut writer = ZipWriter::new(fs::File::create(path).unwrap());
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in members {
         writer.start_file(name.to_str().unwrap(), options).unwrap();
         writer.write_all(bytes).unwrap();
     }
-    writer.finish().unwrap();
+    writer.finish().unwrap().into_inner()
 }
 
 /// Writes an image of one grey.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::btf::direction::Direction;
 use crate::btf::direction_set::DirectionSet;
-use crate::btf::import::{ImportOptions, ListOptions, SetOptions, assemble::assemble, read_source};
+use crate::btf::import::{ImportOptions, ListOptions, SetOptions, assemble, read_source};
 use crate::btf::sample::{DType, Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::format::id::ContentId;

@@ -14,7 +14,7 @@
 //! | [`arrangement`], [`fill`], [`assemble`], [`reading_faults`] | the sample |
 
 mod arrangement;
-pub(crate) mod assemble;
+mod assemble;
 mod family;
 mod fill;
 mod find_images;
@@ -37,6 +37,7 @@ mod spectrum;
 
 use std::path::{Path, PathBuf};
 
+pub use crate::btf::import::assemble::assemble;
 pub use crate::btf::import::family::Family;
 pub use crate::btf::import::image_list::{ImageList, MeasuredImage};
 pub use crate::btf::import::list_options::{Handedness, ListOptions};
