@@ -478,3 +478,35 @@ fn tables_of_positions_give_directions_and_their_spread() {
     );
     assert!(succeed(folder.path(), &["info", "places.csv"]).contains("--patch-mm"));
 }
+
+#[test]
+fn sets_are_exported_by_name_and_never_over_files() {
+    let folder = tempfile::tempdir().unwrap();
+    small_set(folder.path());
+    fs::create_dir(folder.path().join("set")).unwrap();
+    small_set(&folder.path().join("set"));
+    let sample = import(folder.path(), &["set", "--dtype", "f4"]);
+    for target in ["ubo2003", "utia", "utia-exr", "folder"] {
+        let words = ["export", "x.sample", "--to", target, "-o", target, "--json"];
+        let report: Value = serde_json::from_str(&succeed(folder.path(), &words)).unwrap();
+        assert_eq!(
+            (&report["images"], &report["clipped"]),
+            (&6.into(), &0.into())
+        );
+        succeed(
+            folder.path(),
+            &["import", target, "-o", "back.sample", "--dtype", "f4"],
+        );
+        let back = Sample::open(&folder.path().join("back.sample")).unwrap();
+        for image in 0..6 {
+            assert!(
+                (value(&back, image, 0) - value(&sample, image, 0)).abs() < 8e-3,
+                "{target}"
+            );
+        }
+    }
+    let again = ["export", "x.sample", "--to", "utia", "-o", "utia"];
+    assert!(refuse(folder.path(), &again, 2).contains("not empty"));
+    let inside = ["export", "x.sample", "--to", "utia", "-o", "x.sample"];
+    assert!(refuse(folder.path(), &inside, 2).contains("not empty"));
+}

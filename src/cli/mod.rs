@@ -9,6 +9,7 @@ mod bake;
 mod bake_maps;
 mod demo;
 mod exemplar;
+mod export;
 mod gram;
 mod import;
 mod info;
@@ -56,6 +57,7 @@ enum Command {
     Demo(demo::Arguments),
     Bake(bake::Arguments),
     Import(import::Arguments),
+    Export(export::Arguments),
     Info(info::Arguments),
     Textons(textons::Arguments),
     Gram(gram::Arguments),
@@ -84,6 +86,7 @@ impl Command {
             Self::Demo(arguments) => &arguments.common,
             Self::Bake(arguments) => &arguments.common,
             Self::Import(arguments) => &arguments.common,
+            Self::Export(arguments) => &arguments.common,
             Self::Info(arguments) => &arguments.common,
             Self::Textons(arguments) => &arguments.common,
             Self::Gram(arguments) => &arguments.common,
@@ -114,9 +117,12 @@ impl Command {
             Self::Render(arguments) => arguments.check(),
             Self::BakeMaps(arguments) => arguments.check(),
             Self::Transfer(arguments) => arguments.check(),
-            Self::Demo(_) | Self::Import(_) | Self::Info(_) | Self::Gram(_) | Self::Run(_) => {
-                Ok(())
-            }
+            Self::Demo(_)
+            | Self::Import(_)
+            | Self::Export(_)
+            | Self::Info(_)
+            | Self::Gram(_)
+            | Self::Run(_) => Ok(()),
         }
     }
 
@@ -125,6 +131,7 @@ impl Command {
         match self {
             Self::Bake(arguments) => arguments.files(),
             Self::Import(arguments) => arguments.files(),
+            Self::Export(arguments) => Ok(arguments.files()),
             Self::Textons(arguments) => Ok(arguments.files()),
             Self::Gram(arguments) => Ok(arguments.files()),
             Self::Knn(arguments) => Ok(arguments.files()),
@@ -148,6 +155,7 @@ impl Command {
             Self::Render(_) => render::IF_INTERRUPTED,
             Self::Run(_) | Self::Demo(_) => CHAIN_IF_INTERRUPTED,
             Self::Import(_)
+            | Self::Export(_)
             | Self::Info(_)
             | Self::Textons(_)
             | Self::Gram(_)
@@ -166,6 +174,7 @@ impl Command {
             Self::Demo(arguments) => arguments.run(session),
             Self::Bake(arguments) => arguments.run(session),
             Self::Import(arguments) => arguments.run(session),
+            Self::Export(arguments) => arguments.run(session),
             Self::Info(arguments) => arguments.run(session),
             Self::Textons(arguments) => arguments.run(session),
             Self::Gram(arguments) => arguments.run(session),
