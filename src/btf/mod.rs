@@ -8,6 +8,7 @@
 //! | [`direction`], [`direction_set`] | directions, and named sets of them |
 //! | [`bake`] | a sample ray-traced from height, colour and roughness |
 //! | [`import`], [`table`] | a sample from measured images and their list |
+//! | [`image_sets`] | a sample as a set of images that other programs read |
 
 pub mod bake;
 pub mod description;
@@ -15,6 +16,7 @@ pub mod direction;
 pub mod direction_set;
 pub mod factored;
 pub mod image_source;
+pub mod image_sets;
 pub mod import;
 pub mod sample;
 mod table;

@@ -1,34 +1,43 @@
 //! `mesotex import`: measured image sets → sample.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::btf::import::{ImportOptions, ListOptions, assemble, read_list_with};
+use crate::btf::import::recognize::Source;
+use crate::btf::import::{
+    ImportOptions, ListOptions, Place, SetOptions, assemble, read_source, source_of,
+};
+use crate::btf::sample::Description;
 use crate::btf::writer::SAMPLE_FOLDER;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Import a measured image set as a BTF sample.
 ///
-/// PATH is an RTI capture (a .lp file: one view, many lights), or a CSV of angles beside rectified
-/// images (columns file, view_theta_deg, view_phi_deg, light_theta_deg, light_phi_deg), or a folder
-/// that holds just one of either.
+/// PATH is recognised by its content: a folder or a zip archive of rectified images whose names say their
+/// angles (UBO2003 and ATRIUM, UTIA, SPECTRAL, CUReT, or others by --pattern); an RTI capture (a .lp file:
+/// one view, many lights); a table (.csv) of angles or of positions in mm beside rectified images; or a
+/// folder that holds just one list.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
+  mesotex import UBO_IMPALLA256.zip -o impalla.sample
+  mesotex import felt -o felt.sample --pattern \"l{tl}-{pl}_v{tv}-{pv}\" --crop 256x256+40+60
   mesotex import capture/dirs.lp -o coin.sample
   mesotex import felt/angles.csv -o felt.sample --tileable --texel-mm 0.2
   mesotex import dome.lp --images \"coin/*.jpg\" -o coin.sample")]
 pub struct Arguments {
-    /// The .lp or .csv file, or its folder.
+    /// The archive, the folder, or the .lp or .csv file.
     pub path: PathBuf,
     /// The sample to write, NAME.sample.
     #[arg(short, long)]
     pub output: PathBuf,
     #[command(flatten)]
     pub list: ListOptions,
+    #[command(flatten)]
+    pub set: SetOptions,
     #[command(flatten)]
     pub options: ImportOptions,
     #[command(flatten)]
@@ -38,23 +47,48 @@ pub struct Arguments {
 impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
-        let list = read_list_with(&self.path, &self.list)?;
-        let images: Vec<PathBuf> = list.images.into_iter().map(|image| image.path).collect();
-        Ok(Files::default()
-            .read([&self.path, &list.path])
-            .read(&images)
-            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER)))
+        let files = Files::default().read([&self.path]).write(
+            "output",
+            [&self.output],
+            Product::Folder(&SAMPLE_FOLDER),
+        );
+        Ok(match source_of(&self.path, &self.set)? {
+            Source::List(_) | Source::ImageSet(_) => {
+                let list = read_source(&self.path, &self.list, &self.set)?;
+                let images = list.images.into_iter().map(|image| image.path);
+                match list.place {
+                    Place::Files => files
+                        .read([&list.path])
+                        .read(&images.collect::<Vec<PathBuf>>()),
+                    Place::Archive(_) => files,
+                }
+            }
+            _ => files,
+        })
     }
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
-        let list = read_list_with(&self.path, &self.list)?;
+        let sample = match source_of(&self.path, &self.set)? {
+            Source::List(_) | Source::ImageSet(_) => self.import_images(session)?,
+            Source::Bonn(path) | Source::Ptm(path) | Source::Hsh(path) => {
+                return Err(unread(&path));
+            }
+        };
+        Ok(self.outcome(&sample))
+    }
+
+    fn import_images(&self, session: &Session) -> Result<Description> {
+        let list = read_source(&self.path, &self.list, &self.set)?;
         for note in &list.notes {
             session.progress().warn(note.as_str());
         }
-        let sample = assemble::assemble(&list, &self.options, &self.output, session.progress())?;
-        Ok(Outcome::default()
+        assemble(&list, &self.options, &self.output, session.progress())
+    }
+
+    fn outcome(&self, sample: &Description) -> Outcome {
+        Outcome::default()
             .line(format!(
                 "{}: {} views, {} lights, {} images of {} × {} texels",
                 sample.name,
@@ -73,6 +107,11 @@ impl Arguments {
                 "mesotex textons {0} -o {1}",
                 self.output.display(),
                 self.output.with_extension("textons.npz").display()
-            )))
+            ))
     }
+}
+
+/// Refuses a source that is known but not read yet.
+fn unread(path: &Path) -> Error {
+    Error::data("source", "a known format that this version does not read").in_file(path)
 }

@@ -10,6 +10,7 @@ mod bake_maps;
 mod demo;
 mod exemplar;
 mod factor;
+mod export;
 mod gram;
 mod import;
 mod info;
@@ -58,6 +59,7 @@ enum Command {
     Bake(bake::Arguments),
     Import(import::Arguments),
     Factor(factor::Arguments),
+    Export(export::Arguments),
     Info(info::Arguments),
     Textons(textons::Arguments),
     Gram(gram::Arguments),
@@ -87,6 +89,7 @@ impl Command {
             Self::Bake(arguments) => &arguments.common,
             Self::Import(arguments) => &arguments.common,
             Self::Factor(arguments) => &arguments.common,
+            Self::Export(arguments) => &arguments.common,
             Self::Info(arguments) => &arguments.common,
             Self::Textons(arguments) => &arguments.common,
             Self::Gram(arguments) => &arguments.common,
@@ -120,6 +123,7 @@ impl Command {
             Self::Demo(_)
             | Self::Import(_)
             | Self::Factor(_)
+            | Self::Export(_)
             | Self::Info(_)
             | Self::Gram(_)
             | Self::Run(_) => Ok(()),
@@ -132,6 +136,7 @@ impl Command {
             Self::Bake(arguments) => arguments.files(),
             Self::Import(arguments) => arguments.files(),
             Self::Factor(arguments) => Ok(arguments.files()),
+            Self::Export(arguments) => Ok(arguments.files()),
             Self::Textons(arguments) => Ok(arguments.files()),
             Self::Gram(arguments) => Ok(arguments.files()),
             Self::Knn(arguments) => Ok(arguments.files()),
@@ -156,6 +161,7 @@ impl Command {
             Self::Run(_) | Self::Demo(_) => CHAIN_IF_INTERRUPTED,
             Self::Import(_)
             | Self::Factor(_)
+            | Self::Export(_)
             | Self::Info(_)
             | Self::Textons(_)
             | Self::Gram(_)
@@ -175,6 +181,7 @@ impl Command {
             Self::Bake(arguments) => arguments.run(session),
             Self::Import(arguments) => arguments.run(session),
             Self::Factor(arguments) => arguments.run(session),
+            Self::Export(arguments) => arguments.run(session),
             Self::Info(arguments) => arguments.run(session),
             Self::Textons(arguments) => arguments.run(session),
             Self::Gram(arguments) => arguments.run(session),

@@ -17,8 +17,11 @@
 )]
 
 mod corpus;
+#[path = "../image_set_files/mod.rs"]
+mod image_set_files;
 mod mutation;
 mod readers;
+mod set_corpus;
 mod watch;
 
 use std::fs;

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use image::ImageFormat;
 use mesotex::btf::bake::maps::read_recipe;
 use mesotex::btf::direction_set::DirectionSet;
-use mesotex::btf::import::read_list;
+use mesotex::btf::import::{
+    ImportOptions, ListOptions, SetOptions, assemble, read_list, read_source,
+};
 use mesotex::btf::sample::{DType, Layout, Sample};
 use mesotex::cli::run::faults::Faults;
 use mesotex::cli::run::scene::Scene;
@@ -15,7 +17,7 @@ use mesotex::exemplar::neighbor_table::NeighborTable;
 use mesotex::exemplar::space::{Space, from_vocabulary};
 use mesotex::exemplar::windows::Windows;
 use mesotex::format::guard::guarded;
-use mesotex::format::{exr, image as images, json, npy};
+use mesotex::format::{compress, exr, image as images, json, npy};
 use mesotex::grid::TexCoord;
 use mesotex::index::Level;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
@@ -34,6 +36,7 @@ use mesotex::texton::vocabulary::StoredVocabulary;
 
 use crate::corpus;
 use crate::mutation::Content;
+use crate::set_corpus;
 
 /// What reads a file.
 type Read = dyn Fn(&Path) -> Result<()>;
@@ -93,6 +96,7 @@ pub fn readers() -> Vec<Reader> {
     let mut readers = image_readers();
     readers.extend(mesh_readers());
     readers.extend(text_readers());
+    readers.extend(set_readers());
     readers.extend(product_readers());
     readers.extend(atlas_readers());
     readers.extend(surface_readers());
@@ -215,6 +219,39 @@ fn use_scene(path: &Path) -> Result<()> {
         }
         faults.into_result(path)
     })
+}
+
+/// Archives of images, and what lies in them.
+fn set_readers() -> Vec<Reader> {
+    let set = |name, files| reader(name, Content::Zip, "a.zip", files, use_set);
+    let positions = "file,camera_x_mm,camera_y_mm,camera_z_mm,light_theta_deg,light_phi_deg\n\
+        a.png,0,0,500,60,90\n";
+    vec![
+        set("image set", set_corpus::image_sets()),
+        set("spectral set", vec![set_corpus::spectral_set()]),
+        reader(
+            "compress",
+            Content::Bytes,
+            "a.Z",
+            set_corpus::compressed_files(),
+            |path| compress::expand(&fs::read(path).map_err(Error::io(path, "read"))?),
+        ),
+        reader(
+            "positions csv",
+            Content::Text,
+            "a.csv",
+            vec![positions.into()],
+            read_list,
+        ),
+    ]
+}
+
+/// Imports an archive, beside it.
+fn use_set(path: &Path) -> Result<()> {
+    let list = read_source(path, &ListOptions::default(), &SetOptions::default())?;
+    let target = path.with_file_name("x.sample");
+    let options = ImportOptions::default();
+    assemble(&list, &options, &target, Progress::silent()).map(drop)
 }
 
 fn product_readers() -> Vec<Reader> {

@@ -1,8 +1,6 @@
 //! JPEG, GIF and BMP, through the `image` crate.
 
-use std::fs;
 use std::io::Cursor;
-use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
@@ -26,16 +24,16 @@ fn strongest_compression(format: ImageFormat) -> u64 {
     }
 }
 
-pub(super) fn read(path: &Path, file_length: u64) -> Result<Decoded> {
-    let bytes = fs::read(path).map_err(Error::io(path, "read"))?;
-    let mut reader = ImageReader::new(Cursor::new(bytes.as_slice()))
+pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
+    let file_length = bytes.len() as u64;
+    let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
-        .map_err(Error::io(path, "read"))?;
+        .map_err(undecodable)?;
     let format = match reader.format() {
         Some(format @ (ImageFormat::Jpeg | ImageFormat::Gif | ImageFormat::Bmp)) => format,
         _ => return Err(undecodable("a format that is not read, or no image")),
     };
-    let jpeg = (format == ImageFormat::Jpeg).then(|| JpegHeader::of(&bytes));
+    let jpeg = (format == ImageFormat::Jpeg).then(|| JpegHeader::of(bytes));
     if let Some(header) = &jpeg {
         check_jpeg(header)?;
     }
