@@ -9,14 +9,16 @@
 //! | [`bake`] | a sample ray-traced from height, colour and roughness |
 //! | [`import`], [`table`] | a sample from measured images and their list |
 //! | [`image_sets`] | a sample as a set of images that other programs read |
+//! | [`bonn`] | `.btf` files of the University of Bonn, read and written |
 
 pub mod bake;
+pub mod bonn;
 pub mod description;
 pub mod direction;
 pub mod direction_set;
 pub mod factored;
-pub mod image_source;
 pub mod image_sets;
+pub mod image_source;
 pub mod import;
 pub mod sample;
 mod table;

@@ -1,35 +1,43 @@
 //! `mesotex export`: sample → a format that other programs read.
 
+mod bonn;
 mod image_set;
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::btf::bonn::BonnExportOptions;
+use crate::btf::bonn::signature::Format as BonnFormat;
 use crate::btf::image_sets::ImageSet;
 use crate::btf::sample::files_of;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
+use crate::format::ours::Format;
 
 /// Write a sample in a format that other programs read.
 ///
-/// OUT is exactly the folder written; only an empty folder is replaced. Values become reflectance with the light's
-/// cosine in it: a white plane facing the light has 1.
+/// OUT is exactly the file or the folder written; of folders only an empty one is replaced. Values become reflectance
+/// with the light's cosine in it: a white plane facing the light has 1.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex export weave.sample --to folder -o weave-images
-  mesotex export impalla.sample --to ubo2003 -o impalla-images")]
+  mesotex export impalla.sample --to ubo2003 -o impalla-images
+  mesotex export weave.sample --to bdi -o weave.btf
+  mesotex export weave.sample --to dfmf --rank 32 -o weave.btf")]
 pub struct Arguments {
     /// The sample.
     pub sample: PathBuf,
     /// The format.
     #[arg(long, value_enum)]
     pub to: Target,
-    /// The folder to write.
+    /// The file or the folder to write.
     #[arg(short, long)]
     pub output: PathBuf,
+    #[command(flatten)]
+    pub bonn: BonnExportOptions,
     #[command(flatten)]
     pub common: Common,
 }
@@ -45,32 +53,66 @@ pub enum Target {
     UtiaExr,
     /// A folder of OpenEXR images with a table of angles, any directions; nothing is lost.
     Folder,
+    /// Bonn's .btf: factors of each colour channel (decorrelated full matrix factorization).
+    Dfmf,
+    /// Bonn's .btf: one pair of factors (full matrix factorization).
+    Fmf,
+    /// Bonn's .btf: principal components of each view (per-view factorization).
+    Pvf,
+    /// Bonn's .btf: every number, as halves.
+    Bdi,
+}
+
+/// The families of formats.
+enum Kind {
+    ImageSet(ImageSet),
+    Bonn(BonnFormat),
 }
 
 impl Target {
-    fn image_set(self) -> ImageSet {
+    fn kind(self) -> Kind {
         match self {
-            Self::Ubo2003 => ImageSet::Ubo2003,
-            Self::Utia => ImageSet::Utia,
-            Self::UtiaExr => ImageSet::UtiaExr,
-            Self::Folder => ImageSet::Folder,
+            Self::Ubo2003 => Kind::ImageSet(ImageSet::Ubo2003),
+            Self::Utia => Kind::ImageSet(ImageSet::Utia),
+            Self::UtiaExr => Kind::ImageSet(ImageSet::UtiaExr),
+            Self::Folder => Kind::ImageSet(ImageSet::Folder),
+            Self::Dfmf => Kind::Bonn(BonnFormat::Dfmf),
+            Self::Fmf => Kind::Bonn(BonnFormat::Fmf),
+            Self::Pvf => Kind::Bonn(BonnFormat::Pvf),
+            Self::Bdi => Kind::Bonn(BonnFormat::Bdi),
         }
     }
 }
 
 impl Arguments {
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        match self.to.kind() {
+            Kind::Bonn(format) => self.bonn.validate(Some(format)),
+            Kind::ImageSet(_) => self.bonn.validate(None),
+        }
+    }
+
     /// What the command reads and writes.
     pub fn files(&self) -> Files {
-        Files::default().read(&files_of(&self.sample)).write(
-            "output",
-            [&self.output],
-            Product::NewFolder,
-        )
+        let product = match self.to.kind() {
+            Kind::Bonn(_) => Product::File(Format::Btf),
+            Kind::ImageSet(_) => Product::NewFolder,
+        };
+        Files::default()
+            .read(&files_of(&self.sample))
+            .write("output", [&self.output], product)
     }
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.check()?;
         let _locks = self.files().claim()?;
-        image_set::run(&self.sample, self.to.image_set(), &self.output, session)
+        match self.to.kind() {
+            Kind::ImageSet(set) => image_set::run(&self.sample, set, &self.output, session),
+            Kind::Bonn(format) => {
+                bonn::run(&self.sample, format, &self.bonn, &self.output, session)
+            }
+        }
     }
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::btf::bonn::{BonnImport, BonnOptions};
 use crate::btf::import::recognize::Source;
 use crate::btf::import::{
     ImportOptions, ListOptions, Place, SetOptions, assemble, read_source, source_of,
@@ -19,15 +20,16 @@ use crate::error::{Error, Result};
 ///
 /// PATH is recognised by its content: a folder or a zip archive of rectified images whose names say their
 /// angles (UBO2003 and ATRIUM, UTIA, SPECTRAL, CUReT, or others by --pattern); an RTI capture (a .lp file:
-/// one view, many lights); a table (.csv) of angles or of positions in mm beside rectified images; or a
-/// folder that holds just one list.
+/// one view, many lights); a table (.csv) of angles or of positions in mm beside rectified images; a
+/// folder that holds just one list; or a .btf file of Bonn (DFMF, FMF, PVF, BDI).
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex import UBO_IMPALLA256.zip -o impalla.sample
   mesotex import felt -o felt.sample --pattern \"l{tl}-{pl}_v{tv}-{pv}\" --crop 256x256+40+60
   mesotex import capture/dirs.lp -o coin.sample
   mesotex import felt/angles.csv -o felt.sample --tileable --texel-mm 0.2
-  mesotex import dome.lp --images \"coin/*.jpg\" -o coin.sample")]
+  mesotex import dome.lp --images \"coin/*.jpg\" -o coin.sample
+  mesotex import carpet01_resampled_W400xH400_L151xV151.btf -o carpet01.sample")]
 pub struct Arguments {
     /// The archive, the folder, or the .lp or .csv file.
     pub path: PathBuf,
@@ -40,6 +42,8 @@ pub struct Arguments {
     pub set: SetOptions,
     #[command(flatten)]
     pub options: ImportOptions,
+    #[command(flatten)]
+    pub bonn: BonnOptions,
     #[command(flatten)]
     pub common: Common,
 }
@@ -70,13 +74,47 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
-        let sample = match source_of(&self.path, &self.set)? {
+        let source = source_of(&self.path, &self.set)?;
+        self.check_bonn(&source)?;
+        let sample = match source {
             Source::List(_) | Source::ImageSet(_) => self.import_images(session)?,
-            Source::Bonn(path) | Source::Ptm(path) | Source::Hsh(path) => {
+            Source::Bonn(path) => return self.import_bonn(&path, session),
+            Source::Ptm(path) | Source::Hsh(path) => {
                 return Err(unread(&path));
             }
         };
         Ok(self.outcome(&sample))
+    }
+
+    /// Refuses options of .btf files for other sources, and of lists and image sets for .btf files.
+    fn check_bonn(&self, source: &Source) -> Result<()> {
+        let (found, given) = match source {
+            Source::Bonn(_) => (
+                "given for a .btf file",
+                self.list.given().or(self.set.given()),
+            ),
+            _ => ("given for a source that is no .btf file", self.bonn.given()),
+        };
+        match given {
+            None => Ok(()),
+            Some(option) => Err(Error::option(option, found, "a source that it concerns")),
+        }
+    }
+
+    fn import_bonn(&self, path: &Path, session: &Session) -> Result<Outcome> {
+        let import = BonnImport {
+            path,
+            options: &self.options,
+            bonn: &self.bonn,
+            handedness: self.list.handedness,
+            seed: session.seed(),
+            target: &self.output,
+            progress: session.progress(),
+        };
+        let (sample, told) = import.run()?;
+        let outcome = self.outcome(&sample);
+        let outcome = told.lines.into_iter().fold(outcome, Outcome::line);
+        Ok(outcome.figure("error", told.error))
     }
 
     fn import_images(&self, session: &Session) -> Result<Description> {

@@ -9,8 +9,8 @@ mod bake;
 mod bake_maps;
 mod demo;
 mod exemplar;
-mod factor;
 mod export;
+mod factor;
 mod gram;
 mod import;
 mod info;
@@ -110,6 +110,7 @@ impl Command {
     fn check(&self) -> Result<()> {
         match self {
             Self::Bake(arguments) => arguments.check(),
+            Self::Export(arguments) => arguments.check(),
             Self::Textons(arguments) => arguments.options.validate(),
             Self::Knn(arguments) => arguments.options.validate(),
             Self::Exemplar(arguments) => arguments.check(),
@@ -123,7 +124,6 @@ impl Command {
             Self::Demo(_)
             | Self::Import(_)
             | Self::Factor(_)
-            | Self::Export(_)
             | Self::Info(_)
             | Self::Gram(_)
             | Self::Run(_) => Ok(()),

@@ -37,7 +37,7 @@ pub(crate) mod ours;
 pub(crate) mod own_folder;
 pub mod ply;
 pub mod polygon_mesh;
-mod positioned;
+pub(crate) mod positioned;
 pub(crate) mod seal;
 pub(crate) mod source;
 pub(crate) mod stl;

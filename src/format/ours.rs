@@ -15,6 +15,8 @@ use crate::error::{Error, Result};
 pub const MESH_MARK: &str = "mesotex 1";
 /// The keyword and the text of the PNG chunk that marks pictures.
 pub const PICTURE_MARK: [&str; 2] = ["Software", "mesotex"];
+/// The XML that marks `.btf` files.
+pub const BTF_MARK: &str = "<btf writer=\"mesotex\"/>";
 /// The member that every archive of ours has.
 const ARCHIVE_MARK: &str = "meta.json";
 /// How much of a file is read for its mark.
@@ -33,6 +35,8 @@ pub enum Format {
     Frame,
     /// JSON.
     Json,
+    /// Bonn's `.btf`.
+    Btf,
 }
 
 impl Format {
@@ -44,6 +48,7 @@ impl Format {
             Self::Picture => "picture",
             Self::Frame => "frame",
             Self::Json => "JSON file",
+            Self::Btf => ".btf file",
         }
     }
 }
@@ -60,6 +65,7 @@ pub fn is_ours(path: &Path, format: Format) -> io::Result<bool> {
         Format::Mesh => is_our_mesh(&start),
         Format::Picture => start.starts_with(b"\x89PNG") && contains(&start, &picture_mark()),
         Format::Frame => start.starts_with(&[0x76, 0x2f, 0x31, 1]) && contains(&start, b"mesotex:"),
+        Format::Btf => start.starts_with(b"!") && contains(&start, BTF_MARK.as_bytes()),
         Format::Json => matches!(start.trim_ascii_start().first(), Some(b'{' | b'[')),
     })
 }

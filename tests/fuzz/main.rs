@@ -16,6 +16,8 @@
     reason = "a global allocator, here one that counts, is unsafe by its nature"
 )]
 
+#[path = "../bonn/files.rs"]
+mod bonn_files;
 mod corpus;
 #[path = "../image_set_files/mod.rs"]
 mod image_set_files;

@@ -34,6 +34,7 @@ use mesotex::synthesis::inputs::{Inputs, LevelMap};
 use mesotex::synthesis::options::SynthesisOptions;
 use mesotex::texton::vocabulary::StoredVocabulary;
 
+use crate::bonn_files;
 use crate::corpus;
 use crate::mutation::Content;
 use crate::set_corpus;
@@ -100,7 +101,14 @@ pub fn readers() -> Vec<Reader> {
     readers.extend(product_readers());
     readers.extend(atlas_readers());
     readers.extend(surface_readers());
+    readers.push(bonn_reader());
     readers
+}
+
+/// `.btf` files of Bonn, imported as a user does.
+fn bonn_reader() -> Reader {
+    let files = bonn_files::all();
+    reader("btf", Content::Bytes, "a.btf", files, bonn_files::import)
 }
 
 fn image_readers() -> Vec<Reader> {

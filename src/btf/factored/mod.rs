@@ -14,7 +14,7 @@ pub mod factorization;
 pub mod factorize;
 pub mod factors;
 mod image_matrix;
-mod orthonormal;
+pub(crate) mod orthonormal;
 pub mod products;
 mod randomized_svd;
 pub mod residual;

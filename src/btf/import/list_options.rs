@@ -93,7 +93,7 @@ pub enum Handedness {
 
 impl Handedness {
     /// A direction of the list in the sample's frame.
-    pub(super) fn applied_to(self, direction: Direction) -> Direction {
+    pub(crate) fn applied_to(self, direction: Direction) -> Direction {
         let DVec3 { x, y, z } = direction.0;
         match self {
             Self::Right => direction,

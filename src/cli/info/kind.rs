@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use crate::btf::bonn::signature::Signature;
 use crate::btf::import::{is_set, lists_in};
 use crate::btf::sample::DESCRIPTION;
 use crate::cli::info::material;
@@ -31,6 +32,7 @@ pub enum Kind {
     Material,
     Scene,
     Capture,
+    Bonn,
     Directions,
     CameraPath,
     Json,
@@ -39,7 +41,7 @@ pub enum Kind {
 
 /// What `info` knows, for errors.
 const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
-    a capture (a list, .lp or .csv, or a folder or a zip archive of images), a table of directions or a camera path (.csv, .json), a \
+    a capture (a list, .lp or .csv, or a folder or a zip archive of images), a .btf file of Bonn, a table of directions or a camera path (.csv, .json), a \
     folder of frames, an archive of ours (.npz), an array (.npy), a mesh, a surface texton map or a face map (PLY, OBJ, \
     STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
     HDR, GIF, BMP)";
@@ -87,6 +89,7 @@ impl Kind {
             | "gif" | "bmp" | "dib" => Ok(Self::Image),
             _ if is_image(&start) => Ok(Self::Image),
             _ if start.starts_with(b"PK\x03\x04") => Ok(Self::Capture),
+            _ if Signature::of(&start).is_ok() => Ok(Self::Bonn),
             _ => Err(unknown(path)),
         }
     }

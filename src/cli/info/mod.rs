@@ -2,6 +2,7 @@
 
 mod archive;
 mod atlas;
+mod bonn;
 mod capture;
 mod face_map;
 mod image;
@@ -31,7 +32,7 @@ use crate::textures::folder::TEXTURES_FOLDER;
 /// Takes a sample, a texton vocabulary, a surface texton space, a neighbour table, a surface texton
 /// map, a face map, an atlas or other folder of textures, a mesh, an .npy array, an OpenEXR frame or any other image;
 /// a folder of maps or a material file (which file plays which role, and why others play none); a capture,
-/// by its folder or list; a scene (its stages and products); a table of directions, a camera path, and the
+/// by its folder or list; a .btf file of Bonn; a scene (its stages and products); a table of directions, a camera path, and the
 /// JSON files of this program.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -77,6 +78,7 @@ impl Arguments {
             Kind::Image => image::describe(&self.path),
             Kind::Material => material::describe(&self.path),
             Kind::Scene => run::describe(&self.path, session),
+            Kind::Bonn => bonn::describe(&self.path),
             Kind::Capture => capture::describe(&self.path),
             Kind::Directions => capture::describe_directions(&self.path),
             Kind::CameraPath => json::camera_path(&self.path),
