@@ -254,7 +254,8 @@ fn options_that_do_not_concern_a_file_are_refused() {
     assert!(refused(&["--encoding", "srgb"]).contains("--encoding"));
     assert!(refused(&["--layer", "x"]).contains("--layer"));
     assert!(refused(&["--images", "."]).contains("--images"));
-    assert!(refused(&["--crop", "2x2+0+0"]).contains("--crop"));
+    assert!(refused(&["--crop", "2x2+4+0"]).contains("--crop"));
+    assert!(refused(&["--reduce", "2"]).contains("--reduce"));
     assert!(refused(&["--pattern", "{tl}"]).contains("--pattern"));
     assert!(refused(&["--rank", "2"]).contains("--rank"));
     assert!(refused(&["--rank", "2", "--expand"]).contains("--expand"));

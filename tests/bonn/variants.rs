@@ -401,6 +401,51 @@ fn rotations_into_local_frames_are_undone() {
     }
 }
 
+/// The part of a file is the part of its sample.
+#[test]
+fn crops_of_every_kind_are_parts_of_the_whole() {
+    let region: mesotex::btf::import::Region = "3x2+1+1".parse().unwrap();
+    for bytes in files::all() {
+        let (whole, folder) = import_with(&bytes, &expanded());
+        for expand in [true, false] {
+            let bonn = BonnOptions { expand, rank: None };
+            let mut options = ImportOptions {
+                dtype: DType::F4,
+                ..ImportOptions::default()
+            };
+            options.preparation.crop = Some(region);
+            let target = folder.path().join("part.sample");
+            let import = BonnImport {
+                path: &folder.path().join("a.btf"),
+                options: &options,
+                bonn: &bonn,
+                handedness: Handedness::Right,
+                seed: 0,
+                target: &target,
+                progress: Progress::silent(),
+            };
+            import.run().unwrap();
+            let part = Sample::open(&target).unwrap();
+            assert_eq!((part.grid().width, part.grid().height), (3, 2));
+            if !expand && part.description().source["kind"] == "factored" {
+                continue;
+            }
+            for image in 0..IMAGES {
+                let (part, whole) = (part.image(image).unwrap(), whole.image(image).unwrap());
+                for at in 0..18 {
+                    let (row, column) = (at / 9 + 1, at / 3 % 3 + 1);
+                    let wanted = whole.get((row * WIDTH + column) * 3 + at % 3);
+                    let found = part.get(at);
+                    assert!(
+                        (found - wanted).abs() < 1e-5,
+                        "{image} {at}: {found} {wanted}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn every_file_of_the_fuzz_corpus_is_read() {
     for bytes in files::all() {

@@ -23,6 +23,7 @@ use crate::btf::bonn::header::{Header, Meta, read_rotations, read_size};
 use crate::btf::bonn::output::Output;
 use crate::btf::bonn::sampling::Sampling;
 use crate::btf::bonn::scalar::Scalar;
+use crate::btf::import::Region;
 use crate::error::{Error, Result};
 use crate::format::nameless::{Nameless, NamelessWriter};
 use crate::format::positioned::PositionedFile;
@@ -68,14 +69,23 @@ pub(super) struct Bdi {
     store: Store,
     /// Texels per chunk.
     per_chunk: usize,
-    /// The stored texels, in order.
-    stored: Vec<u32>,
+    /// The stored texels that are read, in order.
+    stored: Vec<StoredTexel>,
     width: usize,
     images: usize,
     texels: usize,
     lights: usize,
     channels: usize,
     rgb: [usize; 3],
+}
+
+/// A texel that is read.
+#[derive(Clone, Copy)]
+struct StoredTexel {
+    /// Its place among those of the file.
+    place: usize,
+    /// Where it lies in an image.
+    texel: usize,
 }
 
 /// Where the halves are.
@@ -115,10 +125,16 @@ pub(super) fn read(
         }
     };
     fields.end()?;
+    let places = stored.iter().enumerate();
     let bdi = Bdi {
         store,
         per_chunk: chunks.per_chunk,
-        stored,
+        stored: places
+            .map(|(place, &texel)| StoredTexel {
+                place,
+                texel: texel as usize,
+            })
+            .collect(),
         width: width as usize,
         images: header.sampling.images(),
         texels: header.texels(),
@@ -253,6 +269,26 @@ impl Chunks {
 }
 
 impl Bdi {
+    /// The same with the texels of a region alone.
+    pub(super) fn cropped(self, region: Region) -> Self {
+        let (left, top) = (region.left as usize, region.top as usize);
+        let (width, height) = (region.width as usize, region.height as usize);
+        let inside = |stored: &StoredTexel| {
+            let (row, column) = (stored.texel / self.width, stored.texel % self.width);
+            let (row, column) = (row.checked_sub(top)?, column.checked_sub(left)?);
+            (row < height && column < width).then_some(StoredTexel {
+                place: stored.place,
+                texel: row * width + column,
+            })
+        };
+        Self {
+            stored: self.stored.iter().filter_map(inside).collect(),
+            width,
+            texels: width * height,
+            ..self
+        }
+    }
+
     /// Fills `halves` with the numbers of a stored texel for a run of images.
     fn texel(&self, place: usize, images: &Range<usize>, halves: &mut [f16]) -> Result<()> {
         let numbers = self.images * self.channels;
@@ -276,12 +312,11 @@ impl Bdi {
         }
     }
 
-    fn check(&self, place: usize, first_image: usize, halves: &[f16]) -> Result<()> {
+    fn check(&self, texel: usize, first_image: usize, halves: &[f16]) -> Result<()> {
         let Some(at) = halves.iter().position(|half| !half.is_finite()) else {
             return Ok(());
         };
         let image = first_image + at / self.channels;
-        let texel = self.stored[place] as usize;
         Err(Error::data(
             format!(
                 "view {}, light {}, row {}, column {}",
@@ -307,17 +342,17 @@ impl Body for Bdi {
         let mut halves = vec![f16::ZERO; self.stored.len() * numbers];
         halves
             .par_chunks_mut(numbers)
-            .enumerate()
-            .try_for_each(|(place, halves)| {
-                self.texel(place, &images, halves)?;
-                self.check(place, images.start, halves)
+            .zip(&self.stored)
+            .try_for_each(|(halves, stored)| {
+                self.texel(stored.place, &images, halves)?;
+                self.check(stored.texel, images.start, halves)
             })?;
         let per_image = out.par_chunks_mut(self.texels * 3).enumerate();
         per_image.for_each(|(image, out)| {
             out.fill(0.0);
-            for (place, &texel) in self.stored.iter().enumerate() {
-                let from = place * numbers + image * self.channels;
-                for (out, channel) in out[texel as usize * 3..].iter_mut().zip(self.rgb) {
+            for (at, stored) in self.stored.iter().enumerate() {
+                let from = at * numbers + image * self.channels;
+                for (out, channel) in out[stored.texel * 3..].iter_mut().zip(self.rgb) {
                     *out = halves[from + channel].to_f32();
                 }
             }

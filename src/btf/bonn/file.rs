@@ -6,12 +6,14 @@ use serde_json::{Value, json};
 
 use crate::btf::bonn::bdi::{self, Bdi};
 use crate::btf::bonn::body::Body;
+use crate::btf::bonn::crop::{Cropped, factors_of};
 use crate::btf::bonn::factors::Factors;
 use crate::btf::bonn::fields::Fields;
 use crate::btf::bonn::header::Header;
 use crate::btf::bonn::pvf::{self, Pvf};
 use crate::btf::bonn::signature::{Format, LONGEST, Signature};
 use crate::btf::bonn::{dfmf, fmf};
+use crate::btf::import::Region;
 use crate::error::Result;
 use crate::format::guard::guarded;
 
@@ -21,6 +23,8 @@ pub(super) enum Content {
     Factors(Factors),
     /// PVF.
     Pvf(Pvf),
+    /// PVF, a region of its images.
+    PartOfPvf(Cropped<Pvf>),
     /// BDI.
     Bdi(Bdi),
 }
@@ -103,7 +107,7 @@ impl BonnFile {
     pub fn factors(&self) -> Option<(&'static str, usize)> {
         match &self.content {
             Content::Factors(factors) => Some((model_name(factors), factors.rank())),
-            Content::Pvf(_) | Content::Bdi(_) => None,
+            Content::Pvf(_) | Content::PartOfPvf(_) | Content::Bdi(_) => None,
         }
     }
 
@@ -128,11 +132,35 @@ impl BonnFile {
         facts
     }
 
+    /// The same with the texels of a region alone, as `--crop` asks for.
+    pub(super) fn cropped(mut self, region: Region) -> Result<Self> {
+        let (width, height) = (self.header.width, self.header.height);
+        region.check_inside("crop", (width, height))?;
+        self.content = match self.content {
+            Content::Factors(factors) => Content::Factors(factors_of(factors, region, width)),
+            Content::Pvf(views) => Content::PartOfPvf(Cropped {
+                body: views,
+                region,
+                size: [width, height],
+            }),
+            Content::Bdi(texels) => Content::Bdi(texels.cropped(region)),
+            part @ Content::PartOfPvf(_) => part,
+        };
+        if self.header.rotations.len() > 1 {
+            let rotations = &self.header.rotations;
+            let kept = region.rows(width).flat_map(|row| rotations[row].to_vec());
+            self.header.rotations = kept.collect();
+        }
+        (self.header.width, self.header.height) = (region.width, region.height);
+        Ok(self)
+    }
+
     /// The images, with all matrices in memory where there are factors.
     pub(super) fn into_body(self) -> Result<Box<dyn Body>> {
         Ok(match self.content {
             Content::Factors(factors) => Box::new(factors.load()?),
             Content::Pvf(views) => Box::new(views),
+            Content::PartOfPvf(views) => Box::new(views),
             Content::Bdi(texels) => Box::new(texels),
         })
     }

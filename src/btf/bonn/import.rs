@@ -19,7 +19,7 @@ use crate::btf::bonn::to_factored::FactorCopy;
 use crate::btf::description::{Description, FORMAT, Layout, VERSION};
 use crate::btf::direction::Direction;
 use crate::btf::factored::factorize::{Accuracy, FactorOptions, factorize};
-use crate::btf::import::{Handedness, ImportOptions, SizeLine, Values};
+use crate::btf::import::{Handedness, ImportOptions, Preparation, SizeLine, Values};
 use crate::error::{Error, Result};
 use crate::format::atomic::parent;
 use crate::format::id::ContentId;
@@ -79,7 +79,11 @@ impl BonnImport<'_> {
     /// Writes the sample.
     pub fn run(&self) -> Result<(Description, Told)> {
         check(self.options)?;
-        let file = BonnFile::open(self.path, parent(self.target))?;
+        let mut file = BonnFile::open(self.path, parent(self.target))?;
+        LocalFrames::of(file.header()).map_err(|error| error.in_file(self.path))?;
+        if let Some(region) = self.options.preparation.crop {
+            file = file.cropped(region)?;
+        }
         self.import(file).map_err(|error| error.in_file(self.path))
     }
 
@@ -233,7 +237,7 @@ impl Way {
             Content::Factors(_) if expand => Self::Expanded,
             Content::Factors(factors) if factors.is_linear() => Self::Copied,
             Content::Factors(_) => Self::Refactored,
-            Content::Pvf(_) | Content::Bdi(_) => Self::Expanded,
+            Content::Pvf(_) | Content::PartOfPvf(_) | Content::Bdi(_) => Self::Expanded,
         }
     }
 }
@@ -259,16 +263,17 @@ fn check(options: &ImportOptions) -> Result<()> {
         ("illuminant", options.illuminant.is_some()),
         ("size-line", options.size_line != SizeLine::default()),
     ];
-    let given = given
-        .iter()
-        .find(|(_, given)| *given)
-        .map(|(option, _)| *option);
-    match given.or(options.preparation.given()) {
+    let given = given.iter().find(|(_, given)| *given);
+    let rest = Preparation {
+        crop: None,
+        ..options.preparation.clone()
+    };
+    match given.map(|(option, _)| *option).or(rest.given()) {
         None => Ok(()),
         Some(option) => Err(Error::option(
             option,
             "given for a .btf file",
-            "a set of images: the numbers of a .btf file are linear RGB, opaque, and taken whole",
+            "a set of images: the numbers of a .btf file are linear RGB, opaque, and taken as they are but for --crop",
         )),
     }
 }

@@ -9,7 +9,7 @@
 //! | [`factors`], [`matrix`], [`singular_values`], [`scalar`] | matrices and their number types |
 //! | [`color`], [`lab`] | colour models |
 //! | [`file`](mod@file), [`fields`] | an open file |
-//! | [`import`](mod@import), [`to_factored`], [`expand`], [`images`], [`body`], [`local_frames`] | a sample of it |
+//! | [`import`](mod@import), [`to_factored`], [`expand`], [`images`], [`body`], [`crop`], [`local_frames`] | a sample of it |
 //! | [`export`](mod@export), [`sample_factors`], [`one_pair`], [`view_components`], [`encode`], [`output`] | a file of a sample |
 //!
 //! **Row order.** Row 0 of a file is the top row of its images. btflib shows row 0 at the top. btf.hh reverses the rows
@@ -19,6 +19,7 @@
 mod bdi;
 mod body;
 pub mod color;
+mod crop;
 mod dfmf;
 pub mod encode;
 mod expand;

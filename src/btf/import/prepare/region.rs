@@ -23,7 +23,7 @@ pub struct Region {
 
 impl Region {
     /// Refuses a region that an image does not hold.
-    pub(super) fn check_inside(&self, option: &str, (width, height): (u32, u32)) -> Result<()> {
+    pub(crate) fn check_inside(&self, option: &str, (width, height): (u32, u32)) -> Result<()> {
         let ends = |first: u32, length: u32| u64::from(first) + u64::from(length);
         let is_inside = ends(self.left, self.width) <= u64::from(width)
             && ends(self.top, self.height) <= u64::from(height);
@@ -38,7 +38,7 @@ impl Region {
     }
 
     /// The rows of a region in an image of `width` texels a row, each as a range of texels.
-    pub(super) fn rows(self, width: u32) -> impl Iterator<Item = std::ops::Range<usize>> {
+    pub(crate) fn rows(self, width: u32) -> impl Iterator<Item = std::ops::Range<usize>> {
         let (left, width) = (self.left as usize, width as usize);
         let rows = self.top as usize..(self.top + self.height) as usize;
         rows.map(move |row| row * width + left..row * width + left + self.width as usize)
