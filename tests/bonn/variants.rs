@@ -157,7 +157,7 @@ fn dfmf_of_every_other_model_is_factored_anew_or_expanded() {
         let bytes = file.bytes();
         let wanted = |image, texel| dfmf_value(&color, image, texel);
         check(&bytes, &expanded(), &file.header, 1e-5, wanted);
-        // As many components as images hold everything, as far as a factorisation of floats can.
+        // As many components as images hold everything, as far as a factorization of floats can.
         let whole = BonnOptions {
             rank: Some(IMAGES as u32),
             ..BonnOptions::default()

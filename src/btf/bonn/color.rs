@@ -1,4 +1,4 @@
-//! Colour models: what the channels of a factorised file stand for, and the way to RGB and back.
+//! Colour models: what the channels of a factored file stand for, and the way to RGB and back.
 //!
 //! Numbers and names are those of btflib (`undecorrelate`). ε = 10⁻⁵ keeps logarithms finite.
 //!

@@ -89,7 +89,7 @@ pub struct Exported {
     pub error: Option<f64>,
 }
 
-/// Writes the sample in `folder` as a file of a format; `seed` is that of a factorisation, where one is made.
+/// Writes the sample in `folder` as a file of a format; `seed` is that of a factorization, where one is made.
 pub fn export(
     folder: &Path,
     format: Format,

@@ -53,7 +53,7 @@ impl BonnOptions {
 pub struct Told {
     /// For a person, one a line.
     pub lines: Vec<String>,
-    /// The relative error of a new factorisation.
+    /// The relative error of a new factorization.
     pub error: Option<f64>,
 }
 
@@ -67,7 +67,7 @@ pub struct BonnImport<'a> {
     pub bonn: &'a BonnOptions,
     /// Which way y of its directions points.
     pub handedness: Handedness,
-    /// Seed of a new factorisation.
+    /// Seed of a new factorization.
     pub seed: u64,
     /// The sample to write.
     pub target: &'a Path,

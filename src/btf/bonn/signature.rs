@@ -5,11 +5,11 @@ use crate::error::{Error, Result};
 /// How a file keeps its images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Decorrelated full matrix factorisation: one pair of factors per colour channel.
+    /// Decorrelated full matrix factorization: one pair of factors per colour channel.
     Dfmf,
-    /// Full matrix factorisation: one pair of factors for all channels.
+    /// Full matrix factorization: one pair of factors for all channels.
     Fmf,
-    /// Per-view factorisation: a principal component analysis per view.
+    /// Per-view factorization: a principal component analysis per view.
     Pvf,
     /// Bidirectional image: all numbers, texel by texel.
     Bdi,

@@ -1,4 +1,4 @@
-//! The singular values that a factorised file lists: the lengths of the columns of S·V.
+//! The singular values that a factored file lists: the lengths of the columns of S·V.
 
 use crate::btf::bonn::matrix::MatrixRows;
 use crate::error::Result;
