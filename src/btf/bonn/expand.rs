@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use glam::DMat3;
 use rayon::prelude::*;
 
 use crate::btf::bonn::images::BonnImages;
-use crate::btf::bonn::local_frames::turn_block;
+use crate::btf::bonn::local_frames::TexelFrames;
 use crate::btf::description::Description;
 use crate::btf::image_source::ImageSource;
 use crate::btf::writer::SampleWriter;
@@ -33,7 +32,7 @@ pub(super) fn expand(
 /// of texels.
 pub(super) fn expand_turned(
     images: &BonnImages,
-    rotations: &[DMat3],
+    frames: &TexelFrames<'_>,
     target: &Path,
     progress: Progress<'_>,
 ) -> Result<Description> {
@@ -53,13 +52,7 @@ pub(super) fn expand_turned(
     for start in (0..texels).step_by(per_block) {
         let block = start..texels.min(start + per_block);
         let mut values = gathered(by_image.as_slice(), texels, block.clone());
-        turn_block(
-            &mut values,
-            block.clone(),
-            rotations,
-            &description.views,
-            &description.lights,
-        );
+        frames.turn_block(&mut values, block.clone());
         by_block.write(&values).map_err(io("write"))?;
         progress.advance(block.len() as u64)?;
     }

@@ -14,7 +14,7 @@ use crate::btf::bonn::expand::{expand, expand_turned};
 use crate::btf::bonn::file::{BonnFile, Content};
 use crate::btf::bonn::header::Header;
 use crate::btf::bonn::images::BonnImages;
-use crate::btf::bonn::local_frames::LocalFrames;
+use crate::btf::bonn::local_frames::{LocalFrames, TexelFrames};
 use crate::btf::bonn::to_factored::FactorCopy;
 use crate::btf::description::{Description, FORMAT, Layout, VERSION};
 use crate::btf::direction::Direction;
@@ -108,11 +108,16 @@ impl BonnImport<'_> {
             return Ok((copy.write(description, self.target)?, Told::default()));
         }
         let components = file.factors().map_or(1, |(_, rank)| rank as u32);
+        let sampling = file.header().sampling.clone();
         let images = self.images(file, description)?;
         match (way, &frames) {
             (Way::Refactored, _) => self.refactor(&images, self.bonn.rank.unwrap_or(components)),
             (_, LocalFrames::PerTexel(rotations)) => {
-                let sample = expand_turned(&images, rotations, self.target, self.progress)?;
+                let frames = TexelFrames {
+                    rotations,
+                    sampling: &sampling,
+                };
+                let sample = expand_turned(&images, &frames, self.target, self.progress)?;
                 Ok((sample, told_of(&images)))
             }
             _ => {

@@ -13,6 +13,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::btf::bonn::header::Header;
+use crate::btf::bonn::sampling::Sampling;
 use crate::btf::direction::{Direction, SAME_DIRECTION};
 use crate::error::{Error, Result};
 
@@ -85,7 +86,7 @@ fn rotation(at: usize, numbers: &[f32; 9]) -> Result<DMat3> {
 type Weights = [(usize, f32); NEAREST];
 
 /// Turns the values of one texel, \[view\]\[light\]\[RGB\], to the patch's frame.
-pub(super) fn turned(
+fn turned(
     values: &[f32],
     rotation: &DMat3,
     views: &[Direction],
@@ -151,24 +152,25 @@ fn weights(
     Some(weights)
 }
 
-/// Turns a block of texels, \[texel\]\[image\]\[RGB\], in place.
-pub(super) fn turn_block(
-    block: &mut [f32],
-    texels: Range<usize>,
-    rotations: &[DMat3],
-    views: &[Direction],
-    lights: &[Direction],
-) {
-    let each = views.len() * lights.len() * 3;
-    let rotations = &rotations[texels];
-    block
-        .par_chunks_mut(each)
-        .zip(rotations)
-        .for_each(|(values, rotation)| {
-            let mut out = vec![0.0; values.len()];
-            turned(values, rotation, views, lights, &mut out);
-            values.copy_from_slice(&out);
-        });
+/// A frame per texel, and the directions that values are of in each.
+pub(super) struct TexelFrames<'a> {
+    pub(super) rotations: &'a [DMat3],
+    pub(super) sampling: &'a Sampling,
+}
+
+impl TexelFrames<'_> {
+    /// Turns a block of texels, \[texel\]\[image\]\[RGB\], in place.
+    pub(super) fn turn_block(&self, block: &mut [f32], texels: Range<usize>) {
+        let Sampling { views, lights } = self.sampling;
+        block
+            .par_chunks_mut(self.sampling.images() * 3)
+            .zip(&self.rotations[texels])
+            .for_each(|(values, rotation)| {
+                let mut out = vec![0.0; values.len()];
+                turned(values, rotation, views, lights, &mut out);
+                values.copy_from_slice(&out);
+            });
+    }
 }
 
 #[cfg(test)]
