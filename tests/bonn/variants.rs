@@ -228,6 +228,17 @@ fn fmf_of_every_signature_and_orientation() {
     }
 }
 
+/// The size of this header begins with the byte R, as a longer signature would go on.
+#[test]
+fn a_size_that_looks_like_a_signature_is_told_from_it() {
+    let mut header = header();
+    header.meta.xml = vec![b'x'; 47];
+    let bytes = fmf("!FMF06FC", &header, None, Scalar::Half, false);
+    assert!(bytes.starts_with(b"!FMF06FCR"));
+    let wanted = |image, texel| fmf_value(false, image, texel);
+    check(&bytes, &BonnOptions::default(), &header, 1e-6, wanted);
+}
+
 fn fmf_value(transposed: bool, image: usize, texel: usize) -> [f64; 3] {
     let [left, right] = pair(transposed);
     [0, 1, 2].map(|channel| {

@@ -45,7 +45,20 @@ impl BonnFile {
 
     fn read(fields: &mut Fields, scratch: &Path) -> Result<Self> {
         let start = fields.bytes("signature", fields.left().min(LONGEST as u64))?;
-        let signature = Signature::of(&start)?;
+        let signatures = Signature::all_of(&start)?;
+        match (
+            Self::read_as(signatures[0], fields, scratch),
+            signatures.get(1),
+        ) {
+            // The fault of the longest match is told where no other fits.
+            (Err(fault), Some(&shorter)) => {
+                Self::read_as(shorter, fields, scratch).map_err(|_| fault)
+            }
+            (read, _) => read,
+        }
+    }
+
+    fn read_as(signature: Signature, fields: &mut Fields, scratch: &Path) -> Result<Self> {
         fields.go_to(signature.text.len() as u64);
         let mut notes = Vec::new();
         let (header, content) = match signature.format {

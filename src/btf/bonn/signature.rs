@@ -73,17 +73,24 @@ pub const LONGEST: usize = 10;
 impl Signature {
     /// The longest signature that `start` begins with.
     pub fn of(start: &[u8]) -> Result<Self> {
-        let begins = |signature: &&Self| start.starts_with(signature.text.as_bytes());
-        let longest = SIGNATURES
-            .iter()
-            .filter(begins)
-            .max_by_key(|signature| signature.text.len());
-        longest.copied().ok_or_else(|| {
+        Self::all_of(start).map(|all| all[0])
+    }
+
+    /// All signatures that `start` begins with, the longest first. There are two where the last letter of the longer one
+    /// may as well be the first byte of the header's size.
+    pub(super) fn all_of(start: &[u8]) -> Result<Vec<Self>> {
+        let begins = |signature: &Self| start.starts_with(signature.text.as_bytes());
+        let mut all: Vec<Self> = SIGNATURES.into_iter().filter(begins).collect();
+        all.sort_by_key(|signature| std::cmp::Reverse(signature.text.len()));
+        if all.is_empty() {
             let shown = &start[..start.len().min(LONGEST)];
             let known = SIGNATURES.map(|signature| signature.text).join(", ");
-            Error::data("signature", format!("`{}`", shown.escape_ascii()))
-                .expected(format!("one of {known}"))
-        })
+            return Err(
+                Error::data("signature", format!("`{}`", shown.escape_ascii()))
+                    .expected(format!("one of {known}")),
+            );
+        }
+        Ok(all)
     }
 }
 
