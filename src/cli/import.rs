@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::btf::import::recognize::Source;
 use crate::btf::import::{
-    ImportOptions, ListOptions, Place, SetOptions, assemble, read_source, source_of,
+    ImportOptions, ListOptions, Place, SetOptions, assemble, check_unused, read_source, source_of,
 };
 use crate::btf::sample::Description;
 use crate::btf::writer::SAMPLE_FOLDER;
@@ -73,10 +73,19 @@ impl Arguments {
         let sample = match source_of(&self.path, &self.set)? {
             Source::List(_) | Source::ImageSet(_) => self.import_images(session)?,
             Source::Bonn(path) | Source::Ptm(path) | Source::Hsh(path) => {
+                self.refuse_options_of_images()?;
                 return Err(unread(&path));
             }
         };
         Ok(self.outcome(&sample))
+    }
+
+    /// Refuses options that are for images of their own files.
+    fn refuse_options_of_images(&self) -> Result<()> {
+        let wanted = "a list, a folder or an archive of images";
+        check_unused(self.set.given(), wanted)?;
+        check_unused(self.list.given(), wanted)?;
+        check_unused(self.options.preparation.given(), wanted)
     }
 
     fn import_images(&self, session: &Session) -> Result<Description> {

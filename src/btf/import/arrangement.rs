@@ -191,7 +191,7 @@ fn kept(
         Error::option(
             option,
             found,
-            format!("numbers below {count}, or theta<=DEGREES that some have"),
+            format!("numbers below {count}, or theta:DEGREES that some have"),
         )
     };
     if let Some(beyond) = selection.beyond(directions.len()) {
