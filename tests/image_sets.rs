@@ -270,7 +270,7 @@ fn pictures_are_cropped_reduced_and_chosen() {
         "--texel-mm",
         "0.1",
         "--keep-lights",
-        "theta<=30",
+        "theta:30",
         "--keep-views",
         "1",
     ];

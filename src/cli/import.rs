@@ -7,7 +7,7 @@ use clap::Args;
 use crate::btf::bonn::{BonnImport, BonnOptions};
 use crate::btf::import::recognize::Source;
 use crate::btf::import::{
-    ImportOptions, ListOptions, Place, SetOptions, assemble, read_source, source_of,
+    ImportOptions, ListOptions, Place, SetOptions, assemble, check_unused, read_source, source_of,
 };
 use crate::btf::sample::Description;
 use crate::btf::writer::SAMPLE_FOLDER;
@@ -80,6 +80,7 @@ impl Arguments {
             Source::List(_) | Source::ImageSet(_) => self.import_images(session)?,
             Source::Bonn(path) => return self.import_bonn(&path, session),
             Source::Ptm(path) | Source::Hsh(path) => {
+                self.refuse_options_of_images()?;
                 return Err(unread(&path));
             }
         };
@@ -115,6 +116,14 @@ impl Arguments {
         let outcome = self.outcome(&sample);
         let outcome = told.lines.into_iter().fold(outcome, Outcome::line);
         Ok(outcome.figure("error", told.error))
+    }
+
+    /// Refuses options that are for images of their own files.
+    fn refuse_options_of_images(&self) -> Result<()> {
+        let wanted = "a list, a folder or an archive of images";
+        check_unused(self.set.given(), wanted)?;
+        check_unused(self.list.given(), wanted)?;
+        check_unused(self.options.preparation.given(), wanted)
     }
 
     fn import_images(&self, session: &Session) -> Result<Description> {

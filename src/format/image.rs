@@ -19,6 +19,7 @@ mod jpeg_file;
 mod jpeg_header;
 mod notes;
 mod openexr;
+mod openexr_content;
 mod openexr_facts;
 mod openexr_layers;
 mod options;
@@ -40,7 +41,7 @@ pub use crate::format::image::facts::{Channel, Facts, Part, Transparency};
 pub use crate::format::image::float_image::{Encoding, FloatImage, Precision, ReadImage};
 pub use crate::format::image::jpeg_file::write_jpeg;
 pub use crate::format::image::notes::{Note, Notes};
-pub use crate::format::image::openexr::{ExrContent, Planes};
+pub use crate::format::image::openexr_content::{ExrContent, Planes};
 pub use crate::format::image::options::{
     Alpha, Flags, Gamut, Missing, Orientation, Purpose, ReadOptions, SourceEncoding,
 };

@@ -45,63 +45,25 @@ struct Used {
     pair: [u32; 2],
 }
 
+/// The directions and images of a list that the user keeps.
+struct Chosen {
+    views: Vec<Direction>,
+    lights: Vec<Direction>,
+    used: Vec<Used>,
+}
+
 impl Arrangement {
     /// Arranges the images of a list as the user chose.
     pub(super) fn of(list: &ImageList, preparation: &Preparation) -> Result<Self> {
-        let (views, lights, used) = chosen(list, preparation)?;
-        let mut notes = check_repeated(list, &used)?;
-        let present: BTreeSet<[u32; 2]> = used.iter().map(|used| used.pair).collect();
-        let product = || {
-            let lights = 0..lights.len() as u32;
-            (0..views.len() as u32)
-                .flat_map(move |view| lights.clone().map(move |light| [view, light]))
-        };
-        let missing: Vec<[u32; 2]> = product().filter(|pair| !present.contains(pair)).collect();
-        let has_gaps = !missing.is_empty() && missing.len() <= present.len();
-        if has_gaps && list.is_set && !preparation.fill && !preparation.scattered {
-            return Err(missing_images(list, &views, &lights, &missing));
-        }
-        if has_gaps && !preparation.fill {
-            notes.push(note_of_missing(&views, &lights, &missing));
-        }
-        if preparation.fill && missing.len() > present.len() {
-            return Err(too_scattered(present.len(), &missing));
-        }
-        let is_product = present.len() == used.len()
-            && !preparation.scattered
-            && (missing.is_empty() || preparation.fill);
-        if !is_product {
-            return Ok(Self {
-                views,
-                lights,
-                pairs: Some(used.iter().map(|used| used.pair).collect()),
-                slots: used.iter().map(|used| Slot::Read(used.image)).collect(),
-                filled: Vec::new(),
-                notes,
-            });
-        }
-        let places: BTreeMap<[u32; 2], usize> =
-            used.iter().map(|used| (used.pair, used.image)).collect();
-        let slot = |pair: [u32; 2]| match places.get(&pair) {
-            Some(&image) => Slot::Read(image),
-            None => {
-                let [view, light] = pair.map(|number| number as usize);
-                Slot::Fill(nearest(
-                    &list.images,
-                    places.values(),
-                    views[view],
-                    lights[light],
-                ))
-            }
-        };
-        let slots = product().map(slot).collect();
-        Ok(Self {
-            slots,
-            pairs: None,
-            filled: missing,
-            notes,
-            views,
-            lights,
+        let chosen = Chosen::of(list, preparation)?;
+        let mut notes = check_repeated(list, &chosen.used)?;
+        let missing = chosen.missing();
+        notes.extend(chosen.check_missing(list, preparation, &missing)?);
+        let is_each_once = chosen.used.len() + missing.len() == chosen.product().count();
+        let is_whole = missing.is_empty() || preparation.fill;
+        Ok(match is_each_once && is_whole && !preparation.scattered {
+            true => chosen.into_product(list, missing, notes),
+            false => chosen.into_pairs(notes),
         })
     }
 
@@ -115,44 +77,173 @@ impl Arrangement {
     }
 }
 
-/// The views, the lights and the images that the user keeps.
-fn chosen(
-    list: &ImageList,
-    preparation: &Preparation,
-) -> Result<(Vec<Direction>, Vec<Direction>, Vec<Used>)> {
-    let (mut views, mut lights) = (Vec::new(), Vec::new());
-    let number = |(image, measured): (usize, &MeasuredImage)| Used {
-        image,
-        pair: [
-            place_of(measured.view, &mut views),
-            place_of(measured.light, &mut lights),
-        ],
-    };
-    let mut used: Vec<Used> = list.images.iter().enumerate().map(number).collect();
-    if list.is_set {
-        let (of_views, of_lights) = (ring_order(&mut views), ring_order(&mut lights));
-        for used in &mut used {
+impl Chosen {
+    /// Numbers the directions of a list, in the order of rings for a set, and keeps what the user chose.
+    fn of(list: &ImageList, preparation: &Preparation) -> Result<Self> {
+        let (mut views, mut lights) = (Vec::new(), Vec::new());
+        let number = |(image, measured): (usize, &MeasuredImage)| Used {
+            image,
+            pair: [
+                place_of(measured.view, &mut views),
+                place_of(measured.light, &mut lights),
+            ],
+        };
+        let mut used: Vec<Used> = list.images.iter().enumerate().map(number).collect();
+        if list.is_set {
+            let (of_views, of_lights) = (ring_order(&mut views), ring_order(&mut lights));
+            for used in &mut used {
+                let [view, light] = used.pair.map(|number| number as usize);
+                used.pair = [of_views[view], of_lights[light]];
+            }
+        }
+        let (views, of_views) = kept("keep-views", &preparation.keep_views, views)?;
+        let (lights, of_lights) = kept("keep-lights", &preparation.keep_lights, lights)?;
+        let kept = |used: Used| {
             let [view, light] = used.pair.map(|number| number as usize);
-            used.pair = [of_views[view], of_lights[light]];
+            let pair = [of_views[view]?, of_lights[light]?];
+            Some(Used { pair, ..used })
+        };
+        let used: Vec<Used> = used.into_iter().filter_map(kept).collect();
+        match used.is_empty() {
+            false => Ok(Self {
+                views,
+                lights,
+                used,
+            }),
+            true => Err(Error::option(
+                "keep-views",
+                "no image has both a kept view and a kept light",
+                "directions that stand together in the set",
+            )),
         }
     }
-    let (views, new_views) = kept("keep-views", &preparation.keep_views, views)?;
-    let (lights, new_lights) = kept("keep-lights", &preparation.keep_lights, lights)?;
-    used = used
-        .into_iter()
-        .filter_map(|used| {
-            let [view, light] = used.pair.map(|number| number as usize);
-            let pair = [new_views[view]?, new_lights[light]?];
-            Some(Used { pair, ..used })
-        })
-        .collect();
-    match used.is_empty() {
-        false => Ok((views, lights, used)),
-        true => Err(Error::option(
-            "keep-views",
-            "no image has both a kept view and a kept light",
-            "directions that stand together in the set",
-        )),
+
+    /// Every view with every light.
+    fn product(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let (views, lights) = (self.views.len() as u32, self.lights.len() as u32);
+        (0..views).flat_map(move |view| (0..lights).map(move |light| [view, light]))
+    }
+
+    /// Views with lights that no image shows.
+    fn missing(&self) -> Vec<[u32; 2]> {
+        let present: BTreeSet<[u32; 2]> = self.used.iter().map(|used| used.pair).collect();
+        self.product()
+            .filter(|pair| !present.contains(pair))
+            .collect()
+    }
+
+    /// Gaps are a fault of a set unless the user says what becomes of them, and a note of a list.
+    fn check_missing(
+        &self,
+        list: &ImageList,
+        preparation: &Preparation,
+        missing: &[[u32; 2]],
+    ) -> Result<Option<String>> {
+        let is_scattered = missing.len() * 2 > self.product().count();
+        if preparation.fill && is_scattered {
+            return Err(self.too_scattered(missing));
+        }
+        if missing.is_empty() || is_scattered || preparation.fill {
+            return Ok(None);
+        }
+        match list.is_set && !preparation.scattered {
+            true => Err(self.missing_images(list, missing)),
+            false => Ok(Some(self.note_of_missing(missing))),
+        }
+    }
+
+    /// Every view with every light, in this order; what is missing is blended.
+    fn into_product(
+        self,
+        list: &ImageList,
+        missing: Vec<[u32; 2]>,
+        notes: Vec<String>,
+    ) -> Arrangement {
+        let places: BTreeMap<[u32; 2], usize> = self
+            .used
+            .iter()
+            .map(|used| (used.pair, used.image))
+            .collect();
+        let slot = |pair: [u32; 2]| match places.get(&pair) {
+            Some(&image) => Slot::Read(image),
+            None => {
+                let [view, light] = pair.map(|number| number as usize);
+                let (view, light) = (self.views[view], self.lights[light]);
+                Slot::Fill(nearest(&list.images, places.values(), view, light))
+            }
+        };
+        Arrangement {
+            slots: self.product().map(slot).collect(),
+            pairs: None,
+            filled: missing,
+            notes,
+            views: self.views,
+            lights: self.lights,
+        }
+    }
+
+    /// The images as they come.
+    fn into_pairs(self, notes: Vec<String>) -> Arrangement {
+        Arrangement {
+            pairs: Some(self.used.iter().map(|used| used.pair).collect()),
+            slots: self
+                .used
+                .iter()
+                .map(|used| Slot::Read(used.image))
+                .collect(),
+            filled: Vec::new(),
+            notes,
+            views: self.views,
+            lights: self.lights,
+        }
+    }
+
+    /// A pair of directions in degrees, in the order of Bonn's names.
+    fn told(&self, [view, light]: [u32; 2]) -> String {
+        let angles = |direction: Direction| {
+            let rounded = |radians: f64| (radians.to_degrees() * 100.0).round() / 100.0;
+            let (theta, phi) = (rounded(direction.theta()), rounded(direction.phi()));
+            format!("({theta}°, {phi}°)")
+        };
+        let (view, light) = (self.views[view as usize], self.lights[light as usize]);
+        format!("light {}, view {}", angles(light), angles(view))
+    }
+
+    fn missing_images(&self, list: &ImageList, missing: &[[u32; 2]]) -> Error {
+        let advice = format!(
+            "{} of {} images are missing; --fill interpolates them, --scattered takes the images that are there",
+            missing.len(),
+            self.product().count()
+        );
+        let lines = missing
+            .iter()
+            .map(|&pair| format!("no image of {}", self.told(pair)));
+        Error::Faults {
+            path: list.path.clone(),
+            lines: lines.chain([advice]).collect(),
+            usage: false,
+        }
+    }
+
+    fn note_of_missing(&self, missing: &[[u32; 2]]) -> String {
+        let first = missing.iter().take(NAMED);
+        let named: Vec<String> = first.map(|&pair| self.told(pair)).collect();
+        let more = if missing.len() > NAMED { " …" } else { "" };
+        format!(
+            "{} of {} images are missing, so the sample is a list of pairs (--fill interpolates them): {}{more}",
+            missing.len(),
+            self.product().count(),
+            named.join("; ")
+        )
+    }
+
+    fn too_scattered(&self, missing: &[[u32; 2]]) -> Error {
+        let found = format!(
+            "{} of {} images of every view with every light are missing",
+            missing.len(),
+            self.product().count()
+        );
+        Error::option("fill", found, "a set that has at least half of them")
     }
 }
 
@@ -191,7 +282,7 @@ fn kept(
         Error::option(
             option,
             found,
-            format!("numbers below {count}, or theta<=DEGREES that some have"),
+            format!("numbers below {count}, or theta:DEGREES that some have"),
         )
     };
     if let Some(beyond) = selection.beyond(directions.len()) {
@@ -248,69 +339,4 @@ fn check_repeated(list: &ImageList, used: &[Used]) -> Result<Vec<String>> {
             faults[0]
         )]),
     }
-}
-
-/// A pair of directions in degrees, in the order of Bonn's names.
-fn told(views: &[Direction], lights: &[Direction], [view, light]: [u32; 2]) -> String {
-    let angles = |direction: Direction| {
-        let rounded = |radians: f64| (radians.to_degrees() * 100.0).round() / 100.0;
-        format!(
-            "({}°, {}°)",
-            rounded(direction.theta()),
-            rounded(direction.phi())
-        )
-    };
-    format!(
-        "light {}, view {}",
-        angles(lights[light as usize]),
-        angles(views[view as usize])
-    )
-}
-
-fn missing_images(
-    list: &ImageList,
-    views: &[Direction],
-    lights: &[Direction],
-    missing: &[[u32; 2]],
-) -> Error {
-    let advice = format!(
-        "{} of {} images are missing; --fill interpolates them, --scattered takes the images that are there",
-        missing.len(),
-        views.len() * lights.len()
-    );
-    let lines = missing
-        .iter()
-        .map(|&pair| format!("no image of {}", told(views, lights, pair)));
-    Error::Faults {
-        path: list.path.clone(),
-        lines: lines.chain([advice]).collect(),
-        usage: false,
-    }
-}
-
-fn note_of_missing(views: &[Direction], lights: &[Direction], missing: &[[u32; 2]]) -> String {
-    let named: Vec<String> = missing
-        .iter()
-        .take(NAMED)
-        .map(|&pair| told(views, lights, pair))
-        .collect();
-    let more = if missing.len() > NAMED { " …" } else { "" };
-    format!(
-        "{} of {} images are missing, so the sample is a list of pairs (--fill interpolates them): {}{more}",
-        missing.len(),
-        views.len() * lights.len(),
-        named.join("; ")
-    )
-}
-
-fn too_scattered(present: usize, missing: &[[u32; 2]]) -> Error {
-    let all = present + missing.len();
-    Error::option(
-        "fill",
-        format!(
-            "{} of {all} images of every view with every light are missing",
-            missing.len()
-        ),
-        "a set that has at least half of them",
-    )
 }

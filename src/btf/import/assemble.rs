@@ -95,15 +95,33 @@ struct Made {
     notes: Vec<Note>,
 }
 
+/// How far the sample is.
+struct Writing<'a> {
+    target: &'a Path,
+    /// Begun with the first image, whose size is the sample's.
+    writer: Option<SampleWriter>,
+    notes: Notes,
+    faults: ReadingFaults,
+    /// Whether every image so far could be used.
+    is_sound: bool,
+    /// Images to decode at a time.
+    batch: usize,
+}
+
 impl Work<'_> {
     /// Writes all images; refuses the set after the last one, where any could not be used.
     fn write(&self, target: &Path, progress: &Progress<'_>) -> Result<(SampleWriter, Notes)> {
-        let (mut notes, mut faults) = (Notes::default(), ReadingFaults::default());
-        let mut writer: Option<SampleWriter> = None;
-        let (mut next, mut batch, mut is_sound) =
-            (0, rayon::current_num_threads().min(BATCH), true);
-        while next < self.arrangement.slots.len() {
-            let places = next..(next + batch).min(self.arrangement.slots.len());
+        let mut writing = Writing {
+            target,
+            writer: None,
+            notes: Notes::default(),
+            faults: ReadingFaults::default(),
+            is_sound: true,
+            batch: rayon::current_num_threads().min(BATCH),
+        };
+        let (mut next, all) = (0, self.arrangement.slots.len());
+        while next < all {
+            let places = next..(next + writing.batch).min(all);
             next = places.end;
             let count = places.len() as u64;
             let made: Vec<(usize, Result<Made>)> = places
@@ -111,55 +129,39 @@ impl Work<'_> {
                 .map(|place| (place, progress.check().and_then(|()| self.made(place))))
                 .collect();
             for (place, made) in made {
-                let mut made = match made {
-                    Ok(made) => made,
-                    Err(error) => {
-                        faults.add(error)?;
-                        is_sound = false;
-                        continue;
-                    }
-                };
-                if let Slot::Read(image) = self.arrangement.slots[place] {
-                    let path = &self.list.images[image].path;
-                    is_sound &= faults.add_size(path, made.size);
-                    notes.add(path, std::mem::take(&mut made.notes));
-                }
-                if is_sound {
-                    batch = self.batch(&made);
-                    self.push(&mut writer, target, &made.image)?;
-                }
+                self.take(place, made, &mut writing)?;
             }
             progress.advance(count)?;
         }
-        faults.into_result(&self.list.path)?;
-        let writer =
-            writer.ok_or_else(|| Error::data("images", "none").in_file(&self.list.path))?;
-        Ok((writer, notes))
+        writing.faults.into_result(&self.list.path)?;
+        let none = || Error::data("images", "none").in_file(&self.list.path);
+        Ok((writing.writer.ok_or_else(none)?, writing.notes))
     }
 
-    /// Images to decode at a time.
-    fn batch(&self, made: &Made) -> usize {
-        let decoded = made.size.0 as usize * made.size.1 as usize * 3 * size_of::<f32>();
-        (BATCH_BYTES / decoded.max(1)).clamp(
-            rayon::current_num_threads(),
-            BATCH.max(rayon::current_num_threads()),
-        )
-    }
-
-    /// Appends an image; the first one begins the sample.
-    fn push(
-        &self,
-        writer: &mut Option<SampleWriter>,
-        target: &Path,
-        image: &FloatImage,
-    ) -> Result<()> {
-        if writer.is_none() {
-            let description = self.description((image.width, image.height));
-            *writer = Some(SampleWriter::create(target, description)?);
+    /// Appends an image to the sample, or keeps what is wrong with it.
+    fn take(&self, place: usize, made: Result<Made>, writing: &mut Writing<'_>) -> Result<()> {
+        let made = match made {
+            Ok(made) => made,
+            Err(error) => {
+                writing.is_sound = false;
+                return writing.faults.add(error);
+            }
+        };
+        if let Slot::Read(image) = self.arrangement.slots[place] {
+            let path = &self.list.images[image].path;
+            writing.is_sound &= writing.faults.add_size(path, made.size);
+            writing.notes.add(path, made.notes);
         }
-        writer
-            .as_mut()
-            .map_or(Ok(()), |writer| writer.push(&image.data))
+        if !writing.is_sound {
+            return Ok(());
+        }
+        if writing.writer.is_none() {
+            let description = self.description((made.image.width, made.image.height));
+            writing.writer = Some(SampleWriter::create(writing.target, description)?);
+            writing.batch = batch(made.size);
+        }
+        let push = |writer: &mut SampleWriter| writer.push(&made.image.data);
+        writing.writer.as_mut().map_or(Ok(()), push)
     }
 
     /// The image at a place of the sample, in radiance.
@@ -265,6 +267,13 @@ impl Work<'_> {
         }
         source
     }
+}
+
+/// Images to decode at a time: a few per thread, as many as the bound allows, but one per thread in any case.
+fn batch((width, height): (u32, u32)) -> usize {
+    let bytes = width as usize * height as usize * 3 * size_of::<f32>();
+    let threads = rayon::current_num_threads();
+    (BATCH_BYTES / bytes.max(1)).clamp(threads, BATCH.max(threads))
 }
 
 /// The interpolated images as [view, light] numbers; null where there are none.

@@ -38,13 +38,14 @@ impl<'a> ImageReader<'a> {
     pub(super) fn read(&self, measured: &MeasuredImage) -> Result<(FloatImage, Vec<Note>)> {
         let mut bytes = self.list.place.read(&measured.path)?;
         let mut notes = Vec::new();
-        if self.list.family == Family::Bonn && self.options.size_line == SizeLine::Auto {
-            if let Some(sound) = size_line::corrected(&bytes) {
-                bytes = sound;
-                let text = "its size line `+X … -Y …` is read as rows from the bottom, as ATRIUM's are \
-                    (--size-line stated takes it as it stands)";
-                notes.push(Note::new("size line", text));
-            }
+        if self.list.family == Family::Bonn
+            && self.options.size_line == SizeLine::Auto
+            && let Some(sound) = size_line::corrected(&bytes)
+        {
+            bytes = sound;
+            let text = "its size line `+X … -Y …` is read as rows from the bottom, as ATRIUM's are \
+                (--size-line stated takes it as it stands)";
+            notes.push(Note::new("size line", text));
         }
         let content = image::exr_content(&measured.path, &bytes)?;
         let read = match &content {

@@ -20,6 +20,7 @@ use crate::error::{Error, Result};
 use crate::format::image::color::{Curve, Statement};
 use crate::format::image::decoded::Decoded;
 use crate::format::image::facts::Facts;
+use crate::format::image::openexr_content::{ExrContent, Planes};
 use crate::format::image::openexr_facts;
 use crate::format::image::openexr_layers::{Kind, Layers};
 use crate::format::image::options::{Missing, ReadOptions};
@@ -188,26 +189,6 @@ fn corners(window: &IntegerBounds) -> String {
         span(window.position.1, window.size.1),
     );
     format!("({left}, {top}) to ({}, {})", right - 1, bottom - 1)
-}
-
-/// Channels of OpenEXR, each for itself.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Planes {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// The name of each channel and its numbers, row-major from the top, as stored.
-    pub channels: Vec<(String, Vec<f32>)>,
-}
-
-/// What the first part of an OpenEXR file holds.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ExrContent {
-    /// The names of its channels.
-    pub channels: Vec<String>,
-    /// Whether the file says which colours its numbers are.
-    pub states_color: bool,
 }
 
 /// What the header of the first part says.

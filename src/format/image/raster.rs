@@ -104,6 +104,13 @@ fn check_jpeg(header: &JpegHeader) -> Result<()> {
         0 | 1 | 3 => {}
         other => return refused(format!("{other} components")),
     }
+    if !header.is_whole && !header.process.is_empty() {
+        return Err(
+            Error::data("JPEG", "cut off: the mark of the image's end is missing")
+                .expected("a whole file")
+                .advice("get the file again; if it is whole, save it again"),
+        );
+    }
     match (header.precision, header.process) {
         (0 | 8, "" | "baseline" | "extended" | "progressive") => Ok(()),
         (bits, process) => Err(Error::data("JPEG", format!("{process}, {bits} bits"))
@@ -167,6 +174,16 @@ mod tests {
             found.facts.color
         );
         assert_eq!(found.read.unwrap().image.encoding, Encoding::Linear);
+    }
+
+    #[test]
+    fn a_file_that_is_cut_off_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpg");
+        let whole = jpeg(b"");
+        std::fs::write(&path, &whole[..whole.len() - 3]).unwrap();
+        let error = read_with(&path, &ReadOptions::default()).unwrap_err();
+        assert!(error.to_string().contains("cut off"), "{error}");
     }
 
     #[test]

@@ -117,7 +117,7 @@ mod tests {
     use crate::format::image::Encoding;
 
     fn picture(card: [f32; 3], rest: [f32; 3]) -> FloatImage {
-        let texel = |at: usize| if at % 4 == 0 { card } else { rest };
+        let texel = |at: usize| if at.is_multiple_of(4) { card } else { rest };
         FloatImage {
             width: 4,
             height: 2,

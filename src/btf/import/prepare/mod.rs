@@ -36,7 +36,7 @@ pub struct Preparation {
     /// Takes the mean of blocks of N × N pixels as a texel.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub reduce: Option<u32>,
-    /// Views that are used: numbers from 0 and ranges, as 0,4-11, or theta<=60 in degrees.
+    /// Views that are used: numbers from 0 and ranges, as 0,4-11, or theta:60 in degrees.
     #[arg(long, value_name = "VIEWS")]
     pub keep_views: Option<Selection>,
     /// Lights that are used, said alike.

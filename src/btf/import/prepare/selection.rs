@@ -10,7 +10,7 @@ use crate::btf::direction::Direction;
 /// Degrees that a direction may lie beyond a stated angle.
 const TOLERANCE_DEG: f64 = 1e-6;
 /// What a choice may be.
-const FORMS: &str = "numbers from 0 and ranges, as 0,4-11, or theta<=60 in degrees";
+const FORMS: &str = "numbers from 0 and ranges, as 0,4-11, or theta:60 in degrees";
 
 /// Directions that are kept: those that one of the items names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,7 +49,7 @@ impl FromStr for Item {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let fault = || format!("`{text}`: expected {FORMS}");
-        if let Some(theta) = text.strip_prefix("theta<=") {
+        if let Some(theta) = text.strip_prefix("theta:") {
             let theta = theta
                 .parse()
                 .ok()
@@ -69,7 +69,7 @@ impl fmt::Display for Item {
         match self {
             Self::Range(first, last) if first == last => write!(f, "{first}"),
             Self::Range(first, last) => write!(f, "{first}-{last}"),
-            Self::Within(theta) => write!(f, "theta<={theta}"),
+            Self::Within(theta) => write!(f, "theta:{theta}"),
         }
     }
 }
@@ -110,8 +110,8 @@ mod tests {
 
     #[test]
     fn directions_are_kept_by_number_and_angle() {
-        let selection: Selection = "0, 4-6,theta<=30".parse().unwrap();
-        assert_eq!(selection.to_string(), "0,4-6,theta<=30");
+        let selection: Selection = "0, 4-6,theta:30".parse().unwrap();
+        assert_eq!(selection.to_string(), "0,4-6,theta:30");
         let at = |degrees: f64| Direction::from_angles(degrees.to_radians(), 1.0);
         let kept: Vec<usize> = (0..9).filter(|&n| selection.keeps(n, at(80.0))).collect();
         assert_eq!(kept, [0, 4, 5, 6]);
@@ -121,9 +121,9 @@ mod tests {
 
     #[test]
     fn other_words_are_refused() {
-        for text in ["", "x", "5-3", "theta<=95", "theta<=nan", "1,,2", "-1"] {
+        for text in ["", "x", "5-3", "theta:95", "theta:nan", "1,,2", "-1"] {
             let error = text.parse::<Selection>().unwrap_err();
-            assert!(error.contains("theta<=60"), "{text}: {error}");
+            assert!(error.contains("theta:60"), "{text}: {error}");
         }
     }
 }

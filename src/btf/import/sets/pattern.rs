@@ -11,6 +11,8 @@ use crate::error::{Error, Result};
 
 /// The placeholders: θ and φ of the light, θ and φ of the view.
 const KEYS: [&str; 4] = ["tl", "pl", "tv", "pv"];
+/// An angle, as a regular expression.
+const NUMBER: &str = r"[-+]?[0-9]+(?:\.[0-9]+)?";
 /// What a pattern may be.
 const EXPECTED: &str = "a pattern with {tl} and {pl}, {tv} and {pv}, or all four, each once";
 
@@ -24,42 +26,15 @@ pub(super) struct Pattern {
 impl Pattern {
     /// Reads a pattern; a direction needs both its angles.
     pub(super) fn parse(text: &str) -> Result<Self> {
-        let refused = |found: &str| Error::option("pattern", format!("`{text}` {found}"), EXPECTED);
-        let mut regex = String::new();
-        let mut rest = text;
-        let mut seen: Vec<&str> = Vec::new();
-        while let Some(sign) = rest.chars().next() {
-            let key = KEYS
-                .into_iter()
-                .find(|key| rest.starts_with(&format!("{{{key}}}")));
-            match key {
-                Some(key) if seen.contains(&key) => {
-                    return Err(refused(&format!("has {{{key}}} twice")));
-                }
-                Some(key) => {
-                    seen.push(key);
-                    regex += &format!("(?P<{key}>[-+]?[0-9]+(?:\\.[0-9]+)?)");
-                    rest = &rest[key.len() + 2..];
-                }
-                None if sign == '{' => {
-                    return Err(refused("has a placeholder that is not known"));
-                }
-                None => {
-                    regex += &match sign {
-                        '*' => ".*".to_owned(),
-                        _ => regex::escape(sign.encode_utf8(&mut [0; 4])),
-                    };
-                    rest = &rest[sign.len_utf8()..];
-                }
-            }
+        let refused =
+            |found: String| Error::option("pattern", format!("`{text}` {found}"), EXPECTED);
+        let (regex, keys) = expression(text).map_err(refused)?;
+        let whole = |a: &str, b: &str| keys.contains(&a) == keys.contains(&b);
+        if keys.is_empty() || !whole("tl", "pl") || !whole("tv", "pv") {
+            return Err(refused("lacks an angle".into()));
         }
-        let whole = |a: &str, b: &str| seen.contains(&a) == seen.contains(&b);
-        if seen.is_empty() || !whole("tl", "pl") || !whole("tv", "pv") {
-            return Err(refused("lacks an angle"));
-        }
-        let regex = Regex::new(&regex).map_err(|error| refused(&error.to_string()))?;
         Ok(Self {
-            regex,
+            regex: Regex::new(&regex).map_err(|error| refused(error.to_string()))?,
             with_folders: text.contains('/'),
         })
     }
@@ -80,6 +55,31 @@ impl Pattern {
             [angle("tl")?, angle("pl")?],
         ))
     }
+}
+
+/// The regular expression of a pattern, and the placeholders it has; what is wrong with it in words.
+fn expression(text: &str) -> std::result::Result<(String, Vec<&'static str>), String> {
+    let (mut regex, mut seen) = (String::new(), Vec::new());
+    let mut rest = text;
+    while let Some(sign) = rest.chars().next() {
+        let placeholder = |key: &&str| rest.starts_with(&format!("{{{key}}}"));
+        let length = match KEYS.into_iter().find(placeholder) {
+            Some(key) if seen.contains(&key) => return Err(format!("has {{{key}}} twice")),
+            Some(key) => {
+                seen.push(key);
+                regex += &format!("(?P<{key}>{NUMBER})");
+                key.len() + "{}".len()
+            }
+            None if sign == '{' => return Err("has a placeholder that is not known".into()),
+            None => {
+                let itself = regex::escape(sign.encode_utf8(&mut [0; 4]));
+                regex += if sign == '*' { ".*" } else { &itself };
+                sign.len_utf8()
+            }
+        };
+        rest = &rest[length..];
+    }
+    Ok((regex, seen))
 }
 
 #[cfg(test)]
