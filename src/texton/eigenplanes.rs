@@ -37,20 +37,19 @@ impl<'a> Eigenplanes<'a> {
     /// The planes that stand for `images`.
     pub fn new(factors: &'a Factors, images: &[u32], channels: Channels) -> Self {
         let weights = plane_weights(factors, channels);
-        let (values, vectors) = eigen(gram_of_planes(factors, images, &weights));
-        let least = TOLERANCE * values.first().copied().unwrap_or(0.0);
-        let power = |of: fn(f64) -> f64| {
-            let mut scaled = vectors.clone();
-            for (mut column, &value) in scaled.columns_mut().into_iter().zip(&values) {
-                let factor = if value > least { of(value) } else { 0.0 };
-                column.mapv_inplace(|v| v * factor);
-            }
-            scaled.dot(&vectors.t()).mapv(|v| v as f32)
-        };
+        let gram = gram_of_planes(factors, images, &weights);
+        let mut root = Array2::zeros(gram.raw_dim());
+        let mut inverse_root = Array2::zeros(gram.raw_dim());
+        for block in blocks(factors, &weights) {
+            let place = s![block.clone(), block];
+            let [of_block, inverse] = roots(gram.slice(place).to_owned());
+            root.slice_mut(place).assign(&of_block);
+            inverse_root.slice_mut(place).assign(&inverse);
+        }
         Self {
             factors,
-            root: power(f64::sqrt),
-            inverse_root: power(|value| value.sqrt().recip()),
+            root,
+            inverse_root,
         }
     }
 
@@ -84,6 +83,33 @@ impl<'a> Eigenplanes<'a> {
     pub fn into_inverse_root(self) -> Array2<f32> {
         self.inverse_root
     }
+}
+
+/// Eigentextures that no plane mixes with others: G is 0 between them.
+fn blocks(factors: &Factors, weights: &Array2<f64>) -> Vec<Range<usize>> {
+    let (sets, rank) = (factors.factorization().sets(), factors.rank());
+    let mixes = weights
+        .indexed_iter()
+        .any(|((plane, channel), &weight)| weight != 0.0 && plane != channel);
+    match sets == CHANNELS && !mixes {
+        true => (0..sets).map(|set| set * rank..(set + 1) * rank).collect(),
+        false => vec![0..sets * rank],
+    }
+}
+
+/// G^½ and G^−½ of a symmetric matrix without negative directions.
+fn roots(gram: Array2<f64>) -> [Array2<f32>; 2] {
+    let (values, vectors) = eigen(gram);
+    let least = TOLERANCE * values.first().copied().unwrap_or(0.0);
+    let power = |of: fn(f64) -> f64| {
+        let mut scaled = vectors.clone();
+        for (mut column, &value) in scaled.columns_mut().into_iter().zip(&values) {
+            let factor = if value > least { of(value) } else { 0.0 };
+            column.mapv_inplace(|v| v * factor);
+        }
+        scaled.dot(&vectors.t()).mapv(|v| v as f32)
+    };
+    [power(f64::sqrt), power(|value| value.sqrt().recip())]
 }
 
 /// For each plane of an image, the weights of the channels' values in it: [planes, 3].

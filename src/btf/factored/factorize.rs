@@ -146,42 +146,83 @@ fn of_error(
             count - count / 4
         };
         let all = cut(images, &channels, trusted, DType::F4, progress)?;
-        let mut rank = rank_for(&channels, limit, trusted, all.residual.relative);
+        let left = Left::new(&channels, trusted, all.residual.relative);
+        let mut rank = first_rank(images, &channels, &left, limit, progress)?;
         while rank <= trusted {
             let found = cut(images, &channels, rank, options.dtype, progress)?;
-            let left = found.residual.relative;
-            if left <= limit {
+            let measured = found.residual.relative;
+            if measured <= limit {
                 return Ok(found);
             }
-            let rounding = rounding(images, &channels, rank, left, options.dtype, progress)?;
+            let rounding = rounding(images, &channels, rank, measured, options.dtype, progress)?;
             if rounding > limit {
                 return Err(out_of_reach(limit, rounding, options.dtype));
             }
-            rank += rank / 16 + 1;
+            rank += 1;
         }
         if count == most {
-            let left = all.residual.relative;
-            return Err(out_of_reach(limit, left.max(limit), options.dtype));
+            let least = all.residual.relative.max(limit);
+            return Err(out_of_reach(limit, least, options.dtype));
         }
         count = most.min(2 * count);
     }
 }
 
-/// The least rank that leaves at most `limit` where rank `trusted` leaves the error `least`: between them
-/// are the singular values. Beyond `trusted` where none does.
-fn rank_for(channels: &[ChannelSvd], limit: f64, trusted: usize, least: f64) -> usize {
-    let total: f64 = channels.iter().map(|channel| channel.total).sum();
-    let energy = |place: usize| -> f64 {
-        let energies = channels.iter().filter_map(|c| c.energies.get(place));
-        energies.sum()
-    };
-    let mut left = least * least * total;
-    let mut rank = trusted + 1;
-    while rank > 1 && left <= limit * limit * total {
-        rank -= 1;
-        left += energy(rank - 1);
+/// The rank to try first. Values below 0 become 0, which leaves less than the singular values say: by how much is
+/// measured at the rank that these ask for.
+fn first_rank(
+    images: &ImageMatrix<'_>,
+    channels: &[ChannelSvd],
+    left: &Left,
+    limit: f64,
+    progress: Progress<'_>,
+) -> Result<usize> {
+    let rank = left.rank_for(limit);
+    if rank > left.errors.len() {
+        return Ok(rank);
     }
-    rank
+    let measured = cut(images, channels, rank, DType::F4, progress)?
+        .residual
+        .relative;
+    let share = measured / left.errors[rank - 1];
+    match share > 0.0 && share < 1.0 {
+        true => Ok(left.rank_for(limit / share)),
+        false => Ok(rank),
+    }
+}
+
+/// The error that every rank leaves: what the last one does, as measured, and the singular values from there.
+struct Left {
+    /// Of ranks 1, 2, ….
+    errors: Vec<f64>,
+}
+
+impl Left {
+    fn new(channels: &[ChannelSvd], last: usize, measured: f64) -> Self {
+        let total: f64 = channels.iter().map(|channel| channel.total).sum();
+        let mut squares = measured * measured * total;
+        let mut errors = vec![measured];
+        for place in (1..last).rev() {
+            let energies = channels.iter().filter_map(|c| c.energies.get(place));
+            squares += energies.sum::<f64>();
+            errors.push(if total > 0.0 {
+                (squares / total).sqrt()
+            } else {
+                0.0
+            });
+        }
+        errors.reverse();
+        Self { errors }
+    }
+
+    /// The least rank that leaves at most `limit`; one more than there are where none does.
+    fn rank_for(&self, limit: f64) -> usize {
+        1 + self
+            .errors
+            .iter()
+            .take_while(|&&error| error > limit)
+            .count()
+    }
 }
 
 /// The part of the error that the number type leaves, whatever the rank.

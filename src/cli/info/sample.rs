@@ -121,6 +121,7 @@ fn origin(source: &Value) -> String {
     let kind = match fields.get("kind").and_then(Value::as_str) {
         Some("bake") => "baked".to_owned(),
         Some("rti") => "imported from an RTI capture".into(),
+        Some("factored") => return origin_of_factors(source),
         Some(other) => format!("made from {other}"),
         None => "origin".into(),
     };
@@ -132,6 +133,20 @@ fn origin(source: &Value) -> String {
     let fields = fields.iter().filter(|(name, _)| *name != "kind");
     let list: Vec<String> = fields.filter_map(said).collect();
     format!("{kind}: {}", list.join(", "))
+}
+
+/// What was factored, and the error left.
+fn origin_of_factors(source: &Value) -> String {
+    let error = source["error"]["relative"].as_f64().unwrap_or(f64::NAN);
+    let (sample, before) = (&source["of"]["sample"], &source["of"]["source"]);
+    let of = match (sample.as_str(), before) {
+        (Some(id), before) => format!("sample {id}, {}", origin(before)),
+        (None, _) => origin(&source["of"]),
+    };
+    format!(
+        "factored with an error of {:.3} %, from {of}",
+        100.0 * error
+    )
 }
 
 pub(super) fn directions(kind: &str, directions: &[Direction]) -> String {
