@@ -308,6 +308,26 @@ fn what_is_said_of_the_values_goes_before_the_file() {
 }
 
 #[test]
+fn repeated_and_differing_directions_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut header = crate::files::header();
+    header.sampling.lights[3] = header.sampling.lights[1];
+    let file = Dfmf {
+        header,
+        ..Dfmf::default()
+    };
+    let mut bytes = file.bytes();
+    // The azimuth of the last light of the last view.
+    let lights = bytes.len() - crate::files::channels_length() - 56 - 4 - 8 - 4;
+    bytes[lights..lights + 4].copy_from_slice(&1.0_f32.to_le_bytes());
+    std::fs::write(folder.path().join("a.btf"), bytes).unwrap();
+    let report = succeed(folder.path(), &["info", "a.btf", "--json"]);
+    let notes = serde_json::from_str::<Value>(&report).unwrap()["notes"].to_string();
+    assert!(notes.contains("light 3 repeats"), "{notes}");
+    assert!(notes.contains("lights of view 2 differ"), "{notes}");
+}
+
+#[test]
 fn handedness_turns_the_y_axis() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.btf"), Dfmf::default().bytes()).unwrap();

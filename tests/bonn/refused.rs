@@ -65,6 +65,13 @@ fn other_byte_orders_are_recognised() {
 }
 
 #[test]
+fn older_headers_of_other_byte_orders_are_recognised() {
+    let mut bytes = pvf("!PVF06FC", &header(), Scalar::Half, false, true);
+    bytes[8..12].reverse();
+    check(&bytes, &["big-endian"]);
+}
+
+#[test]
 fn wrong_counts_are_refused_before_anything_is_allocated() {
     let bytes = Dfmf::default().bytes();
     let body = bytes.len() - files::channels_length();

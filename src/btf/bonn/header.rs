@@ -156,13 +156,17 @@ fn check_version(version: u32) -> Result<()> {
     if VERSIONS.contains(&version) {
         return Ok(());
     }
-    let fault = Error::data("header version", version.to_string());
     Err(match VERSIONS.contains(&version.swap_bytes()) {
-        true => fault
-            .expected("little-endian numbers")
-            .advice("the file has big-endian numbers, which no known program writes; convert it"),
-        false => fault.expected("1 to 4"),
+        true => big_endian("header version", version),
+        false => Error::data("header version", version.to_string()).expected("1 to 4"),
     })
+}
+
+/// Says that a number makes sense in the other byte order alone.
+pub(super) fn big_endian(field: &str, number: u32) -> Error {
+    Error::data(field, number.to_string())
+        .expected("little-endian numbers")
+        .advice("the file has big-endian numbers, which no known program writes; convert it")
 }
 
 /// A text of fixed length, ended by a zero.

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::btf::bonn::body::Body;
 use crate::btf::bonn::fields::Fields;
-use crate::btf::bonn::header::{Header, Meta, read_size};
+use crate::btf::bonn::header::{Header, Meta, big_endian, read_size};
 use crate::btf::bonn::matrix::{MatrixRows, Sides, StoredMatrix, to_array};
 use crate::btf::bonn::output::Output;
 use crate::btf::bonn::sampling::Sampling;
@@ -33,7 +33,11 @@ pub(super) fn read_header(
     notes: &mut Vec<String>,
 ) -> Result<(Header, u32)> {
     let start = fields.at();
-    if fields.u32("header size")? != LEGACY {
+    let number = fields.u32("header size")?;
+    if number.swap_bytes() == LEGACY {
+        return Err(big_endian("header size", number));
+    }
+    if number != LEGACY {
         fields.go_to(start);
         let header = Header::read(fields, has_rotations, notes)?;
         fields.u32("number of components")?;

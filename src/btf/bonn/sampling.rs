@@ -5,12 +5,16 @@ use std::f64::consts::FRAC_PI_2;
 use crate::btf::bonn::fields::Fields;
 use crate::btf::bonn::output::Output;
 use crate::btf::direction::Direction;
+use crate::btf::direction_set::first_repeated;
 use crate::error::{Error, Result};
 
 /// How far beyond the horizon rounding may put a direction, in radians.
 const SLACK: f64 = 1e-3;
 /// How far the lights of one view may be from those of the first, in radians, without a note.
 const SAME_LIGHT: f64 = 1e-3;
+
+/// Directions that are compared with each other at most.
+const MOST_COMPARED: usize = 4096;
 
 /// Every view with every light.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +68,14 @@ impl Sampling {
             notes.push(format!(
                 "the lights of view {view} differ from those of view 0; those of view 0 are taken for all views"
             ));
+        }
+        for (kind, set) in [("view", &sampling.views), ("light", &sampling.lights)] {
+            let repeated = (set.len() <= MOST_COMPARED).then(|| first_repeated(set));
+            if let Some(at) = repeated.flatten() {
+                notes.push(format!(
+                    "{kind} {at} repeats an earlier one, which counts in its place"
+                ));
+            }
         }
         Ok(sampling)
     }
