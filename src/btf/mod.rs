@@ -7,6 +7,7 @@
 //! | [`factored`] | samples whose images are products of factors |
 //! | [`direction`], [`direction_set`] | directions, and named sets of them |
 //! | [`bake`] | a sample ray-traced from height, colour and roughness |
+//! | [`fits`] | polynomial texture maps and hemispherical harmonics of reflectance-transformation imaging |
 //! | [`import`], [`table`] | a sample from measured images and their list |
 //! | [`image_sets`] | a sample as a set of images that other programs read |
 //! | [`bonn`] | `.btf` files of the University of Bonn, read and written |
@@ -17,6 +18,7 @@ pub mod description;
 pub mod direction;
 pub mod direction_set;
 pub mod factored;
+pub mod fits;
 pub mod image_sets;
 pub mod image_source;
 pub mod import;
