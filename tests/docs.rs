@@ -229,8 +229,8 @@ mod fixtures {
 
     use crate::{image_set_files, program};
 
-    /// `bunny.obj`, `horse.obj`, `keys.json`, `material/`, `capture/`, `felt/`, `near/`, `photos/` and an
-    /// archive as UBO2003 has them.
+    /// `bunny.obj`, `horse.obj`, `keys.json`, `material/`, `capture/`, `felt/`, `near/`, `photos/`, `pictures/`,
+    /// `mean.npy` of as many directions as commands are cut down to, and an archive as UBO2003 has them.
     pub fn fill(folder: &Path) {
         mesh(&folder.join("bunny.obj"));
         quadrilaterals(&folder.join("horse.obj"));
@@ -242,6 +242,9 @@ mod fixtures {
             format!("light{light}-0_view{view}-90.png")
         });
         archive(folder);
+        pictures(&folder.join("pictures"));
+        let mean = ndarray::Array3::from_elem((9, 9, 3), 0.2f32);
+        mesotex::format::npy::write(&folder.join("mean.npy"), mean.view().into_dyn()).unwrap();
         keys(&folder.join("keys.json"));
     }
 
@@ -348,5 +351,29 @@ mod fixtures {
             );
         }
         fs::write(folder.join("angles.csv"), table).unwrap();
+    }
+    /// Photographs of a patch, with their corners, by camera and lamp and by flash.
+    fn pictures(folder: &Path) {
+        fs::create_dir_all(folder).unwrap();
+        let mut angles =
+            String::from("file,view_theta_deg,view_phi_deg,light_theta_deg,light_phi_deg\n");
+        let mut flash = String::from("file,view_theta_deg,view_phi_deg\n");
+        let mut corners = String::from("file,x1,y1,x2,y2,x3,y3,x4,y4\n");
+        for image in 0..5u32 {
+            photograph(&folder.join(format!("{image}.png")), image);
+            let view = format!("{image}.png,{},{}", 10 * image, 72 * image);
+            let _ = writeln!(angles, "{view},30,{}", 90 * image);
+            let _ = writeln!(flash, "{view}");
+            let _ = writeln!(corners, "{image}.png,3.5,2,21,{image}.5,20,14,4,13");
+        }
+        let mut lamps =
+            String::from("file,view_theta_deg,view_phi_deg,light_x_mm,light_y_mm,light_z_mm\n");
+        for image in 0..5u32 {
+            let _ = writeln!(lamps, "{image}.png,0,0,{},40,250", 50 * image);
+        }
+        fs::write(folder.join("lamps.csv"), lamps).unwrap();
+        fs::write(folder.join("angles.csv"), angles).unwrap();
+        fs::write(folder.join("flash.csv"), flash).unwrap();
+        fs::write(folder.join("corners.csv"), corners).unwrap();
     }
 }

@@ -1,6 +1,7 @@
 //! `mesotex export`: sample → a format that other programs read.
 
 mod bonn;
+mod fit;
 mod image_set;
 
 use std::path::PathBuf;
@@ -11,6 +12,7 @@ use crate::btf::bonn::BonnExportOptions;
 use crate::btf::bonn::signature::Format as BonnFormat;
 use crate::btf::image_sets::ImageSet;
 use crate::btf::sample::files_of;
+use crate::cli::export::fit::FitOptions;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -25,6 +27,7 @@ use crate::format::ours::Format;
 #[command(after_help = "Examples:
   mesotex export weave.sample --to folder -o weave-images
   mesotex export impalla.sample --to ubo2003 -o impalla-images
+  mesotex export coin.sample --to ptm -o coin.ptm
   mesotex export weave.sample --to bdi -o weave.btf
   mesotex export weave.sample --to dfmf --rank 32 -o weave.btf")]
 pub struct Arguments {
@@ -38,6 +41,8 @@ pub struct Arguments {
     pub output: PathBuf,
     #[command(flatten)]
     pub bonn: BonnExportOptions,
+    #[command(flatten)]
+    pub fit: FitOptions,
     #[command(flatten)]
     pub common: Common,
 }
@@ -61,12 +66,15 @@ pub enum Target {
     Pvf,
     /// Bonn's .btf: every number, as halves.
     Bdi,
+    /// A polynomial texture map: a sample of one view, fitted over its lights.
+    Ptm,
 }
 
 /// The families of formats.
 enum Kind {
     ImageSet(ImageSet),
     Bonn(BonnFormat),
+    Ptm,
 }
 
 impl Target {
@@ -80,6 +88,7 @@ impl Target {
             Self::Fmf => Kind::Bonn(BonnFormat::Fmf),
             Self::Pvf => Kind::Bonn(BonnFormat::Pvf),
             Self::Bdi => Kind::Bonn(BonnFormat::Bdi),
+            Self::Ptm => Kind::Ptm,
         }
     }
 }
@@ -88,15 +97,17 @@ impl Arguments {
     /// Refuses options that no input could satisfy.
     pub fn check(&self) -> Result<()> {
         match self.to.kind() {
-            Kind::Bonn(format) => self.bonn.validate(Some(format)),
-            Kind::ImageSet(_) => self.bonn.validate(None),
+            Kind::Bonn(format) => self.bonn.validate(Some(format))?,
+            Kind::ImageSet(_) | Kind::Ptm => self.bonn.validate(None)?,
         }
+        self.fit.validate(matches!(self.to, Target::Ptm))
     }
 
     /// What the command reads and writes.
     pub fn files(&self) -> Files {
         let product = match self.to.kind() {
             Kind::Bonn(_) => Product::File(Format::Btf),
+            Kind::Ptm => Product::File(Format::Ptm),
             Kind::ImageSet(_) => Product::NewFolder,
         };
         Files::default()
@@ -113,6 +124,7 @@ impl Arguments {
             Kind::Bonn(format) => {
                 bonn::run(&self.sample, format, &self.bonn, &self.output, session)
             }
+            Kind::Ptm => fit::run(&self.sample, &self.fit, &self.output, session),
         }
     }
 }

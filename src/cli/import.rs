@@ -5,9 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::btf::bonn::{BonnImport, BonnOptions};
+use crate::btf::fits::evaluation::evaluate;
+use crate::btf::fits::{Fit, hsh, ptm};
 use crate::btf::import::recognize::Source;
+use crate::btf::import::stated_directions::StatedDirections;
 use crate::btf::import::{
-    ImportOptions, ListOptions, Place, SetOptions, assemble, check_unused, read_source, source_of,
+    ImportOptions, ListOptions, Place, SetOptions, array, assemble, check_unused, read_source,
+    source_of,
 };
 use crate::btf::sample::Description;
 use crate::btf::writer::SAMPLE_FOLDER;
@@ -20,8 +24,10 @@ use crate::error::{Error, Result};
 ///
 /// PATH is recognised by its content: a folder or a zip archive of rectified images whose names say their
 /// angles (UBO2003 and ATRIUM, UTIA, SPECTRAL, CUReT, or others by --pattern); an RTI capture (a .lp file:
-/// one view, many lights); a table (.csv) of angles or of positions in mm beside rectified images; a
-/// folder that holds just one list; or a .btf file of Bonn (DFMF, FMF, PVF, BDI).
+/// one view, many lights); a table (.csv) of angles or of positions in mm beside rectified images, or
+/// beside photographs of a patch (--corners); a folder that holds just one list; a fit of a capture (PTM, or HSH
+/// in a .rti file), evaluated at --lights; or an array (.npy) of shape [views, lights, 3] or [views, lights, rows,
+/// columns, 3] with --views and --lights; or a .btf file of Bonn (DFMF, FMF, PVF, BDI).
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex import UBO_IMPALLA256.zip -o impalla.sample
@@ -29,9 +35,12 @@ use crate::error::{Error, Result};
   mesotex import capture/dirs.lp -o coin.sample
   mesotex import felt/angles.csv -o felt.sample --tileable --texel-mm 0.2
   mesotex import dome.lp --images \"coin/*.jpg\" -o coin.sample
-  mesotex import carpet01_resampled_W400xH400_L151xV151.btf -o carpet01.sample")]
+  mesotex import carpet01_resampled_W400xH400_L151xV151.btf -o carpet01.sample
+  mesotex import pictures/angles.csv --corners pictures/corners.csv -o patch.sample
+  mesotex import coin.ptm --lights bonn81 -o coin.sample
+  mesotex import felt.npy --views bonn151 --lights bonn151 -o felt.sample")]
 pub struct Arguments {
-    /// The archive, the folder, or the .lp or .csv file.
+    /// The archive, the folder, the .lp or .csv file, the fit or the array.
     pub path: PathBuf,
     /// The sample to write, NAME.sample.
     #[arg(short, long)]
@@ -40,6 +49,8 @@ pub struct Arguments {
     pub list: ListOptions,
     #[command(flatten)]
     pub set: SetOptions,
+    #[command(flatten)]
+    pub directions: StatedDirections,
     #[command(flatten)]
     pub options: ImportOptions,
     #[command(flatten)]
@@ -59,6 +70,7 @@ impl Arguments {
         Ok(match source_of(&self.path, &self.set)? {
             Source::List(_) | Source::ImageSet(_) => {
                 let list = read_source(&self.path, &self.list, &self.set)?;
+                let files = files.read(&self.options.photographs.corners);
                 let images = list.images.into_iter().map(|image| image.path);
                 match list.place {
                     Place::Files => files
@@ -67,8 +79,26 @@ impl Arguments {
                     Place::Archive(_) => files,
                 }
             }
-            _ => files,
+            Source::Ptm(_) | Source::Hsh(_) | Source::Array(_) => {
+                files.read(self.directions.files())
+            }
+            Source::Bonn(_) => files,
         })
+    }
+
+    /// Refuses options that say nothing of a source.
+    fn check(&self, source: &Source) -> Result<()> {
+        match source {
+            Source::List(_) | Source::ImageSet(_) | Source::Bonn(_) => check_unused(
+                self.directions.given(),
+                "an array (.npy) or a fit (.ptm, .rti)",
+            ),
+            Source::Ptm(_) | Source::Hsh(_) => {
+                check_unused(self.directions.given_views(), "an array (.npy)")?;
+                self.refuse_options_of_images()
+            }
+            Source::Array(_) => self.refuse_options_of_images(),
+        }
     }
 
     /// Runs the command.
@@ -76,13 +106,13 @@ impl Arguments {
         let _locks = self.files()?.claim()?;
         let source = source_of(&self.path, &self.set)?;
         self.check_bonn(&source)?;
+        self.check(&source)?;
         let sample = match source {
             Source::List(_) | Source::ImageSet(_) => self.import_images(session)?,
+            Source::Ptm(path) => self.import_fit("ptm", &path, ptm::read, session)?,
+            Source::Hsh(path) => self.import_fit("hsh", &path, hsh::read, session)?,
+            Source::Array(path) => self.import_array(&path, session)?,
             Source::Bonn(path) => return self.import_bonn(&path, session),
-            Source::Ptm(path) | Source::Hsh(path) => {
-                self.refuse_options_of_images()?;
-                return Err(unread(&path));
-            }
         };
         Ok(self.outcome(&sample))
     }
@@ -123,7 +153,8 @@ impl Arguments {
         let wanted = "a list, a folder or an archive of images";
         check_unused(self.set.given(), wanted)?;
         check_unused(self.list.given(), wanted)?;
-        check_unused(self.options.preparation.given(), wanted)
+        check_unused(self.options.preparation.given(), wanted)?;
+        check_unused(self.options.given_for_images(), wanted)
     }
 
     fn import_images(&self, session: &Session) -> Result<Description> {
@@ -132,6 +163,33 @@ impl Arguments {
             session.progress().warn(note.as_str());
         }
         assemble(&list, &self.options, &self.output, session.progress())
+    }
+
+    fn import_fit(
+        &self,
+        kind: &str,
+        path: &Path,
+        read: fn(&Path) -> Result<Fit>,
+        session: &Session,
+    ) -> Result<Description> {
+        let lights = self.directions.lights(self.list.handedness)?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let (options, progress) = (&self.options, session.progress());
+        evaluate(
+            &read(path)?,
+            (&name, kind),
+            &lights,
+            options,
+            &self.output,
+            progress,
+        )
+    }
+
+    fn import_array(&self, path: &Path, session: &Session) -> Result<Description> {
+        let views = self.directions.views(self.list.handedness)?;
+        let lights = self.directions.lights(self.list.handedness)?;
+        let (options, progress) = (&self.options, session.progress());
+        array::import(path, (&views, &lights), options, &self.output, progress)
     }
 
     fn outcome(&self, sample: &Description) -> Outcome {
@@ -156,9 +214,4 @@ impl Arguments {
                 self.output.with_extension("textons.npz").display()
             ))
     }
-}
-
-/// Refuses a source that is known but not read yet.
-fn unread(path: &Path) -> Error {
-    Error::data("source", "a known format that this version does not read").in_file(path)
 }

@@ -10,6 +10,8 @@ use half::f16;
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 use mesotex::btf::direction::Direction;
 use mesotex::btf::factored::{FactoredWriter, Factorization};
+use mesotex::btf::fits::hsh::{self, Lists};
+use mesotex::btf::fits::{Basis, Colors, Fit, ptm};
 use mesotex::btf::sample::{DType, Description, Layout};
 use mesotex::btf::writer::SampleWriter;
 use mesotex::exemplar::channels::ChannelKind;
@@ -193,6 +195,55 @@ fn grid(side: u32) -> TexelGrid {
         width: side,
         height: side,
         tileable: true,
+    }
+}
+
+/// An array of two views and two lights.
+pub fn measured_array() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let array = Array::from_shape_fn((2, 2, 3, 4, 3), |(v, l, h, w, c)| {
+        (v + l + h + w + c) as f32
+    });
+    npy::encode(&mut bytes, array.view().into_dyn()).unwrap();
+    bytes
+}
+
+/// Polynomial texture maps of both kinds.
+pub fn ptms() -> Vec<Vec<u8>> {
+    let of = |colors| {
+        let per_texel = if colors == Colors::Rgb { 18 } else { 6 };
+        let fit = fit(Basis::Polynomial, colors, per_texel);
+        file_bytes("a.ptm", |path| ptm::write(path, &fit).unwrap())
+    };
+    [Colors::Lrgb, Colors::Rgb].map(of).into()
+}
+
+/// Hemispherical harmonics with lists of both kinds.
+pub fn harmonics() -> Vec<Vec<u8>> {
+    let fit = fit(Basis::Hemispherical(4), Colors::Rgb, 12);
+    let of = |lists| file_bytes("a.rti", |path| hsh::write(path, &fit, lists).unwrap());
+    [Lists::ScaleOffset, Lists::MinimumMaximum].map(of).into()
+}
+
+fn fit(basis: Basis, colors: Colors, per_texel: usize) -> Fit {
+    let texels = (SIDES.0 * SIDES.1) as usize;
+    Fit {
+        width: SIDES.0,
+        height: SIDES.1,
+        basis,
+        colors,
+        scale: vec![0.5; basis.terms()],
+        offset: vec![-32.0; basis.terms()],
+        coefficients: (0..texels * per_texel).map(|k| (k * 7) as u8).collect(),
+        texel_colors: match colors {
+            Colors::Lrgb => (0..3 * texels).map(|k| (k * 5) as u8).collect(),
+            Colors::Rgb => Vec::new(),
+        },
+        white: if basis == Basis::Polynomial {
+            255.0
+        } else {
+            1.0
+        },
     }
 }
 

@@ -5,7 +5,11 @@ use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
 use mesotex::btf::bake::maps::read_recipe;
+use mesotex::btf::direction::Direction;
 use mesotex::btf::direction_set::DirectionSet;
+use mesotex::btf::fits::{Fit, hsh, ptm};
+use mesotex::btf::import::array;
+use mesotex::btf::import::photographs::PhotographOptions;
 use mesotex::btf::import::{
     ImportOptions, ListOptions, SetOptions, assemble, read_list, read_source,
 };
@@ -98,6 +102,7 @@ pub fn readers() -> Vec<Reader> {
     readers.extend(mesh_readers());
     readers.extend(text_readers());
     readers.extend(set_readers());
+    readers.extend(fit_readers());
     readers.extend(product_readers());
     readers.extend(atlas_readers());
     readers.extend(surface_readers());
@@ -213,6 +218,55 @@ fn text_readers() -> Vec<Reader> {
             vec![guides.into()],
             json::read::<GuideFile>,
         ),
+    ]
+}
+
+/// Fits over lights, each evaluated once, and the corners of photographs.
+fn fit_readers() -> Vec<Reader> {
+    let evaluated = |read: fn(&Path) -> Result<Fit>| {
+        move |path: &Path| {
+            let fit = read(path)?;
+            let mut image = vec![0.0; 3 * fit.texels()];
+            fit.evaluate(Direction::from_angles(0.7, 2.0), &mut image);
+            Ok::<_, Error>(())
+        }
+    };
+    let corners = "file,x1,y1,x2,y2,x3,y3,x4,y4\na.jpg,1,2,30,4,25,26,7,18\n";
+    let text = Content::Text;
+    vec![
+        reader("ptm", text, "a.ptm", corpus::ptms(), evaluated(ptm::read)),
+        reader(
+            "hsh",
+            text,
+            "a.rti",
+            corpus::harmonics(),
+            evaluated(hsh::read),
+        ),
+        reader(
+            "array",
+            text,
+            "a.npy",
+            vec![corpus::measured_array()],
+            |path| {
+                let target = path.with_file_name("a.sample");
+                let directions = [0.1, 0.2].map(|theta| Direction::from_angles(theta, 1.0));
+                let both = (&directions[..], &directions[..]);
+                array::import(
+                    path,
+                    both,
+                    &ImportOptions::default(),
+                    &target,
+                    Progress::silent(),
+                )
+            },
+        ),
+        reader("corners csv", text, "a.csv", vec![corners.into()], |path| {
+            let options = PhotographOptions {
+                corners: Some(path.to_path_buf()),
+                ..PhotographOptions::default()
+            };
+            options.rectification()
+        }),
     ]
 }
 

@@ -6,20 +6,23 @@
 
 use std::path::Path;
 
+use glam::DVec3;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::btf::direction::Direction;
 use crate::btf::import::arrangement::{Arrangement, Slot};
 use crate::btf::import::fill::Blend;
 use crate::btf::import::image_list::{ImageList, MeasuredImage};
 use crate::btf::import::image_reader::ImageReader;
+use crate::btf::import::near_field::NearPositions;
 use crate::btf::import::options::{ImportOptions, Values};
 use crate::btf::import::prepare::Steps;
 use crate::btf::import::reading_faults::ReadingFaults;
+use crate::btf::import::stations::{NearField, Patch, Resampler, Station};
 use crate::btf::sample::{Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
+use crate::format::atomic::parent;
 use crate::format::id::ContentId;
 use crate::format::image::{FloatImage, Note, Notes};
 use crate::progress::Progress;
@@ -39,6 +42,7 @@ pub fn assemble(
     let preparation = &options.preparation;
     preparation.check()?;
     check_grey_card(list, options)?;
+    check_resampling(list, options)?;
     let arrangement = Arrangement::of(list, preparation)?;
     arrangement
         .notes
@@ -46,7 +50,12 @@ pub fn assemble(
         .for_each(|note| progress.warn(note.as_str()));
     let reader = ImageReader::new(list, options);
     let used = arrangement.read_images();
-    let steps = Steps::new(preparation, used.len(), |place| {
+    let rectification = options.photographs.rectification()?;
+    if let Some(rectification) = &rectification {
+        let path = |&image: &usize| list.images[image].path.as_path();
+        rectification.check(&used.iter().map(path).collect::<Vec<_>>())?;
+    }
+    let steps = Steps::new(preparation, rectification.as_ref(), used.len(), |place| {
         progress.check()?;
         Ok(reader.read(&list.images[used[place]])?.0)
     })?;
@@ -78,6 +87,23 @@ fn check_grey_card(list: &ImageList, options: &ImportOptions) -> Result<()> {
     }
 }
 
+/// Images of near cameras and lamps are resampled over the whole patch, each at its own place.
+fn check_resampling(list: &ImageList, options: &ImportOptions) -> Result<()> {
+    let preparation = &options.preparation;
+    let other = [
+        ("crop", preparation.crop.is_some()),
+        ("fill", preparation.fill),
+    ];
+    match other.iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) if list.positions.is_some() => Err(Error::option(
+            *option,
+            "given with --near-field",
+            "either of them: the patch is resampled as a whole, from images that were taken",
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// All that is needed to make the images of a sample.
 struct Work<'a> {
     list: &'a ImageList,
@@ -85,6 +111,32 @@ struct Work<'a> {
     arrangement: &'a Arrangement,
     reader: &'a ImageReader<'a>,
     steps: &'a Steps<'a>,
+}
+
+/// Where images go: into the sample, or first to where they are resampled.
+#[derive(Default)]
+struct Output {
+    writer: Option<SampleWriter>,
+    resampler: Option<Resampler>,
+}
+
+impl Output {
+    /// Adds the next image.
+    fn push(&mut self, image: &[f32]) -> Result<()> {
+        match (&mut self.resampler, &mut self.writer) {
+            (Some(resampler), _) => resampler.push(image),
+            (None, Some(writer)) => writer.push(image),
+            (None, None) => Ok(()),
+        }
+    }
+
+    /// The writer of the sample, when all images are in it; `None` where there were none.
+    fn finish(mut self, progress: &Progress<'_>) -> Result<Option<SampleWriter>> {
+        if let (Some(resampler), Some(writer)) = (self.resampler.take(), &mut self.writer) {
+            resampler.finish(progress, |image| writer.push(image))?;
+        }
+        Ok(self.writer)
+    }
 }
 
 /// An image of the sample.
@@ -99,7 +151,7 @@ struct Made {
 struct Writing<'a> {
     target: &'a Path,
     /// Begun with the first image, whose size is the sample's.
-    writer: Option<SampleWriter>,
+    output: Output,
     notes: Notes,
     faults: ReadingFaults,
     /// Whether every image so far could be used.
@@ -113,7 +165,7 @@ impl Work<'_> {
     fn write(&self, target: &Path, progress: &Progress<'_>) -> Result<(SampleWriter, Notes)> {
         let mut writing = Writing {
             target,
-            writer: None,
+            output: Output::default(),
             notes: Notes::default(),
             faults: ReadingFaults::default(),
             is_sound: true,
@@ -135,7 +187,8 @@ impl Work<'_> {
         }
         writing.faults.into_result(&self.list.path)?;
         let none = || Error::data("images", "none").in_file(&self.list.path);
-        Ok((writing.writer.ok_or_else(none)?, writing.notes))
+        let writer = writing.output.finish(progress)?.ok_or_else(none)?;
+        Ok((writer, writing.notes))
     }
 
     /// Appends an image to the sample, or keeps what is wrong with it.
@@ -149,19 +202,52 @@ impl Work<'_> {
         };
         if let Slot::Read(image) = self.arrangement.slots[place] {
             let path = &self.list.images[image].path;
-            writing.is_sound &= writing.faults.add_size(path, made.size);
+            // Photographs may be of any size: what counts is the patch.
+            writing.is_sound &= self.options.photographs.corners.is_some()
+                || writing.faults.add_size(path, made.size);
             writing.notes.add(path, made.notes);
         }
         if !writing.is_sound {
             return Ok(());
         }
-        if writing.writer.is_none() {
-            let description = self.description((made.image.width, made.image.height));
-            writing.writer = Some(SampleWriter::create(writing.target, description)?);
+        if writing.output.writer.is_none() {
+            writing.output = self.begun(writing.target, &made.image)?;
             writing.batch = batch(made.size);
         }
-        let push = |writer: &mut SampleWriter| writer.push(&made.image.data);
-        writing.writer.as_mut().map_or(Ok(()), push)
+        writing.output.push(&made.image.data)
+    }
+
+    /// The output of images like this one.
+    fn begun(&self, target: &Path, image: &FloatImage) -> Result<Output> {
+        let size = (image.width, image.height);
+        let resampler =
+            |positions| Resampler::new(self.near_field(positions, size), parent(target));
+        Ok(Output {
+            writer: Some(SampleWriter::create(target, self.description(size))?),
+            resampler: self.list.positions.as_ref().map(resampler).transpose()?,
+        })
+    }
+
+    /// Where the cameras and lamps of the sample's images stood, in their order.
+    fn near_field(&self, positions: &NearPositions, (width, height): (u32, u32)) -> NearField {
+        let at = |all: &Option<Vec<DVec3>>, image: usize| all.as_ref().map(|all| all[image]);
+        let station = |slot: &Slot| match slot {
+            Slot::Read(image) => Some(Station {
+                view: self.list.images[*image].view,
+                light: self.list.images[*image].light,
+                view_at: at(&positions.cameras, *image),
+                light_at: at(&positions.lamps, *image),
+            }),
+            Slot::Fill(_) => None,
+        };
+        NearField {
+            stations: self.arrangement.slots.iter().filter_map(station).collect(),
+            patch: Patch {
+                width,
+                height,
+                sides_mm: [positions.patch.width, positions.patch.height],
+            },
+        }
     }
 
     /// The image at a place of the sample, in radiance.
@@ -196,20 +282,12 @@ impl Work<'_> {
         let (image, notes) = self.reader.read(measured)?;
         check_values(&image).map_err(|error| error.in_file(&measured.path))?;
         let size = (image.width, image.height);
-        let prepared = self.steps.apply(image, measured.light);
+        let prepared = self.steps.apply(image, measured);
         let mut image = prepared.map_err(|error| error.in_file(&measured.path))?;
-        let scale = self.scale(measured.light);
+        let (values, family) = (self.options.values, self.list.family);
+        let scale = values.radiance_per_number(family, measured.light);
         image.data.iter_mut().for_each(|value| *value *= scale);
         Ok(Made { image, size, notes })
-    }
-
-    /// Radiance per number of an image.
-    fn scale(&self, light: Direction) -> f32 {
-        match self.options.values.of_family(self.list.family) {
-            Values::Radiance => 1.0,
-            Values::NoCosine => light.cos_theta().max(0.0) as f32 * std::f32::consts::FRAC_1_PI,
-            Values::Auto | Values::Reflectance => std::f32::consts::FRAC_1_PI,
-        }
     }
 
     fn description(&self, (width, height): (u32, u32)) -> Description {
@@ -254,6 +332,14 @@ impl Work<'_> {
             ("keep_views", json!(preparation.keep_views)),
             ("keep_lights", json!(preparation.keep_lights)),
             ("grey_card", json!(preparation.grey_card)),
+            (
+                "rectified",
+                json!(options.photographs.corners.as_ref().map(|_| "corners")),
+            ),
+            (
+                "resampled",
+                json!(list.positions.as_ref().map(|_| "near field")),
+            ),
             (
                 "hot_pixels",
                 json!(preparation.hot_pixels.map(|_| self.steps.hot_pixels())),
@@ -301,6 +387,7 @@ fn check_values(image: &FloatImage) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::btf::direction::Direction;
     use crate::btf::import::family::Family;
     use crate::btf::import::list_options::Handedness;
     use crate::btf::import::place::Place;
@@ -327,6 +414,7 @@ mod tests {
             images,
             place: Place::Files,
             is_set: false,
+            positions: None,
             notes: Vec::new(),
             facts: serde_json::Map::new(),
         }

@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 use crate::btf::direction::Direction;
 use crate::btf::import::family::Family;
 use crate::btf::import::list_options::Handedness;
+use crate::btf::import::near_field::NearPositions;
 use crate::btf::import::place::Place;
 
 /// One measured image.
@@ -40,6 +41,8 @@ pub struct ImageList {
     /// Whether the images should be every view with every light: directions come in the order of rings then,
     /// and repeated and missing ones are faults, not notes.
     pub is_set: bool,
+    /// Where cameras and lamps stood, where the images are to be resampled for that.
+    pub positions: Option<NearPositions>,
     /// What the user should know of the list.
     pub notes: Vec<String>,
     /// More of the source, for `btf.json`.

@@ -17,6 +17,11 @@ use crate::error::{Error, Result};
 /// Names of the column of files, the first the one we write.
 const FILE: &[&str] = &["file", "filename", "file_name", "image"];
 
+const VIEW_ANGLES: [&str; 2] = ["view_theta_deg", "view_phi_deg"];
+const VIEW_POSITION: [&str; 3] = ["camera_x_mm", "camera_y_mm", "camera_z_mm"];
+const LIGHT_ANGLES: [&str; 2] = ["light_theta_deg", "light_phi_deg"];
+const LIGHT_POSITION: [&str; 3] = ["light_x_mm", "light_y_mm", "light_z_mm"];
+
 /// What a table says.
 #[derive(Debug)]
 pub(super) struct ImageTable {
@@ -39,28 +44,34 @@ type Stood = (Direction, Option<DVec3>);
 pub(super) fn parse(text: &str) -> Result<ImageTable> {
     let table = Table::parse(text)?;
     let [file] = table.find_all([FILE])?;
-    let view = Columns::find(
-        &table,
-        ["view_theta_deg", "view_phi_deg"],
-        ["camera_x_mm", "camera_y_mm", "camera_z_mm"],
-    )?;
-    let light = Columns::find(
-        &table,
-        ["light_theta_deg", "light_phi_deg"],
-        ["light_x_mm", "light_y_mm", "light_z_mm"],
-    )?;
+    let view = Columns::find(&table, VIEW_ANGLES, VIEW_POSITION)?;
+    let light = Columns::find(&table, LIGHT_ANGLES, LIGHT_POSITION)?;
+    rows_of(&table, file, [&view, &light])
+}
+
+/// Reads the text of a table whose lights stand with the camera: it has no columns for them.
+pub(super) fn parse_collocated(text: &str) -> Result<ImageTable> {
+    let table = Table::parse(text)?;
+    let [file] = table.find_all([FILE])?;
+    refuse_lights(&table)?;
+    let both = Columns::find(&table, VIEW_ANGLES, VIEW_POSITION)?;
+    rows_of(&table, file, [&both, &both])
+}
+
+/// The rows of a table with these columns of files, views and lights.
+fn rows_of(table: &Table, file: usize, [view, light]: [&Columns; 2]) -> Result<ImageTable> {
     let mut listed = Vec::new();
     let (mut cameras, mut lights) = (Vec::new(), Vec::new());
     for row in &table.rows {
-        let (view, camera) = view.stood(&table, row, "view")?;
-        let (light, lamp) = light.stood(&table, row, "light")?;
+        let (seen, camera) = view.stood(table, row, "view")?;
+        let (lit, lamp) = light.stood(table, row, "light")?;
         cameras.extend(camera);
         lights.extend(lamp);
         listed.push(Listed {
             line: row.line,
             file: table.text(row, file).to_owned(),
-            view,
-            light,
+            view: seen,
+            light: lit,
         });
     }
     if listed.is_empty() {
@@ -72,6 +83,17 @@ pub(super) fn parse(text: &str) -> Result<ImageTable> {
         cameras: stated(cameras),
         lights: stated(lights),
     })
+}
+
+/// Refuses columns of lights where these stand with the camera.
+fn refuse_lights(table: &Table) -> Result<()> {
+    for name in LIGHT_ANGLES.iter().chain(&LIGHT_POSITION) {
+        if table.find(&[name])?.is_some() {
+            return Err(Error::data("header", format!("a column {name}"))
+                .expected("none with --collocated: the light is where the camera is"));
+        }
+    }
+    Ok(())
 }
 
 impl Columns {
@@ -162,6 +184,16 @@ mod tests {
         assert!((table.listed[0].view.theta().to_degrees() - 30.0).abs() < 1e-12);
         assert_eq!(table.lights, Some(vec![DVec3::new(300.0, 0.0, 400.0)]));
         assert_eq!(table.cameras, None);
+    }
+
+    #[test]
+    fn collocated_lights_are_where_the_camera_is() {
+        let text = "file,camera_x_mm,camera_y_mm,camera_z_mm\na.png,300,0,400\n";
+        let table = parse_collocated(text).unwrap();
+        assert_eq!(table.listed[0].view, table.listed[0].light);
+        assert_eq!(table.cameras, table.lights);
+        let both = parse_collocated(&format!("{HEADER}a.png,1,2,3,4\n")).unwrap_err();
+        assert!(both.to_string().contains("--collocated"));
     }
 
     #[test]

@@ -26,13 +26,27 @@ pub struct ListOptions {
     /// The size of the patch in millimetres, for tables of positions: tells how far directions differ over it.
     #[arg(long, value_name = "WxH")]
     pub patch_mm: Option<PatchSize>,
+    /// Resamples images of near cameras and lamps where directions differ over the patch by more than so many
+    /// degrees from those at its centre; with --patch-mm.
+    #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "2")]
+    pub near_field: Option<f64>,
+    /// The light stands where the camera does, as a flash beside the lens: each view is also the light. Tables
+    /// then have no columns of lights, and positions of a .lp file are those of camera and flash.
+    #[arg(long)]
+    pub collocated: bool,
 }
 
 impl ListOptions {
     /// The flag of an option for lists alone that was given, if any was.
     pub fn given(&self) -> Option<&'static str> {
-        let images = self.images.as_ref().map(|_| "images");
-        images.or(self.patch_mm.map(|_| "patch-mm"))
+        let flags = [
+            (self.images.is_some(), "images"),
+            (self.patch_mm.is_some(), "patch-mm"),
+            (self.near_field.is_some(), "near-field"),
+            (self.collocated, "collocated"),
+        ];
+        let given = flags.into_iter().find(|(is_given, _)| *is_given);
+        given.map(|(_, flag)| flag)
     }
 }
 

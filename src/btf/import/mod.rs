@@ -11,22 +11,28 @@
 //! | [`image_list`], [`place`] | what every source hands on |
 //! | [`image_reader`], [`size_line`], [`spectrum`] | an image as linear Rec. 709 |
 //! | [`prepare`] | crop, reduction, grey card, hot pixels, choice of directions |
+//! | [`photographs`] | photographs of a patch, rectified |
+//! | [`stations`] | images of near cameras and lamps, resampled |
+//! | [`array`], [`stated_directions`], [`curve`] | arrays, and what the user says of sources without image files |
 //! | [`arrangement`], [`fill`], [`assemble`], [`reading_faults`] | the sample |
 
 mod arrangement;
+pub mod array;
 mod assemble;
+pub(in crate::btf) mod curve;
 mod family;
 mod fill;
 mod find_images;
 mod image_list;
 mod image_reader;
 mod image_table;
-mod light_positions;
+pub(in crate::btf) mod light_positions;
 mod list_options;
 mod listed;
 mod lists;
 mod near_field;
 mod options;
+pub mod photographs;
 mod place;
 mod prepare;
 mod reading_faults;
@@ -34,8 +40,12 @@ pub(crate) mod recognize;
 mod sets;
 mod size_line;
 mod spectrum;
+pub mod stated_directions;
+mod stations;
 
 use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
 
 pub use crate::btf::import::assemble::assemble;
 pub use crate::btf::import::family::Family;
@@ -53,6 +63,7 @@ pub use crate::format::image::SourceEncoding;
 use crate::btf::import::find_images::Found;
 use crate::btf::import::listed::Listed;
 use crate::btf::import::lists::{extension, is_list, only_list_in};
+use crate::btf::import::near_field::NearPositions;
 use crate::btf::import::recognize::{Source, recognize};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
@@ -72,7 +83,7 @@ pub fn read_source(path: &Path, list: &ListOptions, set: &SetOptions) -> Result<
             check_unused(list.given(), "a list of images")?;
             read_set(&path, set, list.handedness)
         }
-        Source::Bonn(path) | Source::Ptm(path) | Source::Hsh(path) => {
+        Source::Bonn(path) | Source::Ptm(path) | Source::Hsh(path) | Source::Array(path) => {
             Err(Error::data("source", "a file without images of its own")
                 .expected("a list, a folder or an archive of images")
                 .in_file(&path))
@@ -124,20 +135,15 @@ pub fn read_list_with(path: &Path, options: &ListOptions) -> Result<ImageList> {
 fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
     let text::Text { text, encoding } = text::read(path, LARGEST_LIST)?;
     let is_rti = extension(path) == "lp";
-    let mut facts = serde_json::Map::new();
-    let (listed, mut notes) = match is_rti {
-        true => light_positions::parse(&text).map(|lights| (lights.listed, lights.notes))?,
-        false => {
-            let table = image_table::parse(&text)?;
-            let spread = near_field::spread(&table, options.patch_mm)?;
-            facts.extend(spread.iter().map(near_field::Spread::fact));
-            let notes = near_field::note(&table, &spread).into_iter().collect();
-            (table.listed, notes)
-        }
+    let ListText {
+        listed,
+        mut notes,
+        positions,
+        facts,
+    } = match is_rti {
+        true => of_lights(&text, options)?,
+        false => of_table(&text, options)?,
     };
-    if is_rti && options.patch_mm.is_some() {
-        return Err(near_field::without_positions());
-    }
     if encoding == TextEncoding::Latin1 {
         notes.push("the list is no UTF-8; its names are read as Latin-1".into());
     }
@@ -147,10 +153,16 @@ fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
         None => find_images::find(&listed, folder)?,
     };
     notes.extend(note);
-    let measured = |(listed, path): (&Listed, PathBuf)| MeasuredImage {
-        path,
-        view: options.handedness.applied_to(listed.view),
-        light: options.handedness.applied_to(listed.light),
+    let measured = |(listed, path): (&Listed, PathBuf)| {
+        let view = match options.collocated {
+            true => listed.light,
+            false => listed.view,
+        };
+        MeasuredImage {
+            path,
+            view: options.handedness.applied_to(view),
+            light: options.handedness.applied_to(listed.light),
+        }
     };
     Ok(ImageList {
         name: if is_rti {
@@ -165,8 +177,57 @@ fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
         images: listed.iter().zip(paths).map(measured).collect(),
         place: Place::Files,
         is_set: false,
+        positions,
         notes,
         facts,
+    })
+}
+
+/// What the text of a list says.
+struct ListText {
+    listed: Vec<Listed>,
+    notes: Vec<String>,
+    positions: Option<NearPositions>,
+    facts: Map<String, Value>,
+}
+
+/// A `.lp` file: directions to distant lights.
+fn of_lights(text: &str, options: &ListOptions) -> Result<ListText> {
+    let of_positions = [
+        ("patch-mm", options.patch_mm.is_some()),
+        ("near-field", options.near_field.is_some()),
+    ];
+    if let Some((option, _)) = of_positions.iter().find(|(_, is_given)| *is_given) {
+        return Err(near_field::without_positions(option));
+    }
+    let lights = light_positions::parse(text)?;
+    Ok(ListText {
+        listed: lights.listed,
+        notes: lights.notes,
+        positions: None,
+        facts: Map::new(),
+    })
+}
+
+/// A table of angles or positions; positions are kept where the images are to be resampled.
+fn of_table(text: &str, options: &ListOptions) -> Result<ListText> {
+    let table = match options.collocated {
+        true => image_table::parse_collocated(text)?,
+        false => image_table::parse(text)?,
+    };
+    let spread = near_field::spread(&table, options.patch_mm)?;
+    let mut notes: Vec<String> = near_field::note(&table, &spread).into_iter().collect();
+    let mut positions = None;
+    if near_field::is_beyond(&spread, options.near_field)? {
+        let of_patch = |patch| NearPositions::of(&table, patch, options.handedness);
+        positions = options.patch_mm.map(of_patch);
+        notes.push(near_field::RESAMPLED.into());
+    }
+    Ok(ListText {
+        listed: table.listed,
+        notes,
+        positions,
+        facts: spread.iter().map(near_field::Spread::fact).collect(),
     })
 }
 

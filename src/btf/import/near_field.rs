@@ -8,11 +8,15 @@ use serde_json::{Value, json};
 
 use crate::btf::direction::Direction;
 use crate::btf::import::image_table::ImageTable;
-use crate::btf::import::list_options::PatchSize;
+use crate::btf::import::list_options::{Handedness, PatchSize};
 use crate::error::{Error, Result};
 
 /// From this on, the spread is worth a warning of its own, in degrees.
 const WIDE_DEG: f64 = 5.0;
+
+/// What the user is told where images are resampled.
+pub(super) const RESAMPLED: &str =
+    "images are resampled to the directions at the patch's centre (--near-field)";
 
 /// The largest angles between the direction at the centre and that at a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +40,7 @@ pub(super) fn spread(table: &ImageTable, patch: Option<PatchSize>) -> Result<Opt
         return Ok(None);
     };
     if table.cameras.is_none() && table.lights.is_none() {
-        return Err(without_positions());
+        return Err(without_positions("patch-mm"));
     }
     let of = |positions: &Option<Vec<DVec3>>| {
         let positions = positions.iter().flatten();
@@ -51,13 +55,56 @@ pub(super) fn spread(table: &ImageTable, patch: Option<PatchSize>) -> Result<Opt
     }))
 }
 
-/// Says that the size of the patch is of no use.
-pub(super) fn without_positions() -> Error {
+/// Says that an option for positions is of no use.
+pub(super) fn without_positions(option: &str) -> Error {
     Error::option(
-        "patch-mm",
+        option,
         "the list has no positions in mm",
         "a table with camera_x_mm or light_x_mm, or no size of the patch",
     )
+}
+
+/// Whether images are to be resampled: the user asks for it beyond a limit in degrees, and the spread is larger.
+pub(super) fn is_beyond(spread: &Option<Spread>, limit_deg: Option<f64>) -> Result<bool> {
+    match (spread, limit_deg) {
+        (_, None) => Ok(false),
+        (_, Some(limit)) if !(0.0..=90.0).contains(&limit) => Err(Error::option(
+            "near-field",
+            limit.to_string(),
+            "0 to 90 degrees",
+        )),
+        (None, Some(_)) => {
+            let found = "given without the size of the patch";
+            Err(Error::option("near-field", found, "--patch-mm WxH too"))
+        }
+        (Some(spread), Some(limit)) => Ok(spread.view_deg.max(spread.light_deg) > limit),
+    }
+}
+
+/// Where cameras and lamps stood, for resampling.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NearPositions {
+    /// The sides of the patch.
+    pub patch: PatchSize,
+    /// Per image of the list, in millimetres from the patch's centre; `None` where all are far away.
+    pub cameras: Option<Vec<DVec3>>,
+    /// The same of the lamps.
+    pub lamps: Option<Vec<DVec3>>,
+}
+
+impl NearPositions {
+    /// The positions of a table over a patch, in the sample's frame.
+    pub(super) fn of(table: &ImageTable, patch: PatchSize, handedness: Handedness) -> Self {
+        let turned = |positions: &Option<Vec<DVec3>>| {
+            let turn = |at: &DVec3| handedness.applied_to(Direction(*at)).0;
+            positions.as_ref().map(|all| all.iter().map(turn).collect())
+        };
+        Self {
+            patch,
+            cameras: turned(&table.cameras),
+            lamps: turned(&table.lights),
+        }
+    }
 }
 
 /// What the user should know of positions.
@@ -69,7 +116,9 @@ pub(super) fn note(table: &ImageTable, spread: &Option<Spread>) -> Option<String
         None => "directions are those at the patch's centre; --patch-mm WxH tells how far they differ over it".into(),
         Some(Spread { patch, view_deg, light_deg }) => {
             let wide = match view_deg.max(*light_deg) > WIDE_DEG {
-                true => ": one direction per image is coarse for this patch",
+                true => {
+                    ": one direction per image is coarse for this patch; --near-field resamples the images"
+                }
                 false => "",
             };
             format!(
@@ -111,6 +160,26 @@ mod tests {
             "{told}"
         );
         assert!(note(&table, &None).unwrap().contains("--patch-mm"));
+    }
+
+    #[test]
+    fn resampling_is_asked_for_beyond_a_limit() {
+        let text = "file,camera_x_mm,camera_y_mm,camera_z_mm,light_theta_deg,light_phi_deg\na,0,5,500,0,0\n";
+        let table = parse(text).unwrap();
+        let patch: PatchSize = "60x80".parse().unwrap();
+        let found = spread(&table, Some(patch)).unwrap();
+        assert!(!is_beyond(&found, None).unwrap() && !is_beyond(&found, Some(8.0)).unwrap());
+        assert!(is_beyond(&found, Some(2.0)).unwrap());
+        assert!(
+            is_beyond(&None, Some(2.0))
+                .unwrap_err()
+                .to_string()
+                .contains("--patch-mm")
+        );
+        assert!(is_beyond(&found, Some(-1.0)).is_err());
+        let positions = NearPositions::of(&table, patch, Handedness::Left);
+        assert_eq!(positions.cameras, Some(vec![DVec3::new(0.0, -5.0, 500.0)]));
+        assert_eq!(positions.lamps, None);
     }
 
     #[test]

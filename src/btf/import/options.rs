@@ -1,8 +1,12 @@
 //! How an image set becomes a sample.
 
+use std::f32::consts::FRAC_1_PI;
+
 use serde::{Deserialize, Serialize};
 
+use crate::btf::direction::Direction;
 use crate::btf::import::family::Family;
+use crate::btf::import::photographs::PhotographOptions;
 use crate::btf::import::prepare::Preparation;
 use crate::btf::import::size_line::SizeLine;
 use crate::btf::import::spectrum::Illuminant;
@@ -50,6 +54,10 @@ pub struct ImportOptions {
     /// What happens to the pictures, and which are used.
     #[command(flatten)]
     pub preparation: Preparation,
+    /// Where the patch lies in the pictures, where these are photographs.
+    #[command(flatten)]
+    #[serde(skip)]
+    pub photographs: PhotographOptions,
 }
 
 impl Default for ImportOptions {
@@ -67,11 +75,26 @@ impl Default for ImportOptions {
             name: None,
             dtype: DType::default(),
             preparation: Preparation::default(),
+            photographs: PhotographOptions::default(),
         }
     }
 }
 
 impl ImportOptions {
+    /// The flag of an option for image files that was given, if any was.
+    pub fn given_for_images(&self) -> Option<&'static str> {
+        let flags = [
+            (self.alpha != Alpha::default(), "alpha"),
+            (self.orientation != Orientation::Stored, "orientation"),
+            (self.layer.is_some(), "layer"),
+            (self.illuminant.is_some(), "illuminant"),
+            (self.size_line != SizeLine::default(), "size-line"),
+            (self.photographs != PhotographOptions::default(), "corners"),
+        ];
+        let given = flags.into_iter().find(|(is_given, _)| *is_given);
+        given.map(|(_, flag)| flag)
+    }
+
     /// How each image is read.
     pub(super) fn reading(&self) -> ReadOptions {
         ReadOptions {
@@ -107,11 +130,20 @@ pub enum Values {
 
 impl Values {
     /// What numbers of a family mean, where the user did not say.
-    pub(super) fn of_family(self, family: Family) -> Self {
+    pub(in crate::btf) fn of_family(self, family: Family) -> Self {
         match (self, family) {
             (Self::Auto, Family::Spectral) => Self::NoCosine,
             (Self::Auto, _) => Self::Reflectance,
             (stated, _) => stated,
+        }
+    }
+
+    /// Radiance for unit irradiance per number of an image that is lit from `light`.
+    pub(in crate::btf) fn radiance_per_number(self, family: Family, light: Direction) -> f32 {
+        match self.of_family(family) {
+            Self::Radiance => 1.0,
+            Self::NoCosine => light.cos_theta().max(0.0) as f32 * FRAC_1_PI,
+            Self::Auto | Self::Reflectance => FRAC_1_PI,
         }
     }
 }

@@ -17,7 +17,7 @@ const SHOWN: usize = 12;
 
 /// What is read, for errors.
 const KNOWN: &str = "a zip archive of images (`PK`), a Bonn .btf file (`!DFMF`, `!FMF`, `!PVF`, `!BDI`), a PTM \
-    (`PTM_`), an HSH .rti file (`#HSH`), a list of images (.lp, .csv), or a folder that holds images or one list";
+    (`PTM_`), an HSH .rti file (`#HSH`), an array (.npy), a list of images (.lp, .csv), or a folder that holds images or one list";
 
 /// A source of measured images, and the path to read it from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,6 +32,8 @@ pub(crate) enum Source {
     Ptm(PathBuf),
     /// Hemispherical harmonics, a `.rti` file.
     Hsh(PathBuf),
+    /// An array of numpy, `.npy`.
+    Array(PathBuf),
 }
 
 /// Says what is at `path`; refuses what is not read, with its first bytes and what would be.
@@ -46,6 +48,7 @@ pub(crate) fn recognize(path: &Path) -> Result<Source> {
         [b'!', b'D' | b'F' | b'P' | b'B', ..] if is_bonn(&start) => Source::Bonn(path),
         [b'P', b'T', b'M', b'_', ..] => Source::Ptm(path),
         [b'#', b'H', b'S', b'H', ..] => Source::Hsh(path),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => Source::Array(path),
         _ if is_list(&path) => Source::List(path),
         _ if extension(&path) == "rti" && is_text(&start) => Source::Hsh(path),
         _ => return Err(unknown(&path, &start)),
@@ -121,6 +124,10 @@ mod tests {
         assert_eq!(of("b.x", b"!DFMF08FCR..."), Ok(Source::Bonn(at("b.x"))));
         assert_eq!(of("c.x", b"PTM_1.2\n"), Ok(Source::Ptm(at("c.x"))));
         assert_eq!(of("d.x", b"#HSH1.2\n3\n"), Ok(Source::Hsh(at("d.x"))));
+        assert_eq!(
+            of("d.npy", b"\x93NUMPY\x01"),
+            Ok(Source::Array(at("d.npy")))
+        );
         assert_eq!(of("e.rti", b"3\n512 512 3\n"), Ok(Source::Hsh(at("e.rti"))));
         assert_eq!(
             of("f.LP", b"1\na.jpg 0 0 1\n"),

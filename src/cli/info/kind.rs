@@ -33,6 +33,8 @@ pub enum Kind {
     Scene,
     Capture,
     Bonn,
+    Ptm,
+    Hsh,
     Directions,
     CameraPath,
     Json,
@@ -41,7 +43,7 @@ pub enum Kind {
 
 /// What `info` knows, for errors.
 const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
-    a capture (a list, .lp or .csv, or a folder or a zip archive of images), a .btf file of Bonn, a table of directions or a camera path (.csv, .json), a \
+    a capture (a list, .lp or .csv, or a folder or a zip archive of images), a .btf file of Bonn, a fit over lights (.ptm, .rti), a table of directions or a camera path (.csv, .json), a \
     folder of frames, an archive of ours (.npz), an array (.npy), a mesh, a surface texton map or a face map (PLY, OBJ, \
     STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
     HDR, GIF, BMP)";
@@ -83,6 +85,8 @@ impl Kind {
             "ply" | "obj" | "stl" | "off" | "glb" | "gltf" | "gz" => Ok(Self::Mesh),
             "toml" => Ok(of_toml(&start)),
             "lp" => Ok(Self::Capture),
+            _ if start.starts_with(b"PTM_") => Ok(Self::Ptm),
+            "rti" => Ok(Self::Hsh),
             "csv" | "tsv" => of_table(path, &start),
             "json" => Ok(Self::Json),
             "png" | "jpg" | "jpeg" | "jpe" | "tif" | "tiff" | "exr" | "hdr" | "rgbe" | "pic"

@@ -1,4 +1,5 @@
-//! What happens to each picture between its file and the sample: hot pixels, grey card, crop, reduction.
+//! What happens to each picture between its file and the sample: hot pixels, grey card, rectification, crop,
+//! reduction.
 //!
 //! | file | what it does |
 //! | --- | --- |
@@ -20,7 +21,8 @@ pub use crate::btf::import::prepare::grey_card::GreyCard;
 pub use crate::btf::import::prepare::region::Region;
 pub use crate::btf::import::prepare::selection::Selection;
 
-use crate::btf::direction::Direction;
+use crate::btf::import::image_list::MeasuredImage;
+use crate::btf::import::photographs::Rectification;
 use crate::btf::import::prepare::hot_pixels::{Counts, FEWEST_PICTURES, HotPixels, MOST_PICTURES};
 use crate::btf::import::prepare::reduce::{cropped, reduced};
 use crate::error::{Error, Result};
@@ -100,12 +102,14 @@ impl Preparation {
 pub(super) struct Steps<'a> {
     preparation: &'a Preparation,
     hot_pixels: HotPixels,
+    rectification: Option<&'a Rectification>,
 }
 
 impl<'a> Steps<'a> {
     /// Looks for hot pixels where they are to be replaced: `read` reads one of `count` pictures.
     pub(super) fn new(
         preparation: &'a Preparation,
+        rectification: Option<&'a Rectification>,
         count: usize,
         read: impl Fn(usize) -> Result<FloatImage>,
     ) -> Result<Self> {
@@ -116,6 +120,7 @@ impl<'a> Steps<'a> {
         Ok(Self {
             preparation,
             hot_pixels,
+            rectification,
         })
     }
 
@@ -124,11 +129,18 @@ impl<'a> Steps<'a> {
         self.hot_pixels.texels.len()
     }
 
-    /// Takes a picture, lit from `light`, through all steps.
-    pub(super) fn apply(&self, mut image: FloatImage, light: Direction) -> Result<FloatImage> {
+    /// Takes a picture through all steps.
+    pub(super) fn apply(
+        &self,
+        mut image: FloatImage,
+        measured: &MeasuredImage,
+    ) -> Result<FloatImage> {
         self.hot_pixels.mend(&mut image);
         if let Some(card) = &self.preparation.grey_card {
-            card.balance(&mut image, light)?;
+            card.balance(&mut image, measured.light)?;
+        }
+        if let Some(rectification) = self.rectification {
+            image = rectification.rectify(&measured.path, &image)?;
         }
         if let Some(region) = self.preparation.crop {
             image = cropped(&image, region)?;

@@ -77,6 +77,7 @@ pub fn read_set(path: &Path, options: &SetOptions, handedness: Handedness) -> Re
         handedness,
         images,
         place: listing.place,
+        positions: None,
         notes,
         facts: serde_json::Map::new(),
     })
