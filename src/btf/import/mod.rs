@@ -13,7 +13,7 @@
 //! | [`prepare`] | crop, reduction, grey card, hot pixels, choice of directions |
 //! | [`photographs`] | photographs of a patch, rectified |
 //! | [`stations`] | images of near cameras and lamps, resampled |
-//! | [`array`], [`stated_directions`], [`curve`] | arrays, and what the user says of sources without image files |
+//! | [`mod@array`], [`stated_directions`], [`curve`] | arrays, and what the user says of sources without image files |
 //! | [`arrangement`], [`fill`], [`assemble`], [`reading_faults`] | the sample |
 
 mod arrangement;

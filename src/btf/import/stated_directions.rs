@@ -10,8 +10,8 @@ use crate::error::{Error, Result};
 /// Views and lights of sources that do not state them.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct StatedDirections {
-    /// The views of an array (.npy), in its order: 12x5, bonn81, bonn151, fibonacci:N,
-    /// rings:THETA:COUNT[:OFFSET],…, FILE.csv or FILE.lp.
+    /// The views of an array (.npy), in its order: 12x5, bonn81, bonn151, fibonacci:N, rings of any kind as for
+    /// `bake`, FILE.csv or FILE.lp.
     #[arg(long, value_name = "SET")]
     pub views: Option<DirectionSet>,
     /// The lights of an array (.npy), in its order, or those that a fit (.ptm, .rti) is evaluated at:

@@ -8,7 +8,7 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`texels`] | which texels are compared, and their values in every image |
-//! | [`groups`] | which directions are left out together |
+//! | [`mod@groups`] | which directions are left out together |
 //! | [`prediction`] | predictions from the rest, and their errors |
 //! | [`errors`] | errors, whole and by angle |
 
