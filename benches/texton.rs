@@ -1,13 +1,13 @@
 //! Texton analysis, stage by stage: 64×64 texels, 400 RGB images, 400 textons.
 
 use mesotex::grid::TexelGrid;
+use mesotex::matrix::as_rows;
 use mesotex::progress::Progress;
 use mesotex::random::stream;
 use mesotex::texton::basis::PlaneBasis;
 use mesotex::texton::dot_products::dot_products;
 use mesotex::texton::filter_bank::leung_malik;
 use mesotex::texton::gram_kmeans::cluster;
-use mesotex::texton::matrix::as_rows;
 use mesotex::texton::mixed_responses::mix_into;
 use mesotex::texton::outer_products::OuterProducts;
 use mesotex::texton::plane_filters::PlaneFilters;

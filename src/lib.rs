@@ -57,6 +57,7 @@
 pub mod error;
 pub mod grid;
 pub mod index;
+pub mod matrix;
 pub mod neighborhood;
 pub mod progress;
 pub mod radial_basis;

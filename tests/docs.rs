@@ -1,6 +1,9 @@
 //! Every command in README.md and docs/ is run, in order: first the README's, then each page's in a
 //! copy of the folder the README leaves. Sizes are cut down; names and options are not.
 
+mod image_set_files;
+mod program;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -224,13 +227,24 @@ mod fixtures {
     use image::{GrayImage, Luma, Rgb, RgbImage};
     use mesotex::mesh::builtin::kettlebell;
 
-    /// `bunny.obj`, `horse.obj`, `keys.json`, `material/`, `capture/` and `felt/`.
+    use crate::{image_set_files, program};
+
+    /// `bunny.obj`, `horse.obj`, `keys.json`, `material/`, `capture/`, `felt/`, `near/`, `photos/`, `pictures/`,
+    /// `mean.npy` of as many directions as commands are cut down to, and an archive as UBO2003 has them.
     pub fn fill(folder: &Path) {
         mesh(&folder.join("bunny.obj"));
         quadrilaterals(&folder.join("horse.obj"));
         material(&folder.join("material"));
         capture(&folder.join("capture"));
         felt(&folder.join("felt"));
+        near(&folder.join("near"));
+        by_names(&folder.join("photos"), |light, view| {
+            format!("light{light}-0_view{view}-90.png")
+        });
+        archive(folder);
+        pictures(&folder.join("pictures"));
+        let mean = ndarray::Array3::from_elem((9, 9, 3), 0.2f32);
+        mesotex::format::npy::write(&folder.join("mean.npy"), mean.view().into_dyn()).unwrap();
         keys(&folder.join("keys.json"));
     }
 
@@ -296,6 +310,33 @@ mod fixtures {
         fs::write(folder.join("dirs.lp"), list).unwrap();
     }
 
+    /// Three views and three lights at 0, 15 and 30 degrees.
+    fn by_names(folder: &Path, name: impl Fn(u32, u32) -> String) {
+        fs::create_dir_all(folder).unwrap();
+        for (light, view) in (0..3).flat_map(|light| (0..3).map(move |view| (light, view))) {
+            photograph(&folder.join(name(15 * light, 15 * view)), light + view);
+        }
+    }
+
+    fn archive(folder: &Path) {
+        let unpacked = folder.join("unpacked");
+        by_names(&unpacked, |light, view| {
+            format!("00000 tl{light:03} pl000 tv{view:03} pv000.jpg")
+        });
+        let members = program::files(&unpacked);
+        image_set_files::zip(&folder.join("UBO_IMPALLA256.zip"), &members, true);
+        fs::remove_dir_all(unpacked).unwrap();
+    }
+
+    fn near(folder: &Path) {
+        fs::create_dir_all(folder).unwrap();
+        photograph(&folder.join("a.png"), 0);
+        photograph(&folder.join("b.png"), 1);
+        let table = "file,camera_x_mm,camera_y_mm,camera_z_mm,light_x_mm,light_y_mm,light_z_mm\n\
+            a.png,0,0,600,300,0,400\nb.png,0,0,600,0,300,400\n";
+        fs::write(folder.join("places.csv"), table).unwrap();
+    }
+
     fn felt(folder: &Path) {
         fs::create_dir_all(folder).unwrap();
         let mut table =
@@ -310,5 +351,29 @@ mod fixtures {
             );
         }
         fs::write(folder.join("angles.csv"), table).unwrap();
+    }
+    /// Photographs of a patch, with their corners, by camera and lamp and by flash.
+    fn pictures(folder: &Path) {
+        fs::create_dir_all(folder).unwrap();
+        let mut angles =
+            String::from("file,view_theta_deg,view_phi_deg,light_theta_deg,light_phi_deg\n");
+        let mut flash = String::from("file,view_theta_deg,view_phi_deg\n");
+        let mut corners = String::from("file,x1,y1,x2,y2,x3,y3,x4,y4\n");
+        for image in 0..5u32 {
+            photograph(&folder.join(format!("{image}.png")), image);
+            let view = format!("{image}.png,{},{}", 10 * image, 72 * image);
+            let _ = writeln!(angles, "{view},30,{}", 90 * image);
+            let _ = writeln!(flash, "{view}");
+            let _ = writeln!(corners, "{image}.png,3.5,2,21,{image}.5,20,14,4,13");
+        }
+        let mut lamps =
+            String::from("file,view_theta_deg,view_phi_deg,light_x_mm,light_y_mm,light_z_mm\n");
+        for image in 0..5u32 {
+            let _ = writeln!(lamps, "{image}.png,0,0,{},40,250", 50 * image);
+        }
+        fs::write(folder.join("lamps.csv"), lamps).unwrap();
+        fs::write(folder.join("angles.csv"), angles).unwrap();
+        fs::write(folder.join("flash.csv"), flash).unwrap();
+        fs::write(folder.join("corners.csv"), corners).unwrap();
     }
 }

@@ -12,6 +12,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::btf::direction::{Direction, SAME_DIRECTION};
+use crate::btf::import::light_positions;
 use crate::btf::table::{Row, Table};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
@@ -87,14 +88,14 @@ pub enum DirectionSet {
     Fibonacci(usize),
     /// `rings:θ:count[:offset],…`, angles in degrees.
     Rings(Vec<Ring>),
-    /// `FILE.csv` with columns theta_deg and phi_deg.
+    /// `FILE.csv` with columns theta_deg and phi_deg, or the lights of a capture, `FILE.lp`.
     File(PathBuf),
 }
 
 impl DirectionSet {
     /// What `--views` and `--lights` take, for help texts and errors.
     pub const FORMS: &'static str =
-        "12x5, bonn81, bonn151, fibonacci:N, rings:THETA:COUNT[:OFFSET],… or FILE.csv";
+        "12x5, bonn81, bonn151, fibonacci:N, rings:THETA:COUNT[:OFFSET],…, FILE.csv or FILE.lp";
 
     /// The file of a set that is the user's own.
     pub fn file(&self) -> Option<&PathBuf> {
@@ -112,7 +113,7 @@ impl DirectionSet {
             Self::Bonn151 => on_rings(&BONN_151),
             Self::Fibonacci(count) => (0..*count).map(|i| fibonacci(i, *count)).collect(),
             Self::Rings(rings) => on_rings(rings),
-            Self::File(path) => read_csv(path)?,
+            Self::File(path) => read_file(path)?,
         })
     }
 }
@@ -148,8 +149,17 @@ fn fibonacci(index: usize, count: usize) -> Direction {
     Direction::from_angles(cos.acos(), phi)
 }
 
-fn read_csv(path: &Path) -> Result<Vec<Direction>> {
-    guarded(path, || parse_csv(&text::read(path, LARGEST_FILE)?.text))
+fn read_file(path: &Path) -> Result<Vec<Direction>> {
+    guarded(path, || {
+        let text = text::read(path, LARGEST_FILE)?.text;
+        let is_capture = path
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("lp"));
+        match is_capture {
+            true => light_positions::directions(&text),
+            false => parse_csv(&text),
+        }
+    })
 }
 
 /// The directions of a table with the columns theta_deg and phi_deg, among others.
@@ -195,7 +205,8 @@ impl FromStr for DirectionSet {
         if let Some(rings) = text.strip_prefix("rings:") {
             return parse_rings(rings).map(Self::Rings);
         }
-        if text.to_ascii_lowercase().ends_with(".csv") {
+        let lower = text.to_ascii_lowercase();
+        if lower.ends_with(".csv") || lower.ends_with(".lp") {
             return Ok(Self::File(PathBuf::from(text)));
         }
         Err(format!("no set of directions; expected {}", Self::FORMS))
@@ -338,6 +349,7 @@ mod tests {
             "fibonacci:7",
             "rings:0:1,40.5:4:10",
             "my set.csv",
+            "dome.lp",
         ] {
             let set: DirectionSet = name.parse().unwrap();
             assert_eq!(set.to_string(), name);

@@ -3,13 +3,24 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`sample`], [`writer`] | a sample in its folder, read in parts and written image by image |
+//! | [`description`], [`image_source`] | what a sample is of, and images that are read in runs |
+//! | [`factored`] | samples whose images are products of factors |
 //! | [`direction`], [`direction_set`] | directions, and named sets of them |
 //! | [`bake`] | a sample ray-traced from height, colour and roughness |
+//! | [`fits`] | polynomial texture maps and hemispherical harmonics of reflectance-transformation imaging |
 //! | [`import`], [`table`] | a sample from measured images and their list |
+//! | [`image_sets`] | a sample as a set of images that other programs read |
+//! | [`bonn`] | `.btf` files of the University of Bonn, read and written |
 
 pub mod bake;
+pub mod bonn;
+pub mod description;
 pub mod direction;
 pub mod direction_set;
+pub mod factored;
+pub mod fits;
+pub mod image_sets;
+pub mod image_source;
 pub mod import;
 pub mod sample;
 mod table;
@@ -17,5 +28,7 @@ pub mod writer;
 
 pub use direction::Direction;
 pub use direction_set::DirectionSet;
+pub use factored::FactoredWriter;
+pub use image_source::ImageSource;
 pub use sample::Sample;
 pub use writer::SampleWriter;

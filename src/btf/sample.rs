@@ -1,5 +1,7 @@
 //! A BTF sample on disk, `NAME.sample/`: `btf.json` describes, `radiance.npy` holds one image per
-//! (view, light) pair, read in parts so that a sample larger than memory can be worked on.
+//! (view, light) pair, read in parts so that a sample larger than memory can be worked on. A
+//! [factored](crate::btf::factored) sample holds factors instead; its images are multiplied out as they
+//! are asked for.
 //!
 //! Values are linear Rec. 709 radiance for a directional light of unit irradiance at normal
 //! incidence (a white Lambertian plane has cos θ/π).
@@ -9,10 +11,16 @@ use std::path::{Path, PathBuf};
 
 use half::f16;
 use half::slice::HalfFloatSliceExt;
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use rayon::prelude::*;
 
-use crate::btf::direction::Direction;
+pub use crate::btf::description::{
+    DESCRIPTION, DType, Description, FORMAT, Layout, RADIANCE, VERSION, files_of,
+};
+use crate::btf::description::{DIRECTIONS, EIGENTEXTURES};
+use crate::btf::factored::content_id;
+use crate::btf::factored::factors::Factors;
+use crate::btf::factored::products::Values;
+use crate::btf::image_source::ImageSource;
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::is_set_aside;
 use crate::format::id::ContentId;
@@ -20,208 +28,11 @@ use crate::format::npy::{ArrayFile, Element};
 use crate::format::{json, npy};
 use crate::grid::TexelGrid;
 
-/// The description in a sample's folder.
-pub const DESCRIPTION: &str = "btf.json";
-/// The array in a sample's folder.
-pub const RADIANCE: &str = "radiance.npy";
-/// The files of a sample's folder.
-pub fn files_of(folder: &Path) -> [PathBuf; 2] {
-    [DESCRIPTION, RADIANCE].map(|name| folder.join(name))
-}
-
-/// `format` of every `btf.json`.
-pub const FORMAT: &str = "mesotex-btf";
-/// The version written, and the only one read.
-pub const VERSION: u32 = 1;
-
-/// Number type of `radiance.npy`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-pub enum DType {
-    /// 16-bit floats.
-    #[default]
-    #[serde(rename = "f2")]
-    #[value(name = "f2")]
-    F2,
-    /// 32-bit floats.
-    #[serde(rename = "f4")]
-    #[value(name = "f4")]
-    F4,
-}
-
-impl DType {
-    /// Bytes of one number.
-    pub fn size(self) -> usize {
-        match self {
-            Self::F2 => 2,
-            Self::F4 => 4,
-        }
-    }
-}
-
-/// How views and lights combine to images.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Layout {
-    /// Every view with every light: image v·L + l.
-    Product,
-    /// A list of (view, light) pairs: image p.
-    Pairs,
-}
-
-/// `btf.json`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Description {
-    /// Always [`FORMAT`].
-    pub format: String,
-    /// Always [`VERSION`].
-    pub version: u32,
-    /// What the material is called.
-    pub name: String,
-    /// Columns of the texel grid.
-    pub width: u32,
-    /// Rows of the texel grid.
-    pub height: u32,
-    /// Always 3: linear Rec. 709 R, G, B.
-    pub channels: u32,
-    /// Number type of `radiance.npy`.
-    pub dtype: DType,
-    /// Side of a texel in millimetres, where known.
-    pub texel_mm: Option<f64>,
-    /// How views and lights combine.
-    pub layout: Layout,
-    /// View directions.
-    pub views: Vec<Direction>,
-    /// Light directions.
-    pub lights: Vec<Direction>,
-    /// (view, light) indices of each image; layout `pairs` only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub pairs: Option<Vec<[u32; 2]>>,
-    /// Whether opposite borders of the images continue each other.
-    pub tileable: bool,
-    /// BLAKE3 of `radiance.npy`.
-    pub id: ContentId,
-    /// Where the sample comes from; free.
-    #[serde(default)]
-    pub source: Value,
-}
-
-impl Description {
-    /// Images in all.
-    pub fn image_count(&self) -> usize {
-        match &self.pairs {
-            Some(pairs) => pairs.len(),
-            None => self.views.len() * self.lights.len(),
-        }
-    }
-
-    /// The texel grid of every image.
-    pub fn grid(&self) -> TexelGrid {
-        TexelGrid {
-            width: self.width,
-            height: self.height,
-            tileable: self.tileable,
-        }
-    }
-
-    /// Sides of `radiance.npy`: [V, L, H, W, C], or [P, H, W, C] for pairs.
-    pub fn radiance_shape(&self) -> Vec<usize> {
-        let image = [
-            self.height as usize,
-            self.width as usize,
-            self.channels as usize,
-        ];
-        let mut shape = match &self.pairs {
-            Some(pairs) => vec![pairs.len()],
-            None => vec![self.views.len(), self.lights.len()],
-        };
-        shape.extend(image);
-        shape
-    }
-
-    /// The view and the light of an image.
-    pub fn view_and_light(&self, image: usize) -> (usize, usize) {
-        match &self.pairs {
-            Some(pairs) => (pairs[image][0] as usize, pairs[image][1] as usize),
-            None => (image / self.lights.len(), image % self.lights.len()),
-        }
-    }
-
-    /// Refuses a description that no sample can have.
-    pub fn check(&self) -> Result<()> {
-        if self.format != FORMAT {
-            return Err(Error::data("format", format!("`{}`", self.format)).expected(FORMAT));
-        }
-        if self.version != VERSION {
-            return Err(Error::data("version", self.version.to_string())
-                .expected(VERSION.to_string())
-                .advice("the sample was written by another version of mesotex; make it again"));
-        }
-        if self.channels != 3 {
-            return Err(Error::data("channels", self.channels.to_string()).expected("3"));
-        }
-        if u64::from(self.width) * u64::from(self.height) > u64::from(u32::MAX) {
-            return Err(Error::data(
-                "width × height",
-                format!("{} × {}", self.width, self.height),
-            )
-            .expected("fewer than 2^32 texels"));
-        }
-        for (field, count) in [
-            ("width", self.width as usize),
-            ("height", self.height as usize),
-            ("views", self.views.len()),
-            ("lights", self.lights.len()),
-            ("images", self.image_count()),
-        ] {
-            if count == 0 {
-                return Err(Error::data(field, "0").expected("at least 1"));
-            }
-        }
-        if self
-            .texel_mm
-            .is_some_and(|mm| !(mm > 0.0 && mm.is_finite()))
-        {
-            return Err(Error::data("texel_mm", format!("{:?}", self.texel_mm)).expected("> 0"));
-        }
-        for (kind, directions) in [("views", &self.views), ("lights", &self.lights)] {
-            for (index, direction) in directions.iter().enumerate() {
-                direction.check(&format!("{kind}[{index}]"))?;
-            }
-        }
-        self.check_pairs()
-    }
-
-    fn check_pairs(&self) -> Result<()> {
-        let Some(pairs) = &self.pairs else {
-            return match self.layout {
-                Layout::Product => Ok(()),
-                Layout::Pairs => Err(Error::data("pairs", "missing").expected("a list of pairs")),
-            };
-        };
-        if self.layout == Layout::Product {
-            return Err(Error::data("pairs", "a list").expected("none with layout `product`"));
-        }
-        for (index, &[view, light]) in pairs.iter().enumerate() {
-            if view as usize >= self.views.len() || light as usize >= self.lights.len() {
-                return Err(
-                    Error::data(format!("pairs[{index}]"), format!("[{view}, {light}]")).expected(
-                        format!(
-                            "indices below {} views and {} lights",
-                            self.views.len(),
-                            self.lights.len()
-                        ),
-                    ),
-                );
-            }
-        }
-        Ok(())
-    }
-}
-
 #[derive(Debug)]
 enum Radiance {
     F2(ArrayFile<f16>),
     F4(ArrayFile<f32>),
+    Factored(Factors),
 }
 
 /// The numbers of one image or a part of it, as they are stored: row-major (height, width, RGB).
@@ -264,6 +75,20 @@ impl Pixels {
         }
     }
 
+    /// Takes these numbers in place of what was held, in the number type of what was held.
+    pub(in crate::btf) fn assign(&mut self, numbers: &[f32]) {
+        match self {
+            Self::F2(values) => {
+                values.resize(numbers.len(), f16::ZERO);
+                values.convert_from_f32_slice(numbers);
+            }
+            Self::F4(values) => {
+                values.clear();
+                values.extend_from_slice(numbers);
+            }
+        }
+    }
+
     /// All numbers as `f32`, into a slice of the same length.
     pub fn copy_to(&self, out: &mut [f32]) {
         match self {
@@ -283,7 +108,8 @@ pub struct Sample {
 
 impl Sample {
     /// Opens a sample folder and checks that description and array belong together. The array's
-    /// values and its hash are not read; `mesotex info` does that.
+    /// values and its hash are not read; `mesotex info` does that. Factors are read, and their values
+    /// checked.
     pub fn open(path: &Path) -> Result<Self> {
         let description_path = path.join(DESCRIPTION);
         if !description_path.is_file() {
@@ -299,17 +125,9 @@ impl Sample {
         description
             .check()
             .map_err(|error| error.in_file(&description_path))?;
-        let radiance_path = path.join(RADIANCE);
-        let header = npy::read_header(&radiance_path)?;
-        let expected = description.radiance_shape();
-        if header.shape != expected {
-            return Err(Error::data("shape", format!("{:?}", header.shape))
-                .expected(format!("{expected:?}, as {DESCRIPTION} says"))
-                .in_file(&radiance_path));
-        }
-        let radiance = match description.dtype {
-            DType::F2 => Radiance::F2(ArrayFile::open(&radiance_path)?),
-            DType::F4 => Radiance::F4(ArrayFile::open(&radiance_path)?),
+        let radiance = match description.factors() {
+            Some(factors) => Radiance::Factored(Factors::open(path, &description, factors)?),
+            None => open_radiance(&path.join(RADIANCE), &description)?,
         };
         Ok(Self {
             path: path.to_path_buf(),
@@ -333,9 +151,27 @@ impl Sample {
         self.description.image_count()
     }
 
-    /// The id of the radiance array.
+    /// The id of the sample, as its description states it.
     pub fn id(&self) -> &ContentId {
         &self.description.id
+    }
+
+    /// The id of what the sample's arrays hold: all their bytes are read.
+    pub fn content_id(&self) -> Result<ContentId> {
+        let [directions, eigentextures, radiance] =
+            [DIRECTIONS, EIGENTEXTURES, RADIANCE].map(|name| self.path.join(name));
+        match self.description.factors() {
+            Some(factors) => content_id::of_files(&directions, &eigentextures, &factors),
+            None => ContentId::of_file(&radiance),
+        }
+    }
+
+    /// The factors of a factored sample.
+    pub fn factors(&self) -> Option<&Factors> {
+        match &self.radiance {
+            Radiance::Factored(factors) => Some(factors),
+            Radiance::F2(_) | Radiance::F4(_) => None,
+        }
     }
 
     /// The numbers of one image, row-major (height, width, RGB).
@@ -352,17 +188,45 @@ impl Sample {
         texels: Range<usize>,
         pixels: &mut Pixels,
     ) -> Result<()> {
-        let channels = self.description.channels as usize;
-        let first = (image * self.grid().len() + texels.start) * channels;
-        let count = texels.len() * channels;
-        match (&self.radiance, &mut *pixels) {
-            (Radiance::F2(file), Pixels::F2(numbers)) => fill(file, first, count, numbers),
-            (Radiance::F4(file), Pixels::F4(numbers)) => fill(file, first, count, numbers),
-            (Radiance::F2(_) | Radiance::F4(_), _) => {
+        self.read_texels_of(&[image as u32], texels, std::slice::from_mut(pixels))
+    }
+
+    /// The numbers of the same texels of several images, in place of what `pixels` held: one for each
+    /// image. Of factored samples many images at once are cheaper than one by one.
+    pub fn read_texels_of(
+        &self,
+        images: &[u32],
+        texels: Range<usize>,
+        pixels: &mut [Pixels],
+    ) -> Result<()> {
+        for pixels in pixels.iter_mut() {
+            let is_half = matches!(pixels, Pixels::F2(_));
+            if is_half != (self.description.dtype == DType::F2) {
                 *pixels = Pixels::of_type(self.description.dtype);
-                self.read_texels(image, texels, pixels)
             }
         }
+        if let Radiance::Factored(factors) = &self.radiance {
+            let mut numbers = vec![0.0; images.len() * texels.len() * 3];
+            factors.multiply(images, texels.clone(), Values::Radiance, &mut numbers);
+            let parts = numbers.chunks_exact((texels.len() * 3).max(1));
+            pixels
+                .iter_mut()
+                .zip(parts)
+                .for_each(|(pixels, part)| pixels.assign(part));
+            return Ok(());
+        }
+        for (&image, pixels) in images.iter().zip(pixels) {
+            let first = (image as usize * self.grid().len() + texels.start) * 3;
+            let count = texels.len() * 3;
+            match (&self.radiance, pixels) {
+                (Radiance::F2(file), Pixels::F2(numbers)) => fill(file, first, count, numbers)?,
+                (Radiance::F4(file), Pixels::F4(numbers)) => fill(file, first, count, numbers)?,
+                (Radiance::F2(_) | Radiance::F4(_) | Radiance::Factored(_), _) => {
+                    unreachable!("pixels are of the sample's type")
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Checks that an image's values are finite and not negative; says which texel is not.
@@ -384,8 +248,52 @@ impl Sample {
             format!("radiance {}", values[at]),
         )
         .expected("finite and not negative")
-        .in_file(&self.path.join(RADIANCE)))
+        .in_file(&self.path.join(match self.factors() {
+            Some(_) => EIGENTEXTURES,
+            None => RADIANCE,
+        })))
     }
+}
+
+/// Images of a factored sample read at once by one task.
+const IMAGES_PER_TASK: usize = 8;
+
+impl ImageSource for Sample {
+    fn description(&self) -> &Description {
+        &self.description
+    }
+
+    fn read_images(&self, images: Range<usize>, out: &mut [f32]) -> Result<()> {
+        let image_length = self.grid().len() * 3;
+        let numbers: Vec<u32> = images.map(|image| image as u32).collect();
+        out.par_chunks_mut(IMAGES_PER_TASK * image_length)
+            .zip(numbers.par_chunks(IMAGES_PER_TASK))
+            .try_for_each(|(out, images)| {
+                let mut held = vec![Pixels::of_type(self.description.dtype); images.len()];
+                self.read_texels_of(images, 0..self.grid().len(), &mut held)?;
+                let read = images.iter().zip(&held);
+                read.zip(out.chunks_exact_mut(image_length)).try_for_each(
+                    |((&image, pixels), out)| {
+                        pixels.copy_to(out);
+                        self.check_image(image as usize, out)
+                    },
+                )
+            })
+    }
+}
+
+fn open_radiance(path: &Path, description: &Description) -> Result<Radiance> {
+    let header = npy::read_header(path)?;
+    let expected = description.radiance_shape();
+    if header.shape != expected {
+        return Err(Error::data("shape", format!("{:?}", header.shape))
+            .expected(format!("{expected:?}, as {DESCRIPTION} says"))
+            .in_file(path));
+    }
+    Ok(match description.dtype {
+        DType::F2 => Radiance::F2(ArrayFile::open(path)?),
+        DType::F4 => Radiance::F4(ArrayFile::open(path)?),
+    })
 }
 
 /// Reads `count` numbers from number `first` on.

@@ -110,7 +110,7 @@ impl Table {
         };
         number.filter(|number| number.is_finite()).ok_or_else(|| {
             let place = format!("line {}: {}", row.line, self.columns[column]);
-            Error::data(place, format!("`{field}`")).expected("a number of degrees")
+            Error::data(place, format!("`{field}`")).expected("a number")
         })
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use crate::btf::sample::{DESCRIPTION, DType, Description, FORMAT, RADIANCE};
+use crate::btf::description::{ARRAYS, DESCRIPTION, DType, Description, FORMAT, Layout, RADIANCE};
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::FolderInProgress;
 use crate::format::id::{ContentId, hash_file};
@@ -32,7 +32,7 @@ pub struct SampleWriter {
 impl SampleWriter {
     /// Begins `target`; `description.id` is filled in at the end.
     pub fn create(target: &Path, description: Description) -> Result<Self> {
-        description.check()?;
+        check(&description)?;
         let folder = FolderInProgress::create(target, objection_to_replacing)?;
         Self::begin(target, folder, description)
     }
@@ -40,7 +40,7 @@ impl SampleWriter {
     /// Goes on where an interrupted run with the same description stopped, else begins `target`. What
     /// is written stays when the writer is dropped unfinished, until [`discard`](Self::discard).
     pub fn resume(target: &Path, description: Description) -> Result<Self> {
-        description.check()?;
+        check(&description)?;
         let folder = FolderInProgress::resumable(target, objection_to_replacing)?;
         let note = folder.member(UNFINISHED);
         let text = serde_json::to_vec_pretty(&description)
@@ -207,26 +207,41 @@ impl SampleWriter {
     }
 }
 
+/// Refuses descriptions that no sample of whole images can have.
+fn check(description: &Description) -> Result<()> {
+    description.check()?;
+    match description.layout {
+        Layout::Product | Layout::Pairs => Ok(()),
+        Layout::Factored(_) => {
+            Err(Error::data("layout", "`factored`").expected("`product` or `pairs`"))
+        }
+    }
+}
+
 /// The folder of a sample.
 pub(crate) const SAMPLE_FOLDER: OwnFolder = OwnFolder {
     name: "a sample",
     description: DESCRIPTION,
     format: FORMAT,
-    members: &[RADIANCE],
+    members: &ARRAYS,
 };
 
 /// Says why a folder must not be replaced by a sample; `None` where it may.
-fn objection_to_replacing(folder: &Path) -> std::io::Result<Option<String>> {
+pub(super) fn objection_to_replacing(folder: &Path) -> std::io::Result<Option<String>> {
     SAMPLE_FOLDER.objection(folder)
 }
 
 /// The head of `radiance.npy`.
 fn header(description: &Description) -> std::io::Result<Vec<u8>> {
+    begin_array(description.dtype, &description.radiance_shape())
+}
+
+/// The head of an array of a sample.
+pub(super) fn begin_array(dtype: DType, shape: &[usize]) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let shape = description.radiance_shape();
-    match description.dtype {
-        DType::F2 => npy::write_header::<f16>(&mut bytes, &shape)?,
-        DType::F4 => npy::write_header::<f32>(&mut bytes, &shape)?,
+    match dtype {
+        DType::F2 => npy::write_header::<f16>(&mut bytes, shape)?,
+        DType::F4 => npy::write_header::<f32>(&mut bytes, shape)?,
     }
     Ok(bytes)
 }
@@ -235,7 +250,7 @@ fn header(description: &Description) -> std::io::Result<Vec<u8>> {
 mod tests {
     use super::*;
     use crate::btf::direction::Direction;
-    use crate::btf::sample::{Layout, Sample, VERSION};
+    use crate::btf::sample::{Sample, VERSION};
 
     fn description(dtype: DType) -> Description {
         Description {

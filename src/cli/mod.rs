@@ -9,6 +9,8 @@ mod bake;
 mod bake_maps;
 mod demo;
 mod exemplar;
+mod export;
+mod factor;
 mod gram;
 mod import;
 mod info;
@@ -56,6 +58,8 @@ enum Command {
     Demo(demo::Arguments),
     Bake(bake::Arguments),
     Import(import::Arguments),
+    Factor(factor::Arguments),
+    Export(export::Arguments),
     Info(info::Arguments),
     Textons(textons::Arguments),
     Gram(gram::Arguments),
@@ -84,6 +88,8 @@ impl Command {
             Self::Demo(arguments) => &arguments.common,
             Self::Bake(arguments) => &arguments.common,
             Self::Import(arguments) => &arguments.common,
+            Self::Factor(arguments) => &arguments.common,
+            Self::Export(arguments) => &arguments.common,
             Self::Info(arguments) => &arguments.common,
             Self::Textons(arguments) => &arguments.common,
             Self::Gram(arguments) => &arguments.common,
@@ -104,6 +110,7 @@ impl Command {
     fn check(&self) -> Result<()> {
         match self {
             Self::Bake(arguments) => arguments.check(),
+            Self::Export(arguments) => arguments.check(),
             Self::Textons(arguments) => arguments.options.validate(),
             Self::Knn(arguments) => arguments.options.validate(),
             Self::Exemplar(arguments) => arguments.check(),
@@ -114,9 +121,12 @@ impl Command {
             Self::Render(arguments) => arguments.check(),
             Self::BakeMaps(arguments) => arguments.check(),
             Self::Transfer(arguments) => arguments.check(),
-            Self::Demo(_) | Self::Import(_) | Self::Info(_) | Self::Gram(_) | Self::Run(_) => {
-                Ok(())
-            }
+            Self::Demo(_)
+            | Self::Import(_)
+            | Self::Factor(_)
+            | Self::Info(_)
+            | Self::Gram(_)
+            | Self::Run(_) => Ok(()),
         }
     }
 
@@ -125,6 +135,8 @@ impl Command {
         match self {
             Self::Bake(arguments) => arguments.files(),
             Self::Import(arguments) => arguments.files(),
+            Self::Factor(arguments) => Ok(arguments.files()),
+            Self::Export(arguments) => Ok(arguments.files()),
             Self::Textons(arguments) => Ok(arguments.files()),
             Self::Gram(arguments) => Ok(arguments.files()),
             Self::Knn(arguments) => Ok(arguments.files()),
@@ -148,6 +160,8 @@ impl Command {
             Self::Render(_) => render::IF_INTERRUPTED,
             Self::Run(_) | Self::Demo(_) => CHAIN_IF_INTERRUPTED,
             Self::Import(_)
+            | Self::Factor(_)
+            | Self::Export(_)
             | Self::Info(_)
             | Self::Textons(_)
             | Self::Gram(_)
@@ -166,6 +180,8 @@ impl Command {
             Self::Demo(arguments) => arguments.run(session),
             Self::Bake(arguments) => arguments.run(session),
             Self::Import(arguments) => arguments.run(session),
+            Self::Factor(arguments) => arguments.run(session),
+            Self::Export(arguments) => arguments.run(session),
             Self::Info(arguments) => arguments.run(session),
             Self::Textons(arguments) => arguments.run(session),
             Self::Gram(arguments) => arguments.run(session),

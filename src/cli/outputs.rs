@@ -43,6 +43,8 @@ pub struct Output {
 pub enum Product {
     /// A folder of one kind, replaced as a whole.
     Folder(&'static OwnFolder),
+    /// A folder that appears as a whole, and replaces nothing but an empty one.
+    NewFolder,
     /// A folder that frames are put into, one by one.
     Frames,
     /// A file.
@@ -134,6 +136,16 @@ impl Files {
                 }
                 self.check_apart(output, &folder)
             }
+            (Product::NewFolder, Standing::Folder(folder)) => {
+                let is_empty = fs::read_dir(&folder).map(|mut entries| entries.next().is_none());
+                match is_empty.map_err(Error::io(&folder, "read"))? {
+                    true => self.check_apart(output, &folder),
+                    false => Err(output.refusal(
+                        "a folder that is not empty",
+                        "a free name (or delete the folder first)",
+                    )),
+                }
+            }
             (Product::File(format), Standing::File(file)) => {
                 if is_ours(&file, format).map_err(Error::io(&file, "read"))? {
                     return Ok(());
@@ -147,7 +159,7 @@ impl Files {
             (Product::File(_), standing) => {
                 Err(output.refusal(standing.describe(), "the name of a file"))
             }
-            (Product::Folder(_) | Product::Frames, standing) => {
+            (Product::Folder(_) | Product::NewFolder | Product::Frames, standing) => {
                 Err(output.refusal(standing.describe(), "the name of a folder"))
             }
         }
@@ -184,7 +196,7 @@ impl Files {
                 locks.push(OutputLock::acquire(&end_of_link(lock))?);
             }
             let target = end_of_link(&output.path);
-            if matches!(output.product, Product::Folder(_)) {
+            if matches!(output.product, Product::Folder(_) | Product::NewFolder) {
                 repair(&target)?;
             }
             self.clear(&target, output.product);

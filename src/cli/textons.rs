@@ -115,9 +115,13 @@ impl Arguments {
     }
 
     fn outcome(&self, vocabulary: &FoundVocabulary, report: &AnalysisReport) -> Result<Outcome> {
+        let way = match &vocabulary.factor_basis {
+            Some(basis) => format!("through {} eigentextures", basis.matrix.nrows()),
+            None => format!("read {} times at most", report.times_read),
+        };
         let mut outcome = Outcome::default().line(format!(
-            "{} of {} images, {} channels, read {} times at most",
-            report.representatives, report.images, vocabulary.channels, report.times_read
+            "{} of {} images, {} channels, {way}",
+            report.representatives, report.images, vocabulary.channels
         ));
         for (at, level) in report.levels.iter().enumerate() {
             outcome = outcome.line(level_line(at, level));

@@ -1,10 +1,11 @@
-//! Images in, as floats with a stated meaning; PNG out (`png_file`).
+//! Images in, as floats with a stated meaning; PNG and JPEG out (`png_file`, `jpeg_file`).
 //!
 //! One file per format: PNG (`portable`), JPEG, GIF and BMP (`raster`), TIFF (`tagged`), Radiance HDR and
 //! OpenEXR. Each hands on what the file stores and says; `decoded` does the rest, the same for all: alpha,
 //! orientation, colour. What a file says of its colours holds, an option of the caller holds more, and where
 //! nobody says anything integers are sRGB and floats linear. [`read`] is for callers without wishes,
-//! [`read_with`] takes [`ReadOptions`], [`inspect`] also tells what the file says.
+//! [`read_with`] takes [`ReadOptions`], [`read_bytes`] reads from memory, [`inspect`] also tells what the file
+//! says. [`exr_content`] and [`read_planes`] are for OpenEXR files whose channels are no picture.
 //!
 //! The size in a header is believed only where the file's length can hold it: each format has a
 //! strongest compression. Decoded images up to 16 MiB are read in any case.
@@ -14,9 +15,11 @@ mod decoded;
 mod facts;
 mod float_image;
 mod icc;
+mod jpeg_file;
 mod jpeg_header;
 mod notes;
 mod openexr;
+mod openexr_content;
 mod openexr_facts;
 mod openexr_layers;
 mod options;
@@ -32,16 +35,18 @@ mod tagged_directory;
 mod tagged_samples;
 
 use std::fs;
-use std::io::{self, Read};
 use std::path::Path;
 
 pub use crate::format::image::facts::{Channel, Facts, Part, Transparency};
 pub use crate::format::image::float_image::{Encoding, FloatImage, Precision, ReadImage};
+pub use crate::format::image::jpeg_file::write_jpeg;
 pub use crate::format::image::notes::{Note, Notes};
+pub use crate::format::image::openexr_content::{ExrContent, Planes};
 pub use crate::format::image::options::{
     Alpha, Flags, Gamut, Missing, Orientation, Purpose, ReadOptions, SourceEncoding,
 };
 pub use crate::format::image::png_file::{PngImage, PngNumbers, write_png};
+pub use crate::format::image::primaries::{adapted_to_rec709, rec709_to_xyz};
 pub use crate::format::image::srgb::{decode_srgb, encode_srgb, encode_srgb8};
 
 use crate::error::{Error, Result};
@@ -71,38 +76,56 @@ pub fn read(path: &Path) -> Result<FloatImage> {
 
 /// Reads an image file as `options` say.
 pub fn read_with(path: &Path, options: &ReadOptions) -> Result<ReadImage> {
-    guarded(path, || decoded(path, options)?.finished(options))
+    read_bytes(path, &bytes_of(path)?, options)
+}
+
+/// Reads an image whose file is in memory; errors call it `name`.
+pub fn read_bytes(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<ReadImage> {
+    guarded(name, || decoded(bytes, options)?.finished(options))
+}
+
+/// What the first part of an OpenEXR file holds; `None` for any other file.
+pub fn exr_content(name: &Path, bytes: &[u8]) -> Result<Option<ExrContent>> {
+    match kind_of(bytes) {
+        FileKind::OpenExr => guarded(name, || openexr::content(bytes).map(Some)),
+        _ => Ok(None),
+    }
+}
+
+/// The channels of an OpenEXR file's first part that `is_wanted` accepts, each as a plane of its own.
+pub fn read_planes(name: &Path, bytes: &[u8], is_wanted: impl Fn(&str) -> bool) -> Result<Planes> {
+    guarded(name, || openexr::read_planes(bytes, is_wanted))
 }
 
 /// Reads an image file and tells what it says of itself, also where it is refused for a reason that leaves
 /// its header sound.
 pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection> {
-    guarded(path, || match decoded(path, options) {
+    let bytes = bytes_of(path)?;
+    guarded(path, || match decoded(&bytes, options) {
         Ok(decoded) => Ok(Inspection {
             facts: decoded.facts(),
             read: decoded.finished(options),
         }),
-        Err(error) if kind_of(path)? == FileKind::OpenExr => Ok(Inspection {
-            facts: openexr::facts(path, length_of(path)?)?,
+        Err(error) if kind_of(&bytes) == FileKind::OpenExr => Ok(Inspection {
+            facts: openexr::facts(&bytes)?,
             read: Err(error),
         }),
         Err(error) => Err(error),
     })
 }
 
-fn decoded(path: &Path, options: &ReadOptions) -> Result<Decoded> {
-    let length = length_of(path)?;
-    match kind_of(path)? {
-        FileKind::OpenExr => openexr::read(path, length, options),
-        FileKind::Tiff => tagged::read(path, length),
-        FileKind::Png => portable::read(path, length),
-        FileKind::Radiance => radiance::read(path, length),
-        FileKind::Other => raster::read(path, length),
-    }
+fn bytes_of(path: &Path) -> Result<Vec<u8>> {
+    fs::read(path).map_err(Error::io(path, "read"))
 }
 
-fn length_of(path: &Path) -> Result<u64> {
-    Ok(fs::metadata(path).map_err(Error::io(path, "read"))?.len())
+fn decoded(bytes: &[u8], options: &ReadOptions) -> Result<Decoded> {
+    match kind_of(bytes) {
+        FileKind::OpenExr => openexr::read(bytes, options),
+        FileKind::Tiff => tagged::read(bytes),
+        FileKind::Png => portable::read(bytes),
+        FileKind::Radiance => radiance::read(bytes),
+        FileKind::Other => raster::read(bytes),
+    }
 }
 
 /// What the first bytes of a file say of its format.
@@ -116,21 +139,14 @@ enum FileKind {
     Other,
 }
 
-fn kind_of(path: &Path) -> Result<FileKind> {
-    Ok(match first_bytes(path).map_err(Error::io(path, "read"))? {
-        [0x76, 0x2f, 0x31, 0x01] => FileKind::OpenExr,
-        [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43] => FileKind::Tiff,
-        [0x89, b'P', b'N', b'G'] => FileKind::Png,
+fn kind_of(bytes: &[u8]) -> FileKind {
+    match bytes {
+        [0x76, 0x2f, 0x31, 0x01, ..] => FileKind::OpenExr,
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => FileKind::Tiff,
+        [0x89, b'P', b'N', b'G', ..] => FileKind::Png,
         [b'#', b'?', ..] => FileKind::Radiance,
         _ => FileKind::Other,
-    })
-}
-
-fn first_bytes(path: &Path) -> io::Result<[u8; 4]> {
-    let mut bytes = Vec::with_capacity(4);
-    fs::File::open(path)?.take(4).read_to_end(&mut bytes)?;
-    bytes.resize(4, 0);
-    Ok([bytes[0], bytes[1], bytes[2], bytes[3]])
+    }
 }
 
 /// What the header of an image claims.

@@ -11,13 +11,16 @@
 //! | [`image`], [`exr`] | images in and previews out; OpenEXR frames out |
 //! | [`obj`], [`ply`], [`stl`], [`off`], [`gltf`], [`polygon_mesh`] | mesh files, and what any of them holds |
 //! | [`npy`], [`npz`], [`zip_sink`] | arrays and archives of them |
+//! | [`archive`], [`compress`], [`zip_directory`] | archives that users bring, files of Unix compress |
 //! | [`stored_array`], [`nameless`], [`positioned`] | numbers that stay in a file |
 //! | [`json`], [`text`], [`source`] | descriptions, tables and whole files |
 //! | [`id`], [`seal`], [`ours`], [`own_folder`] | what a file is, whether it is whole, whether this program wrote it |
 //! | [`atomic`], [`lock`] | outputs that appear when done, one writer each |
 //! | [`guard`] | a panic in a reader as an error |
 
+pub mod archive;
 pub(crate) mod atomic;
+pub mod compress;
 pub mod exr;
 pub mod gltf;
 pub mod guard;
@@ -34,10 +37,11 @@ pub(crate) mod ours;
 pub(crate) mod own_folder;
 pub mod ply;
 pub mod polygon_mesh;
-mod positioned;
+pub(crate) mod positioned;
 pub(crate) mod seal;
 pub(crate) mod source;
 pub(crate) mod stl;
 pub(crate) mod stored_array;
 pub(crate) mod text;
+mod zip_directory;
 mod zip_sink;

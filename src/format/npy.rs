@@ -226,6 +226,11 @@ impl<T: Element> ArrayFile<T> {
         &self.header.shape
     }
 
+    /// The file's name.
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
     /// Fills `numbers` from number `first` on, in C order.
     pub fn read(&self, first: usize, numbers: &mut [T]) -> Result<()> {
         let at = self.header.data_offset + first * size_of::<T>();

@@ -22,7 +22,7 @@ use crate::format::id::ContentId;
 use crate::format::positioned::{PIECE, PositionedFile};
 use crate::format::stored_array::{Bytes, StoredArray};
 use crate::format::zip_sink::ZipSink;
-use crate::format::{json, npy};
+use crate::format::{json, npy, zip_directory};
 
 const META: &str = "meta.json";
 
@@ -54,7 +54,7 @@ impl Reader {
     pub fn open(path: &Path) -> Result<Self> {
         let file = PositionedFile::open(path)?;
         let opened = file.file().try_clone().map_err(Error::io(path, "read"))?;
-        let archive = guarded(path, || directory(opened))?;
+        let archive = guarded(path, || zip_directory::open(opened, "an .npz file"))?;
         let allowance = file
             .length()
             .saturating_mul(EXPANSION_FACTOR)
@@ -228,25 +228,6 @@ enum Member {
     Stored(u64, u64, u32),
     /// Expanded in memory, its checksum compared.
     Expanded(Vec<u8>),
-}
-
-/// Reads and checks an archive's directory.
-fn directory(file: File) -> Result<ZipArchive<BufReader<File>>> {
-    let fault = |found: String| {
-        Error::data("zip directory", found)
-            .expected("an .npz file")
-            .advice("the file is cut off or is no .npz")
-    };
-    let mut archive =
-        ZipArchive::new(BufReader::new(file)).map_err(|error| fault(error.to_string()))?;
-    if archive.has_duplicate_names() {
-        return Err(fault("a member stands in it twice".into()));
-    }
-    match archive.has_overlapping_entries() {
-        Ok(false) => Ok(archive),
-        Ok(true) => Err(fault("members that share bytes".into())),
-        Err(error) => Err(fault(error.to_string())),
-    }
 }
 
 /// Finds a member in a file of `file_length` bytes, and expands a compressed one to at most `allowance`

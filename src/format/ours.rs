@@ -4,7 +4,7 @@
 //! someone else is told by its form alone.
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use zip::ZipArchive;
@@ -15,6 +15,10 @@ use crate::error::{Error, Result};
 pub const MESH_MARK: &str = "mesotex 1";
 /// The keyword and the text of the PNG chunk that marks pictures.
 pub const PICTURE_MARK: [&str; 2] = ["Software", "mesotex"];
+/// The XML that marks `.btf` files.
+pub const BTF_MARK: &str = "<btf writer=\"mesotex\"/>";
+/// What stands behind the last coefficient of PTM files, where readers do not look.
+pub const PTM_MARK: &[u8] = b"mesotex\n";
 /// The member that every archive of ours has.
 const ARCHIVE_MARK: &str = "meta.json";
 /// How much of a file is read for its mark.
@@ -33,6 +37,10 @@ pub enum Format {
     Frame,
     /// JSON.
     Json,
+    /// Bonn's `.btf`.
+    Btf,
+    /// Polynomial texture map.
+    Ptm,
 }
 
 impl Format {
@@ -44,6 +52,8 @@ impl Format {
             Self::Picture => "picture",
             Self::Frame => "frame",
             Self::Json => "JSON file",
+            Self::Btf => ".btf file",
+            Self::Ptm => "PTM",
         }
     }
 }
@@ -60,6 +70,8 @@ pub fn is_ours(path: &Path, format: Format) -> io::Result<bool> {
         Format::Mesh => is_our_mesh(&start),
         Format::Picture => start.starts_with(b"\x89PNG") && contains(&start, &picture_mark()),
         Format::Frame => start.starts_with(&[0x76, 0x2f, 0x31, 1]) && contains(&start, b"mesotex:"),
+        Format::Btf => start.starts_with(b"!") && contains(&start, BTF_MARK.as_bytes()),
+        Format::Ptm => start.starts_with(b"PTM_") && ends_with(path, PTM_MARK)?,
         Format::Json => matches!(start.trim_ascii_start().first(), Some(b'{' | b'[')),
     })
 }
@@ -93,6 +105,15 @@ fn picture_mark() -> Vec<u8> {
 fn has_member(path: &Path, name: &str) -> io::Result<bool> {
     let archive = ZipArchive::new(File::open(path)?);
     Ok(archive.is_ok_and(|archive| archive.index_for_name(name).is_some()))
+}
+
+fn ends_with(path: &Path, mark: &[u8]) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(mark.len() as u64)))?;
+    let mut end = Vec::new();
+    file.read_to_end(&mut end)?;
+    Ok(end == mark)
 }
 
 fn contains(bytes: &[u8], part: &[u8]) -> bool {

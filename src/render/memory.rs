@@ -5,6 +5,7 @@
 //! process, and not below it. Parts of a frame that show nothing take less, and so do the points of pixel
 //! shading where more are seen than are kept. The sample's own file does not count.
 
+use crate::btf::factored::Factors;
 use crate::btf::sample::Sample;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::light::Light;
@@ -67,7 +68,7 @@ fn view_moves(options: &RenderOptions) -> bool {
     swept || options.camera_path.is_some()
 }
 
-/// Bytes of the sample laid out for shading that stay in memory.
+/// Bytes of the sample laid out for shading that stay in memory, and of the factors of a factored one.
 pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
     let description = sample.description();
     let finest =
@@ -77,10 +78,11 @@ pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
     } else {
         finest
     };
-    match finest <= options.table_memory.saturating_mul(1 << 20) {
+    let table = match finest <= options.table_memory.saturating_mul(1 << 20) {
         true => all,
         false => SLAB,
-    }
+    };
+    table + sample.factors().map_or(0, Factors::bytes)
 }
 
 fn surface_bytes(map: &SurfaceTextonMap, lights: u64, listed: bool) -> u64 {

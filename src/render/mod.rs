@@ -6,7 +6,7 @@
 //! out texel by texel ([`texel_table`]), weighted by nearness of directions ([`nearest`],
 //! [`radiance`]) and dimmed where shadow rays say so ([`occlusion`]); the [`renderer`] resolves it
 //! to a [`frame`], and [`sequence`] writes a sweep of them. `texel_baking` shades the texels of a texture map
-//! instead of pixels.
+//! instead of pixels; [`held_out`] measures how well a sample's directions predict each other.
 
 pub mod bounds;
 mod camera;
@@ -16,6 +16,7 @@ mod environment;
 mod fragment;
 pub mod frame;
 pub mod frame_range;
+pub mod held_out;
 mod known_weights;
 mod light;
 pub(crate) mod memory;

@@ -285,10 +285,8 @@ impl Source<'_> {
         let unread = Pixels::of_type(self.sample.description().dtype);
         let mut held = vec![unread; GROUP.min(self.images.len())];
         for (group, images) in self.images.chunks(GROUP).enumerate() {
-            for (&image, pixels) in images.iter().zip(&mut held) {
-                self.sample
-                    .read_texels(image as usize, texels.clone(), pixels)?;
-            }
+            self.sample
+                .read_texels_of(images, texels.clone(), &mut held[..images.len()])?;
             for (block, out) in out.chunks_mut(BLOCK * stride).enumerate() {
                 for (position, pixels) in held[..images.len()].iter().enumerate() {
                     let at = (group * GROUP + position) * 3;

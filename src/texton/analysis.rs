@@ -7,25 +7,27 @@
 use ndarray::Array3;
 use serde_json::Value;
 
+use crate::btf::factored::Factors;
 use crate::btf::sample::Sample;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::progress::Progress;
 use crate::random::stream;
+use crate::texton::eigenplanes::Eigenplanes;
 use crate::texton::filter_bank::{FILTERS, leung_malik};
 use crate::texton::image_stack::{Channels, ImageStack};
 use crate::texton::level::Level;
 use crate::texton::level_textons::{self, Found};
 use crate::texton::mixed_responses::mix_into;
 use crate::texton::options::TextonOptions;
-use crate::texton::panels::Panels;
+use crate::texton::panels::{Panels, PlaneSource};
 use crate::texton::plan::{Plan, Sizes};
 use crate::texton::report::{AnalysisReport, LevelReport};
 use crate::texton::representatives;
 use crate::texton::row_blocks::RowBlocks;
 use crate::texton::sub_grid::SubGrid;
 use crate::texton::texel_mixtures::TexelMixtures;
-use crate::texton::vocabulary::{FoundVocabulary, VocabularyLevel};
+use crate::texton::vocabulary::{FactorBasis, FoundVocabulary, VocabularyLevel};
 
 /// What texton analysis finds.
 #[derive(Debug)]
@@ -77,7 +79,17 @@ pub fn analyze(
         representatives.len(),
         plan.image_vectors,
     );
-    let mut panels = Panels::new(&stack, &representatives, plan.keep_images);
+    let factors = standing_for(sample, representatives.len(), stack.channels);
+    let eigenplanes = factors.map(|factors| {
+        report.measure("eigenplanes", || {
+            Eigenplanes::new(factors, &representatives, stack.channels)
+        })
+    });
+    let source = match &eigenplanes {
+        Some(planes) => PlaneSource::Eigenplanes(planes),
+        None => PlaneSource::Images(&representatives),
+    };
+    let mut panels = Panels::new(&stack, source, plan.keep_images);
     let sketched = plan.sketched();
     let found = level_textons::find(
         &mut panels,
@@ -97,6 +109,11 @@ pub fn analyze(
         levels: assemble(&levels, found, centroids),
         filters: bank.mapv(|tap| tap as f32),
         channels: stack.channels.count() as u32,
+        factor_basis: eigenplanes.map(|planes| FactorBasis {
+            rank: planes.rank(),
+            sets: planes.sets(),
+            matrix: planes.into_inverse_root(),
+        }),
         tileable: stack.grids[0].tileable,
         options: recorded(options)?,
         seed: options.seed,
@@ -105,6 +122,12 @@ pub fn analyze(
         representatives,
     };
     Ok(Analysis { vocabulary, report })
+}
+
+/// The factors whose planes take the place of so many images: where they are no more than the images'.
+fn standing_for(sample: &Sample, images: usize, channels: Channels) -> Option<&Factors> {
+    let factors = sample.factors()?;
+    (Eigenplanes::count_of(factors) <= images * channels.count()).then_some(factors)
 }
 
 fn channels(options: &TextonOptions) -> Channels {
@@ -118,6 +141,8 @@ fn channels(options: &TextonOptions) -> Channels {
 fn plan(stack: &ImageStack<'_>, options: &TextonOptions) -> Result<Plan> {
     let points = |side: u32| options.image_grid.min(side) as usize;
     let sub_grid = points(stack.grids[0].height) * points(stack.grids[0].width);
+    let representatives = options.image_count(stack.sample)?;
+    let factors = standing_for(stack.sample, representatives, stack.channels);
     let sizes = Sizes {
         grids: &stack.grids,
         textons: (0..stack.grids.len())
@@ -125,7 +150,9 @@ fn plan(stack: &ImageStack<'_>, options: &TextonOptions) -> Result<Plan> {
             .collect(),
         channels: stack.channels.count(),
         images: stack.sample.image_count(),
-        representatives: options.image_count(stack.sample)?,
+        representatives,
+        eigenplanes: factors.map(Eigenplanes::count_of),
+        factor_bytes: stack.sample.factors().map_or(0, Factors::bytes),
         image_components: stack.channels.count() * sub_grid * FILTERS,
     };
     Plan::new(&sizes, options.memory)

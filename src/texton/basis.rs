@@ -21,8 +21,8 @@ use ndarray::{Array2, Array3, ArrayView2};
 use rayon::prelude::*;
 
 use crate::grid::TexelGrid;
+use crate::matrix::{Target, as_rows, as_rows_mut, multiply, product_of};
 use crate::texton::filter_bank::CENTRE;
-use crate::texton::matrix::{Target, as_rows, as_rows_mut, multiply, product_of};
 
 /// Even or odd along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::format::stored_array::StoredArray;
-use crate::texton::matrix::{Target, as_rows, multiply};
+use crate::matrix::{Target, as_rows, multiply};
 use crate::texton::turning::turn;
 
 /// Vectors in a strip, which is a side of the tiles of Φ: a multiple of the kernels' 32.

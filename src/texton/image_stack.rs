@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::grid::TexelGrid;
 
 /// Rec. 709 luminance of linear R, G, B.
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
+pub const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Numbers read at once: images of a panel times those of a finest image.
 const PANEL_NUMBERS: usize = 1 << 22;
@@ -49,12 +49,22 @@ pub struct ImageStack<'a> {
 impl ImageStack<'_> {
     /// Images read at once.
     pub fn panel(&self) -> usize {
-        (PANEL_NUMBERS / (self.grids[0].len() * self.channels.count())).max(1)
+        self.panel_of(self.channels.count())
+    }
+
+    /// What is read at once of things of so many planes each.
+    pub fn panel_of(&self, planes: usize) -> usize {
+        (PANEL_NUMBERS / (self.grids[0].len() * planes)).max(1)
     }
 
     /// Planes of `images` at every level: [level][image · C + channel, texel].
     pub fn read(&self, images: &[u32]) -> Result<Vec<Vec<f32>>> {
-        let mut levels = vec![self.finest(images)?];
+        Ok(self.pyramid(self.finest(images)?))
+    }
+
+    /// Planes at every level, from those of the finest; all without their means.
+    pub fn pyramid(&self, finest: Vec<f32>) -> Vec<Vec<f32>> {
+        let mut levels = vec![finest];
         for pair in self.grids.windows(2) {
             let coarser = match levels.last() {
                 Some(planes) => halved(planes, pair[0], pair[1]),
@@ -65,7 +75,7 @@ impl ImageStack<'_> {
         for (planes, grid) in levels.iter_mut().zip(&self.grids) {
             planes.par_chunks_mut(grid.len()).for_each(take_off_mean);
         }
-        Ok(levels)
+        levels
     }
 
     /// Planes of `images` at the finest level alone.
@@ -80,15 +90,29 @@ impl ImageStack<'_> {
     fn finest(&self, images: &[u32]) -> Result<Vec<f32>> {
         let image_length = self.channels.count() * self.grids[0].len();
         let mut planes = vec![0.0; images.len() * image_length];
+        // Images of factored samples are cheaper together, those of others are read one by one.
+        let together = match self.sample.factors() {
+            Some(_) => images.len().div_ceil(rayon::current_num_threads()).max(1),
+            None => 1,
+        };
         planes
-            .par_chunks_mut(image_length)
-            .zip(images)
+            .par_chunks_mut(together * image_length)
+            .zip(images.par_chunks(together))
             .try_for_each_init(
-                || (Pixels::of_type(self.sample.description().dtype), Vec::new()),
-                |(pixels, numbers), (planes, &image)| {
+                || (Vec::new(), Vec::new()),
+                |(held, numbers), (planes, images)| {
+                    held.resize(
+                        images.len(),
+                        Pixels::of_type(self.sample.description().dtype),
+                    );
                     let texels = 0..self.grids[0].len();
-                    self.sample.read_texels(image as usize, texels, pixels)?;
-                    self.read_image(image as usize, pixels, numbers, planes)
+                    self.sample.read_texels_of(images, texels, held)?;
+                    let read = images.iter().zip(held);
+                    read.zip(planes.chunks_mut(image_length)).try_for_each(
+                        |((&image, pixels), planes)| {
+                            self.read_image(image as usize, pixels, numbers, planes)
+                        },
+                    )
                 },
             )?;
         Ok(planes)

@@ -7,12 +7,12 @@
 use ndarray::{Array2, Axis, s};
 
 use crate::error::{Error, Result};
+use crate::matrix::as_rows;
 use crate::progress::Progress;
 use crate::random::{Stream, stream};
 use crate::texton::basis::PlaneBasis;
 use crate::texton::gram_kmeans::{self, Clustering};
 use crate::texton::level::Level;
-use crate::texton::matrix::as_rows;
 use crate::texton::mixed_responses::mix_into;
 use crate::texton::options::TextonOptions;
 use crate::texton::outer_products::OuterProducts;

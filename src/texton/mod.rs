@@ -5,6 +5,7 @@
 //! | [`analysis`], [`options`], [`report`] | the whole way from a sample to its vocabulary |
 //! | [`plan`] | which route every level takes, by its memory |
 //! | [`representatives`], [`image_stack`], [`panels`] | the images that stand for all, and how they are read |
+//! | [`eigenplanes`] | the few planes that stand for the images of a factored sample |
 //! | [`filter_bank`], [`border`], [`level`] | the 48 filters, and the grid they see |
 //! | [`plane_filters`], [`sub_grid`], [`basis`], [`turning`] | filter responses: on planes, at few points, as diagonals |
 //! | [`texel_gram`], [`outer_products`], [`gram_kmeans`] | textons from the dot products of all texels |
@@ -12,18 +13,18 @@
 //! | [`level_textons`] | the textons of every level, by either route |
 //! | [`vocabulary`], [`dot_products`] | what is found, its file, and its Gram matrix |
 //! | [`picture`] | pictures of a vocabulary |
-//! | [`matrix`], [`row_blocks`] | products of matrices, and rows too many for one piece of memory |
+//! | [`row_blocks`] | rows too many for one piece of memory |
 
 pub(crate) mod analysis;
 pub mod basis;
 mod border;
 pub mod dot_products;
+mod eigenplanes;
 pub mod filter_bank;
 pub mod gram_kmeans;
 mod image_stack;
 mod level;
 mod level_textons;
-pub mod matrix;
 pub mod mixed_responses;
 pub mod options;
 pub mod outer_products;

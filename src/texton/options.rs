@@ -25,7 +25,7 @@ pub struct TextonOptions {
     /// where there are as many (Tong 2002: 400).
     #[arg(long, default_value_t = Self::default().textons, value_name = "N")]
     pub textons: u32,
-    /// Representative images, or `all`. Default: 400, or all where the sample has fewer.
+    /// Representative images, or `all`. Default: 400, or all where the sample has fewer or is factored.
     #[arg(long, value_name = "N|all")]
     pub images: Option<ImageCount>,
     /// Pyramid levels, the finest included.
@@ -100,6 +100,7 @@ impl TextonOptions {
     pub fn image_count(&self, sample: &Sample) -> Result<usize> {
         let held = sample.image_count();
         match self.images {
+            None if sample.factors().is_some() => Ok(held),
             None => Ok(held.min(PAPER_COUNT as usize)),
             Some(ImageCount::Named(Named::All)) => Ok(held),
             Some(ImageCount::Count(count)) if count as usize <= held => Ok(count as usize),

@@ -6,8 +6,8 @@ use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, s};
 use rayon::prelude::*;
 
 use crate::error::Result;
+use crate::matrix::{Target, multiply};
 use crate::progress::Progress;
-use crate::texton::matrix::{Target, multiply};
 
 /// Rows of the matrix that one task updates.
 const BLOCK: usize = 256;

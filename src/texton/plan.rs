@@ -38,6 +38,10 @@ pub struct Sizes<'a> {
     pub images: usize,
     /// Images the appearance vectors are made of.
     pub representatives: usize,
+    /// Planes of a factored sample that take the images' place.
+    pub eigenplanes: Option<usize>,
+    /// Bytes of the sample that are in memory throughout: factors.
+    pub factor_bytes: u64,
     /// Responses of one image on the sub-grid.
     pub image_components: usize,
 }
@@ -119,19 +123,25 @@ fn too_small(sizes: &Sizes<'_>, limit: u64) -> Error {
 impl Sizes<'_> {
     /// Numbers of an appearance vector.
     fn components(&self) -> u64 {
-        (self.representatives * self.channels * FILTERS) as u64
+        (self.planes() * FILTERS) as u64
+    }
+
+    /// Planes that appearance vectors are made of.
+    fn planes(&self) -> usize {
+        self.eigenplanes
+            .unwrap_or(self.representatives * self.channels)
     }
 
     /// Bytes of the representatives' planes at all levels.
     fn kept_bytes(&self) -> u64 {
         let texels: u64 = self.grids.iter().map(|grid| grid.len() as u64).sum();
-        4 * (self.representatives * self.channels) as u64 * texels
+        4 * self.planes() as u64 * texels
     }
 
     /// Whether the representatives must stay in memory so that no image is read more than three
     /// times: to choose them is one, and a sketch takes three passes over them.
     fn must_keep(&self, first_gram: usize) -> bool {
-        first_gram > 0 && self.representatives < self.images
+        first_gram > 0 && self.representatives < self.images && self.eigenplanes.is_none()
     }
 
     /// The least memory that does when levels from `first_gram` on take the Gram route.
@@ -159,7 +169,8 @@ impl Sizes<'_> {
             self.centring().saturating_add(kept),
         ];
         let largest = phases.into_iter().max().unwrap_or(0);
-        largest.saturating_add(filters).saturating_add(MARGIN)
+        let held = filters.saturating_add(self.factor_bytes);
+        largest.saturating_add(held).saturating_add(MARGIN)
     }
 
     fn clustering(&self, first_gram: usize) -> u64 {
@@ -210,6 +221,8 @@ mod tests {
             channels: 3,
             images,
             representatives: 400,
+            eigenplanes: None,
+            factor_bytes: 0,
             image_components: 9216,
         };
         Plan::new(&sizes, limit.map(ByteSize))

@@ -11,7 +11,7 @@ use std::ops::Range;
 use memmap2::MmapMut;
 use ndarray::{ArrayViewMut2, s};
 
-use crate::texton::matrix::as_rows_mut;
+use crate::matrix::as_rows_mut;
 
 /// Bytes of a block, about.
 const BLOCK: usize = 64 << 20;

@@ -8,14 +8,13 @@
 //! plane's responses with Q's columns. An orthogonal projection shortens distances and never
 //! lengthens them; by how much is measured on a sub-grid of texels against their exact vectors.
 
-use nalgebra::{DMatrix, SymmetricEigen};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 
 use crate::error::Result;
 use crate::grid::TexelGrid;
+use crate::matrix::{Target, as_rows, eigen, multiply_on_all_threads};
 use crate::progress::Progress;
 use crate::texton::dot_products::dot_products;
-use crate::texton::matrix::{Target, as_rows, multiply_on_all_threads};
 use crate::texton::outer_products::OuterProducts;
 use crate::texton::plane_filters::PlaneFilters;
 use crate::texton::sub_grid::SubGrid;
@@ -48,17 +47,6 @@ pub fn orthonormal_rows(rows: &Array2<f32>) -> Result<Array2<f32>> {
         Target::Replace,
     );
     Ok(basis)
-}
-
-/// Eigenvalues, largest first, and eigenvectors as columns of a symmetric matrix.
-fn eigen(matrix: Array2<f64>) -> (Vec<f64>, Array2<f64>) {
-    let side = matrix.nrows();
-    let found = SymmetricEigen::new(DMatrix::from_fn(side, side, |i, j| matrix[[i, j]]));
-    let mut order: Vec<usize> = (0..side).collect();
-    order.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
-    let values = order.iter().map(|&at| found.eigenvalues[at]).collect();
-    let vectors = Array2::from_shape_fn((side, side), |(i, j)| found.eigenvectors[(i, order[j])]);
-    (values, vectors)
 }
 
 /// Coordinates under construction: V Qᵀ, growing plane by plane.

@@ -11,9 +11,9 @@ use ndarray::{Array2, Array3, ArrayViewMut2, Axis};
 use rayon::prelude::*;
 
 use crate::grid::TexelGrid;
+use crate::matrix::{Target, as_rows, as_rows_mut, multiply};
 use crate::texton::border;
 use crate::texton::filter_bank::{CENTRE, is_odd};
-use crate::texton::matrix::{Target, as_rows, as_rows_mut, multiply};
 
 /// Taps along one axis.
 const TAPS: usize = 2 * CENTRE + 1;

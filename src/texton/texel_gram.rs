@@ -14,11 +14,9 @@ use ndarray::{Array2, ArrayView2, Axis, s};
 use rayon::prelude::*;
 
 use crate::error::Result;
+use crate::matrix::{Target, as_rows, as_rows_mut, multiply, multiply_on_all_threads, product_of};
 use crate::progress::Progress;
 use crate::texton::basis::{PARITIES, PLANE_PARITIES, PlaneBasis, Transfer};
-use crate::texton::matrix::{
-    Target, as_rows, as_rows_mut, multiply, multiply_on_all_threads, product_of,
-};
 
 /// Columns transformed at once along the rows' y axis.
 const PANEL: usize = 8192;

@@ -13,10 +13,10 @@ use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis, s};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::matrix::product_of;
 use crate::progress::Progress;
 use crate::random::Stream;
 use crate::texton::gram_kmeans::{self, Clustering};
-use crate::texton::matrix::product_of;
 use crate::texton::outer_products::OuterProducts;
 
 /// Points that one task compares with all centres.

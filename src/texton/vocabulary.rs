@@ -54,6 +54,8 @@ pub struct Vocabulary<Centroids = Array2<f32>> {
     pub filters: Array3<f32>,
     /// Colour channels of an appearance vector: 3, or 1 for luminance.
     pub channels: u32,
+    /// Of a factored sample's centroids, the basis they are stored in.
+    pub factor_basis: Option<FactorBasis>,
     /// Whether borders wrap.
     pub tileable: bool,
     /// The options it was made with, without those that change no number.
@@ -64,6 +66,20 @@ pub struct Vocabulary<Centroids = Array2<f32>> {
     pub sample: ContentId,
     /// This vocabulary's own id.
     pub id: ContentId,
+}
+
+/// The basis of centroids that are stored in few numbers: [textons, sets · rank · 48], component
+/// (set · rank + factor) · 48 + filter. Their dot products are those of the appearance vectors. These are
+/// A B times a centroid, filter by filter, with A the numbers of the representative images' planes in the
+/// sample's eigentextures, and B this matrix.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FactorBasis {
+    /// Eigentextures of a set.
+    pub rank: u32,
+    /// Sets of eigentextures: 3, one per channel, or 1.
+    pub sets: u32,
+    /// B = (AᵀA)^−½ [sets · rank, sets · rank].
+    pub matrix: Array2<f32>,
 }
 
 /// A vocabulary just found, whose centroids give their memory back as they are written.
@@ -79,6 +95,8 @@ struct Meta {
     version: u32,
     tileable: bool,
     channels: u32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    factor_basis: Option<BasisSides>,
     options: Value,
     seed: u64,
     inertia: Vec<f64>,
@@ -86,6 +104,13 @@ struct Meta {
     sample: ContentId,
     #[serde(skip_serializing)]
     id: Option<ContentId>,
+}
+
+/// What `meta.json` says of a factor basis.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct BasisSides {
+    rank: u32,
+    sets: u32,
 }
 
 impl FoundVocabulary {
@@ -96,6 +121,10 @@ impl FoundVocabulary {
             version: VERSION,
             tileable: self.tileable,
             channels: self.channels,
+            factor_basis: self.factor_basis.as_ref().map(|basis| BasisSides {
+                rank: basis.rank,
+                sets: basis.sets,
+            }),
             options: self.options.clone(),
             seed: self.seed,
             inertia: self.levels.iter().map(|level| level.inertia).collect(),
@@ -113,6 +142,9 @@ impl FoundVocabulary {
                 file.array(&format!("L{at}/counts"), ndarray::aview1(&level.counts))?;
             }
             file.array("representatives", ndarray::aview1(&self.representatives))?;
+            if let Some(basis) = &self.factor_basis {
+                file.array("factor_basis", basis.matrix.view())?;
+            }
             file.array("filters", self.filters.view())
         })
     }
@@ -140,6 +172,7 @@ impl Vocabulary {
             representatives: stored.representatives,
             filters: stored.filters,
             channels: stored.channels,
+            factor_basis: stored.factor_basis,
             tileable: stored.tileable,
             options: stored.options,
             seed: stored.seed,
@@ -161,7 +194,12 @@ impl StoredVocabulary {
         let representatives = file.array::<u32, Ix1>("representatives")?.to_vec();
         let filters = file.array::<f32, Ix3>("filters")?;
         check_meta(&file, &meta)?;
-        let components = components(&file, &meta, &representatives, &filters)?;
+        let factor_basis = factor_basis(&mut file, &meta)?;
+        let planes = match &factor_basis {
+            Some(basis) => Some(basis.matrix.nrows()),
+            None => representatives.len().checked_mul(meta.channels as usize),
+        };
+        let components = components(&file, planes, &representatives, &filters)?;
         let mut levels: Vec<VocabularyLevel<StoredArray<f32>>> = Vec::new();
         for (&inertia, &iterations) in meta.inertia.iter().zip(&meta.iterations) {
             let at = levels.len();
@@ -188,6 +226,7 @@ impl StoredVocabulary {
             representatives,
             filters,
             channels: meta.channels,
+            factor_basis,
             tileable: meta.tileable,
             options: meta.options,
             seed: meta.seed,
@@ -243,10 +282,30 @@ fn check_meta(file: &npz::Reader, meta: &Meta) -> Result<()> {
     Ok(())
 }
 
-/// Numbers of an appearance vector.
+/// The basis of the centroids, where they are not stored image by image.
+fn factor_basis(file: &mut npz::Reader, meta: &Meta) -> Result<Option<FactorBasis>> {
+    let Some(BasisSides { rank, sets }) = meta.factor_basis else {
+        return Ok(None);
+    };
+    let matrix = file.array::<f32, Ix2>("factor_basis")?;
+    let planes = u64::from(rank) * u64::from(sets);
+    if !matches!(sets, 1 | 3) || planes == 0 || matrix.shape().iter().any(|&s| s as u64 != planes) {
+        return Err(file
+            .fault("factor_basis", format!("shape {:?}", matrix.shape()))
+            .expected(format!("[{planes}, {planes}], as meta.json says")));
+    }
+    match matrix.iter().find(|number| !number.is_finite()) {
+        Some(number) => Err(file
+            .fault("factor_basis", number.to_string())
+            .expected("finite numbers")),
+        None => Ok(Some(FactorBasis { rank, sets, matrix })),
+    }
+}
+
+/// Numbers of a centroid.
 fn components(
     file: &npz::Reader,
-    meta: &Meta,
+    planes: Option<usize>,
     representatives: &[u32],
     filters: &Array3<f32>,
 ) -> Result<usize> {
@@ -255,8 +314,7 @@ fn components(
             .fault("filters", format!("shape {:?}", filters.shape()))
             .expected("filters of one finite tap or more"));
     }
-    let images = representatives.len().checked_mul(meta.channels as usize);
-    let components = images.and_then(|planes| planes.checked_mul(filters.dim().0));
+    let components = planes.and_then(|planes| planes.checked_mul(filters.dim().0));
     components.filter(|&count| count > 0).ok_or_else(|| {
         file.fault(
             "representatives",

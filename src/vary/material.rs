@@ -8,7 +8,7 @@ use std::f32::consts::PI;
 
 use ndarray::Array3;
 
-use crate::btf::sample::{Description, Layout, Pixels, Sample};
+use crate::btf::sample::{Description, Pixels, Sample};
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::exemplar::plain_images::ChannelImage;
@@ -201,9 +201,9 @@ fn first_greatest(numbers: impl Iterator<Item = f64>) -> usize {
 const SAME_DIRECTION: f64 = 1e-4;
 
 fn check_directions(own: &Description, other: &Description) -> Result<()> {
-    let layout = |description: &Description| match description.layout {
-        Layout::Product => "product",
-        Layout::Pairs => "pairs",
+    let layout = |description: &Description| match description.pairs {
+        None => "product",
+        Some(_) => "pairs",
     };
     let summary = |description: &Description| {
         let (views, lights) = (description.views.len(), description.lights.len());

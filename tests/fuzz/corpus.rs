@@ -9,6 +9,9 @@ use glam::Vec3;
 use half::f16;
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 use mesotex::btf::direction::Direction;
+use mesotex::btf::factored::{FactoredWriter, Factorization};
+use mesotex::btf::fits::hsh::{self, Lists};
+use mesotex::btf::fits::{Basis, Colors, Fit, ptm};
 use mesotex::btf::sample::{DType, Description, Layout};
 use mesotex::btf::writer::SampleWriter;
 use mesotex::exemplar::channels::ChannelKind;
@@ -196,13 +199,65 @@ fn grid(side: u32) -> TexelGrid {
     }
 }
 
+/// An array of two views and two lights.
+pub fn measured_array() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let array = Array::from_shape_fn((2, 2, 3, 4, 3), |(v, l, h, w, c)| {
+        (v + l + h + w + c) as f32
+    });
+    npy::encode(&mut bytes, array.view().into_dyn()).unwrap();
+    bytes
+}
+
+/// Polynomial texture maps of both kinds.
+pub fn ptms() -> Vec<Vec<u8>> {
+    let of = |colors| {
+        let per_texel = if colors == Colors::Rgb { 18 } else { 6 };
+        let fit = fit(Basis::Polynomial, colors, per_texel);
+        file_bytes("a.ptm", |path| ptm::write(path, &fit).unwrap())
+    };
+    [Colors::Lrgb, Colors::Rgb].map(of).into()
+}
+
+/// Hemispherical harmonics with lists of both kinds.
+pub fn harmonics() -> Vec<Vec<u8>> {
+    let fit = fit(Basis::Hemispherical(4), Colors::Rgb, 12);
+    let of = |lists| file_bytes("a.rti", |path| hsh::write(path, &fit, lists).unwrap());
+    [Lists::ScaleOffset, Lists::MinimumMaximum].map(of).into()
+}
+
+fn fit(basis: Basis, colors: Colors, per_texel: usize) -> Fit {
+    let texels = (SIDES.0 * SIDES.1) as usize;
+    Fit {
+        width: SIDES.0,
+        height: SIDES.1,
+        basis,
+        colors,
+        scale: vec![0.5; basis.terms()],
+        offset: vec![-32.0; basis.terms()],
+        coefficients: (0..texels * per_texel).map(|k| (k * 7) as u8).collect(),
+        texel_colors: match colors {
+            Colors::Lrgb => (0..3 * texels).map(|k| (k * 5) as u8).collect(),
+            Colors::Rgb => Vec::new(),
+        },
+        white: if basis == Basis::Polynomial {
+            255.0
+        } else {
+            1.0
+        },
+    }
+}
+
 /// A texton vocabulary of two levels and tiny filters.
-pub fn vocabulary() -> Vec<u8> {
-    let meta = json!({
+pub fn vocabulary(of_factors: bool) -> Vec<u8> {
+    let mut meta = json!({
         "format": "mesotex-textons", "version": 1, "tileable": true, "channels": 3,
         "options": {}, "seed": 0, "inertia": [1.5, 0.5], "iterations": [3, 2],
         "sample": ContentId::of_bytes(b"sample").to_string()
     });
+    if of_factors {
+        meta["factor_basis"] = json!({"rank": 2, "sets": 3});
+    }
     let labels = |side: usize| Array2::from_shape_fn((side, side), |(r, c)| ((r + c) % 2) as u16);
     file_bytes("a.textons.npz", |path| {
         npz::write(path, meta.as_object().unwrap().clone(), |file| {
@@ -214,6 +269,9 @@ pub fn vocabulary() -> Vec<u8> {
                 file.array(&format!("L{at}/counts"), ndarray::aview1(&[half, half]))?;
             }
             file.array("representatives", ndarray::aview1(&[0_u32, 3]))?;
+            if of_factors {
+                file.array("factor_basis", Array2::<f32>::eye(6).view())?;
+            }
             file.array("filters", Array::from_elem((2, 3, 3), 0.1_f32).view())
         })
         .unwrap();
@@ -330,6 +388,27 @@ pub fn sample(dtype: DType, layout: Layout) -> (Vec<u8>, Vec<u8>) {
     writer.finish().unwrap();
     let read = |name: &str| fs::read(path.join(name)).unwrap();
     (read("btf.json"), read("radiance.npy"))
+}
+
+/// A factored sample's `btf.json`, `directions.npy` and `eigentextures.npy`.
+pub fn factored_sample() -> [Vec<u8>; 3] {
+    let (described, _) = sample(DType::F4, Layout::Product);
+    let factors = Factorization {
+        color_mean: [0.1, 0.0, 0.2],
+        ..Factorization::of_rank(2)
+    };
+    let description = Description {
+        layout: Layout::Factored(factors),
+        ..serde_json::from_slice(&described).unwrap()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.sample");
+    let mut writer = FactoredWriter::create(&path, description).unwrap();
+    writer.push_directions(&[0.5; 3 * 3 * 2]).unwrap();
+    writer.push_eigentextures(&[0.25; 3 * 12 * 2]).unwrap();
+    writer.finish().unwrap();
+    ["btf.json", "directions.npy", "eigentextures.npy"]
+        .map(|name| fs::read(path.join(name)).unwrap())
 }
 
 /// A face map.

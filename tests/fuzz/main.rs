@@ -16,9 +16,14 @@
     reason = "a global allocator, here one that counts, is unsafe by its nature"
 )]
 
+#[path = "../bonn/files.rs"]
+mod bonn_files;
 mod corpus;
+#[path = "../image_set_files/mod.rs"]
+mod image_set_files;
 mod mutation;
 mod readers;
+mod set_corpus;
 mod watch;
 
 use std::fs;

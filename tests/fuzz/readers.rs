@@ -5,8 +5,14 @@ use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
 use mesotex::btf::bake::maps::read_recipe;
+use mesotex::btf::direction::Direction;
 use mesotex::btf::direction_set::DirectionSet;
-use mesotex::btf::import::read_list;
+use mesotex::btf::fits::{Fit, hsh, ptm};
+use mesotex::btf::import::array;
+use mesotex::btf::import::photographs::PhotographOptions;
+use mesotex::btf::import::{
+    ImportOptions, ListOptions, SetOptions, assemble, read_list, read_source,
+};
 use mesotex::btf::sample::{DType, Layout, Sample};
 use mesotex::cli::run::faults::Faults;
 use mesotex::cli::run::scene::Scene;
@@ -15,7 +21,7 @@ use mesotex::exemplar::neighbor_table::NeighborTable;
 use mesotex::exemplar::space::{Space, from_vocabulary};
 use mesotex::exemplar::windows::Windows;
 use mesotex::format::guard::guarded;
-use mesotex::format::{exr, image as images, json, npy};
+use mesotex::format::{compress, exr, image as images, json, npy};
 use mesotex::grid::TexCoord;
 use mesotex::index::Level;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
@@ -32,8 +38,10 @@ use mesotex::synthesis::inputs::{Inputs, LevelMap};
 use mesotex::synthesis::options::SynthesisOptions;
 use mesotex::texton::vocabulary::StoredVocabulary;
 
+use crate::bonn_files;
 use crate::corpus;
 use crate::mutation::Content;
+use crate::set_corpus;
 
 /// What reads a file.
 type Read = dyn Fn(&Path) -> Result<()>;
@@ -93,10 +101,19 @@ pub fn readers() -> Vec<Reader> {
     let mut readers = image_readers();
     readers.extend(mesh_readers());
     readers.extend(text_readers());
+    readers.extend(set_readers());
+    readers.extend(fit_readers());
     readers.extend(product_readers());
     readers.extend(atlas_readers());
     readers.extend(surface_readers());
+    readers.push(bonn_reader());
     readers
+}
+
+/// `.btf` files of Bonn, imported as a user does.
+fn bonn_reader() -> Reader {
+    let files = bonn_files::all();
+    reader("btf", Content::Bytes, "a.btf", files, bonn_files::import)
 }
 
 fn image_readers() -> Vec<Reader> {
@@ -204,6 +221,55 @@ fn text_readers() -> Vec<Reader> {
     ]
 }
 
+/// Fits over lights, each evaluated once, and the corners of photographs.
+fn fit_readers() -> Vec<Reader> {
+    let evaluated = |read: fn(&Path) -> Result<Fit>| {
+        move |path: &Path| {
+            let fit = read(path)?;
+            let mut image = vec![0.0; 3 * fit.texels()];
+            fit.evaluate(Direction::from_angles(0.7, 2.0), &mut image);
+            Ok::<_, Error>(())
+        }
+    };
+    let corners = "file,x1,y1,x2,y2,x3,y3,x4,y4\na.jpg,1,2,30,4,25,26,7,18\n";
+    let text = Content::Text;
+    vec![
+        reader("ptm", text, "a.ptm", corpus::ptms(), evaluated(ptm::read)),
+        reader(
+            "hsh",
+            text,
+            "a.rti",
+            corpus::harmonics(),
+            evaluated(hsh::read),
+        ),
+        reader(
+            "array",
+            text,
+            "a.npy",
+            vec![corpus::measured_array()],
+            |path| {
+                let target = path.with_file_name("a.sample");
+                let directions = [0.1, 0.2].map(|theta| Direction::from_angles(theta, 1.0));
+                let both = (&directions[..], &directions[..]);
+                array::import(
+                    path,
+                    both,
+                    &ImportOptions::default(),
+                    &target,
+                    Progress::silent(),
+                )
+            },
+        ),
+        reader("corners csv", text, "a.csv", vec![corners.into()], |path| {
+            let options = PhotographOptions {
+                corners: Some(path.to_path_buf()),
+                ..PhotographOptions::default()
+            };
+            options.rectification()
+        }),
+    ]
+}
+
 /// Reads a scene and the command lines it stands for.
 fn use_scene(path: &Path) -> Result<()> {
     let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
@@ -217,12 +283,46 @@ fn use_scene(path: &Path) -> Result<()> {
     })
 }
 
+/// Archives of images, and what lies in them.
+fn set_readers() -> Vec<Reader> {
+    let set = |name, files| reader(name, Content::Zip, "a.zip", files, use_set);
+    let positions = "file,camera_x_mm,camera_y_mm,camera_z_mm,light_theta_deg,light_phi_deg\n\
+        a.png,0,0,500,60,90\n";
+    vec![
+        set("image set", set_corpus::image_sets()),
+        set("spectral set", vec![set_corpus::spectral_set()]),
+        reader(
+            "compress",
+            Content::Bytes,
+            "a.Z",
+            set_corpus::compressed_files(),
+            |path| compress::expand(&fs::read(path).map_err(Error::io(path, "read"))?),
+        ),
+        reader(
+            "positions csv",
+            Content::Text,
+            "a.csv",
+            vec![positions.into()],
+            read_list,
+        ),
+    ]
+}
+
+/// Imports an archive, beside it.
+fn use_set(path: &Path) -> Result<()> {
+    let list = read_source(path, &ListOptions::default(), &SetOptions::default())?;
+    let target = path.with_file_name("x.sample");
+    let options = ImportOptions::default();
+    assemble(&list, &options, &target, Progress::silent()).map(drop)
+}
+
 fn product_readers() -> Vec<Reader> {
     let zip = Content::Zip;
     let (f2, pairs) = (
         corpus::sample(DType::F2, Layout::Product),
         corpus::sample(DType::F4, Layout::Pairs),
     );
+    let [described, directions, eigentextures] = corpus::factored_sample();
     let spaces = vec![
         corpus::space_bytes(corpus::space()),
         corpus::space_bytes(corpus::features()),
@@ -241,7 +341,7 @@ fn product_readers() -> Vec<Reader> {
             "textons",
             zip,
             "a.textons.npz",
-            vec![corpus::vocabulary()],
+            vec![corpus::vocabulary(false), corpus::vocabulary(true)],
             |path| from_vocabulary(&StoredVocabulary::open(path)?),
         ),
         reader("space", zip, "a.space.npz", spaces, Space::read),
@@ -262,6 +362,33 @@ fn product_readers() -> Vec<Reader> {
             use_sample,
         )
         .beside("a.sample/radiance.npy", pairs.1),
+        reader(
+            "btf.json factored",
+            Content::Json,
+            "a.sample/btf.json",
+            vec![described.clone()],
+            use_sample,
+        )
+        .beside("a.sample/directions.npy", directions.clone())
+        .beside("a.sample/eigentextures.npy", eigentextures.clone()),
+        reader(
+            "directions",
+            text,
+            "a.sample/directions.npy",
+            vec![directions.clone()],
+            use_sample,
+        )
+        .beside("a.sample/btf.json", described.clone())
+        .beside("a.sample/eigentextures.npy", eigentextures.clone()),
+        reader(
+            "eigentextures",
+            text,
+            "a.sample/eigentextures.npy",
+            vec![eigentextures],
+            use_sample,
+        )
+        .beside("a.sample/btf.json", described)
+        .beside("a.sample/directions.npy", directions),
         reader(
             "radiance",
             text,

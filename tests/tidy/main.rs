@@ -8,11 +8,12 @@ mod source;
 use source::Source;
 
 /// What every room may use.
-const GROUND: [&str; 8] = [
+const GROUND: [&str; 9] = [
     "error",
     "format",
     "grid",
     "index",
+    "matrix",
     "neighborhood",
     "progress",
     "radial_basis",

@@ -67,6 +67,15 @@ pub(super) fn parse(text: &str) -> Result<Lights> {
     })
 }
 
+/// The lights of the text of a `.lp` file, in its order.
+pub(in crate::btf) fn directions(text: &str) -> Result<Vec<Direction>> {
+    Ok(parse(text)?
+        .listed
+        .iter()
+        .map(|listed| listed.light)
+        .collect())
+}
+
 /// The number of images, where a line holds nothing else.
 fn count(line: &str) -> Option<u64> {
     line.trim_end_matches([',', ';']).parse().ok()

@@ -1,6 +1,8 @@
 //! What a user can say of a list of images: where the images are, and which way its axes point.
 
+use std::fmt;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::ValueEnum;
 use glam::DVec3;
@@ -21,6 +23,75 @@ pub struct ListOptions {
     /// the image; `left`, down the image. With `left` y changes its sign (φ runs clockwise); x and z stay.
     #[arg(long, value_enum, default_value_t = ListOptions::default().handedness)]
     pub handedness: Handedness,
+    /// The size of the patch in millimetres, for tables of positions: tells how far directions differ over it.
+    #[arg(long, value_name = "WxH")]
+    pub patch_mm: Option<PatchSize>,
+    /// Resamples images of near cameras and lamps where directions differ over the patch by more than so many
+    /// degrees from those at its centre; with --patch-mm.
+    #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "2")]
+    pub near_field: Option<f64>,
+    /// The light stands where the camera does, as a flash beside the lens: each view is also the light. Tables
+    /// then have no columns of lights, and positions of a .lp file are those of camera and flash.
+    #[arg(long)]
+    pub collocated: bool,
+}
+
+impl ListOptions {
+    /// The flag of an option for lists alone that was given, if any was.
+    pub fn given(&self) -> Option<&'static str> {
+        let flags = [
+            (self.images.is_some(), "images"),
+            (self.patch_mm.is_some(), "patch-mm"),
+            (self.near_field.is_some(), "near-field"),
+            (self.collocated, "collocated"),
+        ];
+        let given = flags.into_iter().find(|(is_given, _)| *is_given);
+        given.map(|(_, flag)| flag)
+    }
+}
+
+/// The size of a patch in millimetres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct PatchSize {
+    /// Along x.
+    pub width: f64,
+    /// Along y.
+    pub height: f64,
+}
+
+impl FromStr for PatchSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let fault = || format!("`{text}`: expected WIDTHxHEIGHT in mm, as 50x40");
+        let (width, height) = text.split_once('x').ok_or_else(fault)?;
+        let side = |text: &str| text.parse().ok().filter(|side| (1e-3..=1e6).contains(side));
+        match (side(width), side(height)) {
+            (Some(width), Some(height)) => Ok(Self { width, height }),
+            _ => Err(fault()),
+        }
+    }
+}
+
+impl fmt::Display for PatchSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+impl TryFrom<String> for PatchSize {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<PatchSize> for String {
+    fn from(size: PatchSize) -> Self {
+        size.to_string()
+    }
 }
 
 /// Which way the y axis of a list points.
@@ -36,7 +107,7 @@ pub enum Handedness {
 
 impl Handedness {
     /// A direction of the list in the sample's frame.
-    pub(super) fn applied_to(self, direction: Direction) -> Direction {
+    pub(crate) fn applied_to(self, direction: Direction) -> Direction {
         let DVec3 { x, y, z } = direction.0;
         match self {
             Self::Right => direction,

@@ -1,143 +1,110 @@
 //! Measured image sets in, BTF samples out.
 //!
-//! A *source* lists its images, each with the view and light it was taken under; [`assemble`]
-//! turns the list into a sample. One file per source: [`light_positions`] (RTI captures),
-//! [`image_table`] (a folder of rectified images with a table of angles); [`find_images`] looks for what
-//! they name.
+//! [`recognize`] says what a path is. A *source* lists its images, each with the view and light it was taken
+//! under; [`assemble`] turns the list into a sample, image by image.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`recognize`], [`lists`] | what a path holds |
+//! | [`light_positions`], [`image_table`], [`near_field`], [`find_images`] | lists: RTI captures, tables of angles or positions |
+//! | [`sets`], [`family`] | folders and archives whose names say the angles |
+//! | [`image_list`], [`place`] | what every source hands on |
+//! | [`image_reader`], [`size_line`], [`spectrum`] | an image as linear Rec. 709 |
+//! | [`prepare`] | crop, reduction, grey card, hot pixels, choice of directions |
+//! | [`photographs`] | photographs of a patch, rectified |
+//! | [`stations`] | images of near cameras and lamps, resampled |
+//! | [`mod@array`], [`stated_directions`], [`curve`] | arrays, and what the user says of sources without image files |
+//! | [`arrangement`], [`fill`], [`assemble`], [`reading_faults`] | the sample |
 
-pub(crate) mod assemble;
+mod arrangement;
+pub mod array;
+mod assemble;
+pub(in crate::btf) mod curve;
+mod family;
+mod fill;
 mod find_images;
+mod image_list;
+mod image_reader;
 mod image_table;
-mod light_positions;
+pub(in crate::btf) mod light_positions;
 mod list_options;
 mod listed;
+mod lists;
+mod near_field;
+mod options;
+pub mod photographs;
+mod place;
+mod prepare;
+mod reading_faults;
+pub(crate) mod recognize;
+mod sets;
+mod size_line;
+mod spectrum;
+pub mod stated_directions;
+mod stations;
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
+pub use crate::btf::import::assemble::assemble;
+pub use crate::btf::import::family::Family;
+pub use crate::btf::import::image_list::{ImageList, MeasuredImage};
 pub use crate::btf::import::list_options::{Handedness, ListOptions};
+pub use crate::btf::import::lists::lists_in;
+pub use crate::btf::import::options::{ImportOptions, Values};
+pub use crate::btf::import::place::Place;
+pub use crate::btf::import::prepare::{GreyCard, Preparation, Region, Selection};
+pub use crate::btf::import::sets::{Numbering, SetOptions, is_set, read_set};
+pub use crate::btf::import::size_line::SizeLine;
+pub use crate::btf::import::spectrum::Illuminant;
+pub use crate::format::image::SourceEncoding;
 
-use crate::btf::direction::Direction;
 use crate::btf::import::find_images::Found;
 use crate::btf::import::listed::Listed;
-use crate::btf::sample::DType;
+use crate::btf::import::lists::{extension, is_list, only_list_in};
+use crate::btf::import::near_field::NearPositions;
+use crate::btf::import::recognize::{Source, recognize};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
-pub use crate::format::image::SourceEncoding;
-use crate::format::image::{Alpha, Flags, Orientation, ReadOptions};
 use crate::format::text::{self, TextEncoding};
 
 /// The largest list read, in bytes.
 const LARGEST_LIST: u64 = 64 << 20;
 
-/// How an image set becomes a sample.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
-pub struct ImportOptions {
-    /// What the images' numbers mean: reflectance times the light's cosine, where a white plane
-    /// facing the light has 1 (divided by π), or radiance for unit irradiance (taken as it is).
-    #[arg(long, value_enum, default_value_t = ImportOptions::default().values)]
-    pub values: Values,
-    /// How the images' numbers stand for light.
-    #[arg(long, value_enum, default_value_t = ImportOptions::default().encoding)]
-    pub encoding: SourceEncoding,
-    /// Which way up images are read. A camera's orientation tag may differ from shot to shot of one
-    /// capture, and lights are stated in the stored image's frame: so rows are read as stored.
-    #[arg(long, value_enum, default_value_t = ImportOptions::default().orientation)]
-    pub orientation: Orientation,
-    /// What becomes of texels that are not opaque.
-    #[arg(long, value_enum, default_value_t = ImportOptions::default().alpha)]
-    pub alpha: Alpha,
-    /// The layer, part or view of OpenEXR images that have several; `mesotex info IMAGE` lists them.
-    #[arg(long, value_name = "NAME")]
-    pub layer: Option<String>,
-    /// Opposite borders of the images continue each other.
-    #[arg(long)]
-    pub tileable: bool,
-    /// Side of a texel in millimetres, where known.
-    #[arg(long)]
-    pub texel_mm: Option<f64>,
-    /// What the material is called; the source's own name by default.
-    #[arg(long)]
-    pub name: Option<String>,
-    /// Number type of the sample.
-    #[arg(long, value_enum, default_value_t = ImportOptions::default().dtype)]
-    pub dtype: DType,
-}
-
-impl Default for ImportOptions {
-    fn default() -> Self {
-        Self {
-            values: Values::default(),
-            encoding: SourceEncoding::default(),
-            orientation: Orientation::Stored,
-            alpha: Alpha::default(),
-            layer: None,
-            tileable: false,
-            texel_mm: None,
-            name: None,
-            dtype: DType::default(),
+/// Lists the images of `path`: by a list, or by their names in a folder or an archive.
+pub fn read_source(path: &Path, list: &ListOptions, set: &SetOptions) -> Result<ImageList> {
+    match source_of(path, set)? {
+        Source::List(path) => {
+            check_unused(set.given(), "a folder or an archive of images")?;
+            read_list_with(&path, list)
+        }
+        Source::ImageSet(path) => {
+            check_unused(list.given(), "a list of images")?;
+            read_set(&path, set, list.handedness)
+        }
+        Source::Bonn(path) | Source::Ptm(path) | Source::Hsh(path) | Source::Array(path) => {
+            Err(Error::data("source", "a file without images of its own")
+                .expected("a list, a folder or an archive of images")
+                .in_file(&path))
         }
     }
 }
 
-impl ImportOptions {
-    /// How each image is read.
-    fn reading(&self) -> ReadOptions {
-        ReadOptions {
-            encoding: self.encoding,
-            orientation: self.orientation,
-            alpha: self.alpha,
-            layer: self.layer.clone(),
-            flags: Flags {
-                layer: "--layer",
-                encoding: "--encoding",
-                alpha: "--alpha",
-                orientation: "--orientation",
-            },
-            ..ReadOptions::default()
-        }
+/// What a path is; a folder is a set of images where the user says how to read their names.
+pub(crate) fn source_of(path: &Path, set: &SetOptions) -> Result<Source> {
+    match path.is_dir() && set.given().is_some() {
+        true => Ok(Source::ImageSet(path.to_path_buf())),
+        false => recognize(path),
     }
 }
 
-/// What the images' numbers mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Values {
-    /// Reflectance times the light's cosine: a white plane facing the light has 1.
-    #[default]
-    Reflectance,
-    /// Radiance for unit irradiance: a white plane facing the light has 1/π.
-    Radiance,
-}
-
-/// One measured image.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MeasuredImage {
-    /// The image file.
-    pub path: PathBuf,
-    /// Where it was seen from.
-    pub view: Direction,
-    /// Where the light stood.
-    pub light: Direction,
-}
-
-/// Everything a source says of its images.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ImageList {
-    /// The source's own name.
-    pub name: String,
-    /// The file that lists the images.
-    pub path: PathBuf,
-    /// The kind of source, for `btf.json`.
-    pub kind: &'static str,
-    /// Which way the list's y axis was taken to point, for `btf.json`.
-    pub handedness: Handedness,
-    /// The images, in the source's order.
-    pub images: Vec<MeasuredImage>,
-    /// What the user should know of the list.
-    pub notes: Vec<String>,
+/// Refuses an option that is for other sources.
+pub(crate) fn check_unused(given: Option<&str>, wanted: &str) -> Result<()> {
+    match given {
+        None => Ok(()),
+        Some(flag) => Err(Error::option(flag, "of no use for this source", wanted)),
+    }
 }
 
 /// Reads the image list of `path`: a `.lp` or `.csv` file, or a folder that holds just one.
@@ -147,25 +114,35 @@ pub fn read_list(path: &Path) -> Result<ImageList> {
 
 /// The same with what the user says of it.
 pub fn read_list_with(path: &Path, options: &ListOptions) -> Result<ImageList> {
-    let list = if path.is_dir() {
-        find_list(path)?
-    } else {
-        path.to_path_buf()
+    let list = match path.is_dir() {
+        true => only_list_in(path)?.ok_or_else(|| {
+            Error::data("source", "0 .lp and .csv files")
+                .expected("just one")
+                .in_file(path)
+        })?,
+        false => path.to_path_buf(),
     };
-    match extension(&list).as_str() {
-        "lp" | "csv" | "tsv" => guarded(&list, || read(&list, options)),
-        other => Err(Error::data("source", format!("a file of kind `.{other}`"))
-            .expected("a folder, a .lp file (RTI) or a .csv file of angles")
-            .in_file(path)),
+    match is_list(&list) {
+        true => guarded(&list, || read(&list, options)),
+        false => Err(
+            Error::data("source", format!("a file of kind `.{}`", extension(&list)))
+                .expected("a folder, a .lp file (RTI) or a .csv file of angles")
+                .in_file(path),
+        ),
     }
 }
 
 fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
     let text::Text { text, encoding } = text::read(path, LARGEST_LIST)?;
     let is_rti = extension(path) == "lp";
-    let (listed, mut notes) = match is_rti {
-        true => light_positions::parse(&text).map(|lights| (lights.listed, lights.notes))?,
-        false => (image_table::parse(&text)?, Vec::new()),
+    let ListText {
+        listed,
+        mut notes,
+        positions,
+        facts,
+    } = match is_rti {
+        true => of_lights(&text, options)?,
+        false => of_table(&text, options)?,
     };
     if encoding == TextEncoding::Latin1 {
         notes.push("the list is no UTF-8; its names are read as Latin-1".into());
@@ -176,10 +153,16 @@ fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
         None => find_images::find(&listed, folder)?,
     };
     notes.extend(note);
-    let measured = |(listed, path): (&Listed, PathBuf)| MeasuredImage {
-        path,
-        view: options.handedness.applied_to(listed.view),
-        light: options.handedness.applied_to(listed.light),
+    let measured = |(listed, path): (&Listed, PathBuf)| {
+        let view = match options.collocated {
+            true => listed.light,
+            false => listed.view,
+        };
+        MeasuredImage {
+            path,
+            view: options.handedness.applied_to(view),
+            light: options.handedness.applied_to(listed.light),
+        }
     };
     Ok(ImageList {
         name: if is_rti {
@@ -189,9 +172,62 @@ fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
         },
         path: path.to_path_buf(),
         kind: if is_rti { "rti" } else { "images with angles" },
+        family: Family::Any,
         handedness: options.handedness,
         images: listed.iter().zip(paths).map(measured).collect(),
+        place: Place::Files,
+        is_set: false,
+        positions,
         notes,
+        facts,
+    })
+}
+
+/// What the text of a list says.
+struct ListText {
+    listed: Vec<Listed>,
+    notes: Vec<String>,
+    positions: Option<NearPositions>,
+    facts: Map<String, Value>,
+}
+
+/// A `.lp` file: directions to distant lights.
+fn of_lights(text: &str, options: &ListOptions) -> Result<ListText> {
+    let of_positions = [
+        ("patch-mm", options.patch_mm.is_some()),
+        ("near-field", options.near_field.is_some()),
+    ];
+    if let Some((option, _)) = of_positions.iter().find(|(_, is_given)| *is_given) {
+        return Err(near_field::without_positions(option));
+    }
+    let lights = light_positions::parse(text)?;
+    Ok(ListText {
+        listed: lights.listed,
+        notes: lights.notes,
+        positions: None,
+        facts: Map::new(),
+    })
+}
+
+/// A table of angles or positions; positions are kept where the images are to be resampled.
+fn of_table(text: &str, options: &ListOptions) -> Result<ListText> {
+    let table = match options.collocated {
+        true => image_table::parse_collocated(text)?,
+        false => image_table::parse(text)?,
+    };
+    let spread = near_field::spread(&table, options.patch_mm)?;
+    let mut notes: Vec<String> = near_field::note(&table, &spread).into_iter().collect();
+    let mut positions = None;
+    if near_field::is_beyond(&spread, options.near_field)? {
+        let of_patch = |patch| NearPositions::of(&table, patch, options.handedness);
+        positions = options.patch_mm.map(of_patch);
+        notes.push(near_field::RESAMPLED.into());
+    }
+    Ok(ListText {
+        listed: table.listed,
+        notes,
+        positions,
+        facts: spread.iter().map(near_field::Spread::fact).collect(),
     })
 }
 
@@ -208,35 +244,4 @@ fn own_name(path: &Path) -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned()
-}
-
-/// The lists that lie in a folder, sorted.
-pub fn lists_in(folder: &Path) -> Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(folder).map_err(Error::io(folder, "read"))?;
-    let mut lists: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| matches!(extension(path).as_str(), "lp" | "csv" | "tsv"))
-        .collect();
-    lists.sort();
-    Ok(lists)
-}
-
-fn find_list(folder: &Path) -> Result<PathBuf> {
-    let lists = lists_in(folder)?;
-    match lists.as_slice() {
-        [list] => Ok(list.clone()),
-        _ => Err(
-            Error::data("source", format!("{} .lp and .csv files", lists.len()))
-                .expected("just one")
-                .advice("name the file itself: mesotex import FOLDER/FILE.csv")
-                .in_file(folder),
-        ),
-    }
-}
-
-fn extension(path: &Path) -> String {
-    path.extension()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .to_lowercase()
 }

@@ -81,6 +81,15 @@ fn describe_vocabulary(vocabulary: &StoredVocabulary) -> Outcome {
         .figure("channels", vocabulary.channels)
         .figure("id", vocabulary.id.to_string())
         .figure("sample", vocabulary.sample.to_string());
+    if let Some(basis) = &vocabulary.factor_basis {
+        outcome = outcome
+            .line(format!(
+                "centroids in the basis of {} eigentextures, of rank {}",
+                basis.matrix.nrows(),
+                basis.rank
+            ))
+            .figure("rank", basis.rank);
+    }
     for (index, level) in vocabulary.levels.iter().enumerate() {
         outcome = outcome.line(format!(
             "level {index}: {}, {} textons of {} numbers, inertia {:.6e}",

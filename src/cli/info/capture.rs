@@ -4,18 +4,22 @@ use std::path::Path;
 
 use crate::btf::direction::Direction;
 use crate::btf::direction_set::DirectionSet;
-use crate::btf::import::{ImageList, MeasuredImage, read_list};
+use crate::btf::import::{ImageList, ListOptions, MeasuredImage, Place, SetOptions, read_source};
 use crate::cli::info::sample::directions;
 use crate::cli::outcome::Outcome;
 use crate::error::Result;
 
 /// Reads the list of a capture and says what it holds.
 pub fn describe(path: &Path) -> Result<Outcome> {
-    let list = read_list(path)?;
+    let list = read_source(path, &ListOptions::default(), &SetOptions::default())?;
+    let is_missing = |image: &&MeasuredImage| match list.place {
+        Place::Files => !image.path.is_file(),
+        Place::Archive(_) => false,
+    };
     let missing: Vec<String> = list
         .images
         .iter()
-        .filter(|image| !image.path.is_file())
+        .filter(is_missing)
         .map(|image| image.path.display().to_string())
         .collect();
     let mut outcome = Outcome::default()
@@ -48,7 +52,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
 
 fn headline(list: &ImageList) -> String {
     format!(
-        "capture `{}` ({}): {} images listed in {}",
+        "capture `{}` ({}): {} images of {}",
         list.name,
         list.kind,
         list.images.len(),

@@ -4,7 +4,8 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::btf::import::lists_in;
+use crate::btf::bonn::signature::Signature;
+use crate::btf::import::{is_set, lists_in};
 use crate::btf::sample::DESCRIPTION;
 use crate::cli::info::material;
 use crate::cli::run::scene::SECTIONS;
@@ -31,6 +32,9 @@ pub enum Kind {
     Material,
     Scene,
     Capture,
+    Bonn,
+    Ptm,
+    Hsh,
     Directions,
     CameraPath,
     Json,
@@ -39,7 +43,7 @@ pub enum Kind {
 
 /// What `info` knows, for errors.
 const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
-    a capture (a folder with a list, .lp, .csv), a table of directions or a camera path (.csv, .json), a \
+    a capture (a list, .lp or .csv, or a folder or a zip archive of images), a .btf file of Bonn, a fit over lights (.ptm, .rti), a table of directions or a camera path (.csv, .json), a \
     folder of frames, an archive of ours (.npz), an array (.npy), a mesh, a surface texton map or a face map (PLY, OBJ, \
     STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
     HDR, GIF, BMP)";
@@ -81,11 +85,15 @@ impl Kind {
             "ply" | "obj" | "stl" | "off" | "glb" | "gltf" | "gz" => Ok(Self::Mesh),
             "toml" => Ok(of_toml(&start)),
             "lp" => Ok(Self::Capture),
+            _ if start.starts_with(b"PTM_") => Ok(Self::Ptm),
+            "rti" => Ok(Self::Hsh),
             "csv" | "tsv" => of_table(path, &start),
             "json" => Ok(Self::Json),
             "png" | "jpg" | "jpeg" | "jpe" | "tif" | "tiff" | "exr" | "hdr" | "rgbe" | "pic"
             | "gif" | "bmp" | "dib" => Ok(Self::Image),
             _ if is_image(&start) => Ok(Self::Image),
+            _ if start.starts_with(b"PK\x03\x04") => Ok(Self::Capture),
+            _ if Signature::of(&start).is_ok() => Ok(Self::Bonn),
             _ => Err(unknown(path)),
         }
     }
@@ -95,7 +103,7 @@ impl Kind {
             return Ok(Self::Material);
         }
         let lists = lists_in(folder)?;
-        if !lists.is_empty() {
+        if !lists.is_empty() || is_set(folder) {
             return Ok(Self::Capture);
         }
         if !frames_in(folder)?.is_empty() {
@@ -184,7 +192,8 @@ fn of_table(path: &Path, start: &[u8]) -> Result<Kind> {
         !line.trim().is_empty() && !line.starts_with(['#']) && !line.starts_with("sep=")
     };
     let header = text.lines().find(is_content).unwrap_or_default();
-    if header.contains("view_theta") || header.contains("light_theta") {
+    let captures = ["view_theta", "light_theta", "camera_x_mm", "light_x_mm"];
+    if captures.iter().any(|column| header.contains(column)) {
         Ok(Kind::Capture)
     } else if header.contains("theta_deg") {
         Ok(Kind::Directions)

@@ -1,26 +1,28 @@
-//! A sample: its directions, its values, its hash.
+//! A sample: its directions, its values, its hash, its factors.
 
+use std::fs;
 use std::path::Path;
 
 use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::btf::direction::Direction;
-use crate::btf::sample::{Description, Layout, RADIANCE, Sample};
+use crate::btf::factored::products::Values as Multiplied;
+use crate::btf::sample::{Description, Pixels, Sample, files_of};
 use crate::cli::outcome::Outcome;
-use crate::error::Result;
-use crate::format::id::{ContentId, check_same};
+use crate::error::{Error, Result};
+use crate::format::id::check_same;
 use crate::progress::Progress;
+use crate::texton::options::ByteSize;
 
 /// Reads a whole sample and says what it holds.
 pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     let sample = Sample::open(path)?;
     let description = sample.description();
-    let id = ContentId::of_file(&path.join(RADIANCE))?;
-    check_same("id of radiance.npy", &id, sample.id(), false)
-        .map_err(|error| error.in_file(path))?;
+    let id = sample.content_id()?;
+    check_same("id of the arrays", &id, sample.id(), false).map_err(|error| error.in_file(path))?;
     let values = Values::of(&sample, progress)?;
-    Ok(Outcome::default()
+    let outcome = Outcome::default()
         .line(headline(description))
         .line(origin(&description.source))
         .line(directions("views", &description.views))
@@ -42,13 +44,57 @@ pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
         .figure("source", description.source.clone())
         .figure("least", values.least)
         .figure("most", values.most)
-        .figure("mean", values.mean.to_vec()))
+        .figure("mean", values.mean.to_vec());
+    match sample.factors() {
+        Some(_) => factored(outcome, path, description, &values),
+        None => Ok(outcome),
+    }
+}
+
+/// Adds what is special to factored samples: rank, size on disk, values that come out negative.
+fn factored(
+    outcome: Outcome,
+    path: &Path,
+    description: &Description,
+    values: &Values,
+) -> Result<Outcome> {
+    let files = files_of(path).into_iter();
+    let sizes = files.map(|file| fs::metadata(&file).map_err(Error::io(&file, "read")));
+    let bytes = sizes.map(|size| Ok(size?.len())).sum::<Result<u64>>()?;
+    let numbers = (description.image_count() * description.grid().len()) as u64 * 3;
+    let whole = numbers * description.dtype.size() as u64;
+    let (rank, shared) = description.factors().map_or((0, false), |factors| {
+        (factors.rank, factors.shared_eigentextures)
+    });
+    let of = if shared {
+        "shared by the channels"
+    } else {
+        "per channel"
+    };
+    let share = values.negative as f64 / numbers as f64;
+    Ok(outcome
+        .line(format!(
+            "factored: rank {rank} ({rank} eigentextures {of}), {} on disk in place of {}",
+            ByteSize(bytes),
+            ByteSize(whole)
+        ))
+        .line(format!(
+            "{:.3} % of the values come out negative, down to {:.4}; they are read as 0",
+            100.0 * share,
+            values.most_negative
+        ))
+        .figure("rank", rank)
+        .figure("shared_eigentextures", shared)
+        .figure("bytes_on_disk", bytes)
+        .figure("bytes_of_whole_images", whole)
+        .figure("negative_share", share)
+        .figure("most_negative", values.most_negative))
 }
 
 fn headline(description: &Description) -> String {
-    let layout = match description.layout {
-        Layout::Product => "every view with every light",
-        Layout::Pairs => "scattered pairs",
+    let layout = match description.pairs {
+        None => "every view with every light",
+        Some(_) => "scattered pairs",
     };
     let tile = if description.tileable {
         "tileable"
@@ -75,6 +121,7 @@ fn origin(source: &Value) -> String {
     let kind = match fields.get("kind").and_then(Value::as_str) {
         Some("bake") => "baked".to_owned(),
         Some("rti") => "imported from an RTI capture".into(),
+        Some("factored") => return origin_of_factors(source),
         Some(other) => format!("made from {other}"),
         None => "origin".into(),
     };
@@ -86,6 +133,20 @@ fn origin(source: &Value) -> String {
     let fields = fields.iter().filter(|(name, _)| *name != "kind");
     let list: Vec<String> = fields.filter_map(said).collect();
     format!("{kind}: {}", list.join(", "))
+}
+
+/// What was factored, and the error left.
+fn origin_of_factors(source: &Value) -> String {
+    let error = source["error"]["relative"].as_f64().unwrap_or(f64::NAN);
+    let (sample, before) = (&source["of"]["sample"], &source["of"]["source"]);
+    let of = match (sample.as_str(), before) {
+        (Some(id), before) => format!("sample {id}, {}", origin(before)),
+        (None, _) => origin(&source["of"]),
+    };
+    format!(
+        "factored with an error of {:.3} %, from {of}",
+        100.0 * error
+    )
 }
 
 pub(super) fn directions(kind: &str, directions: &[Direction]) -> String {
@@ -109,22 +170,29 @@ struct Values {
     least: f32,
     most: f32,
     mean: [f64; 3],
+    /// Of factored samples: products below 0, and the least of them.
+    negative: u64,
+    most_negative: f32,
 }
+
+/// Images read at once by one task.
+const GROUP: usize = 8;
 
 impl Values {
     /// Reads every image once, each summed alone and the sums added in order.
     fn of(sample: &Sample, progress: Progress<'_>) -> Result<Self> {
         let images = sample.image_count();
         progress.begin("reading images", images as u64);
-        let each: Vec<Self> = (0..images)
-            .into_par_iter()
-            .map(|image| {
-                let pixels = sample.image(image)?;
-                let mut numbers = vec![0.0; pixels.len()];
-                pixels.copy_to(&mut numbers);
-                sample.check_image(image, &numbers)?;
-                progress.advance(1)?;
-                Ok(Self::of_image(&numbers))
+        let numbers: Vec<u32> = (0..images as u32).collect();
+        let groups: Vec<Vec<Self>> = numbers
+            .par_chunks(GROUP)
+            .map(|group| {
+                let values = match sample.factors() {
+                    Some(_) => Self::of_products(sample, group)?,
+                    None => Self::of_images(sample, group)?,
+                };
+                progress.advance(group.len() as u64)?;
+                Ok(values)
             })
             .collect::<Result<_>>()?;
         progress.end();
@@ -132,15 +200,54 @@ impl Values {
             least: f32::INFINITY,
             most: 0.0,
             mean: [0.0; 3],
+            negative: 0,
+            most_negative: 0.0,
         };
-        for one in &each {
+        for one in groups.iter().flatten() {
             all.least = all.least.min(one.least);
             all.most = all.most.max(one.most);
+            all.negative += one.negative;
+            all.most_negative = all.most_negative.min(one.most_negative);
             for (mean, part) in all.mean.iter_mut().zip(one.mean) {
                 *mean += part / images as f64;
             }
         }
         Ok(all)
+    }
+
+    fn of_images(sample: &Sample, images: &[u32]) -> Result<Vec<Self>> {
+        let mut held = vec![Pixels::of_type(sample.description().dtype); images.len()];
+        sample.read_texels_of(images, 0..sample.grid().len(), &mut held)?;
+        let read = images.iter().zip(&held);
+        read.map(|(&image, pixels)| {
+            let mut numbers = vec![0.0; pixels.len()];
+            pixels.copy_to(&mut numbers);
+            sample.check_image(image as usize, &numbers)?;
+            Ok(Self::of_image(&numbers))
+        })
+        .collect()
+    }
+
+    /// Of images multiplied out, with the values below 0 counted before they become 0.
+    fn of_products(sample: &Sample, images: &[u32]) -> Result<Vec<Self>> {
+        let texels = sample.grid().len();
+        let mut numbers = vec![0.0; images.len() * texels * 3];
+        if let Some(factors) = sample.factors() {
+            factors.multiply(images, 0..texels, Multiplied::Signed, &mut numbers);
+        }
+        let each = images.iter().zip(numbers.chunks_exact_mut(texels * 3));
+        each.map(|(&image, numbers)| {
+            let negative = numbers.iter().filter(|value| **value < 0.0).count();
+            let most_negative = numbers.iter().copied().fold(0.0, f32::min);
+            numbers.iter_mut().for_each(|value| *value = value.max(0.0));
+            sample.check_image(image as usize, numbers)?;
+            Ok(Self {
+                negative: negative as u64,
+                most_negative,
+                ..Self::of_image(numbers)
+            })
+        })
+        .collect()
     }
 
     fn of_image(numbers: &[f32]) -> Self {
@@ -154,6 +261,8 @@ impl Values {
             least: numbers.iter().copied().fold(f32::INFINITY, f32::min),
             most: numbers.iter().copied().fold(0.0, f32::max),
             mean: sums.map(|sum| sum / (numbers.len() / 3) as f64),
+            negative: 0,
+            most_negative: 0.0,
         }
     }
 }

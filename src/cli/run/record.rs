@@ -193,7 +193,7 @@ impl Record {
 fn written(files: &Files, inside: &[PathBuf]) -> Vec<PathBuf> {
     let own = files.writes.iter().flat_map(|output| match output.product {
         Product::Folder(kind) => kind.files(&output.path),
-        Product::Frames => Vec::new(),
+        Product::Frames | Product::NewFolder => Vec::new(),
         Product::File(_) => vec![output.path.clone()],
     });
     own.chain(inside.iter().cloned()).collect()
@@ -206,7 +206,7 @@ fn is_strange(output: &Output, path: &Path) -> Result<bool> {
         (Product::File(format), _) => format,
         (Product::Frames, Some("exr")) => Format::Frame,
         (Product::Frames, Some("png")) => Format::Picture,
-        (Product::Frames, _) => return Ok(false),
+        (Product::Frames | Product::NewFolder, _) => return Ok(false),
         (Product::Folder(kind), _) => {
             // A folder that holds more than its kind stays whole; the command refuses it.
             let folder = &output.path;

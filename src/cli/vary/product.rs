@@ -164,7 +164,7 @@ impl OutputOptions {
             tileable: false,
             id: ContentId::of_bytes(&[]),
             source,
-            ..first.clone()
+            ..first.clone().with_whole_images()
         };
         let mut writer = SampleWriter::create(path, description)?;
         progress.begin("writing the sample", samples[0].image_count() as u64);

@@ -14,8 +14,8 @@ use crate::format::lock;
 const RANDOM_LETTERS: usize = 6;
 /// Endings of the files this program writes: with another ending, a file counts as a leftover only of
 /// the very output it is named after.
-const OUR_ENDINGS: [&str; 10] = [
-    "exr", "gif", "glb", "json", "npy", "npz", "obj", "ply", "png", "resume",
+const OUR_ENDINGS: [&str; 11] = [
+    "btf", "exr", "gif", "glb", "json", "npy", "npz", "obj", "ply", "png", "resume",
 ];
 
 /// Removes the temporary files in `folder` that no live process holds; `targets` are the names of what

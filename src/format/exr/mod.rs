@@ -132,9 +132,21 @@ pub struct ExrImage<'a> {
 /// CIE xy of Rec. 709's primaries and white, as the `chromaticities` of every frame.
 pub const REC709: [[f32; 2]; 4] = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]];
 
-/// Encodes an image; `write` puts the bytes in place.
+/// CIE xy of XYZ itself and of equal energy: the `chromaticities` of tristimulus values.
+pub const XYZ: [[f32; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]];
+
+/// Encodes an image of Rec. 709; `write` puts the bytes in place.
 pub fn encode(image: &ExrImage, compression: Compression) -> Result<Vec<u8>> {
-    let header = header(image, compression)?;
+    encode_with(image, compression, REC709)
+}
+
+/// Encodes an image of other primaries and another white.
+pub fn encode_with(
+    image: &ExrImage,
+    compression: Compression,
+    chromaticities: [[f32; 2]; 4],
+) -> Result<Vec<u8>> {
+    let header = header(image, compression, chromaticities)?;
     let mut bytes = Cursor::new(Vec::new());
     ::exr::block::write(
         &mut bytes,
@@ -159,7 +171,11 @@ pub fn write(path: &Path, encoded: &[u8]) -> Result<()> {
     atomic::write_file(path, |sink| sink.write_all(encoded))
 }
 
-fn header(image: &ExrImage, compression: Compression) -> Result<Header> {
+fn header(
+    image: &ExrImage,
+    compression: Compression,
+    chromaticities: [[f32; 2]; 4],
+) -> Result<Header> {
     let [width, height] = image.size.map(|side| side as usize);
     for (name, numbers) in &image.channels {
         if numbers.len() != width * height {
@@ -179,7 +195,7 @@ fn header(image: &ExrImage, compression: Compression) -> Result<Header> {
         BlockDescription::ScanLines,
         LineOrder::Increasing,
     );
-    let [red, green, blue, white] = REC709.map(|[x, y]| Vec2(x, y));
+    let [red, green, blue, white] = chromaticities.map(|[x, y]| Vec2(x, y));
     header.shared_attributes.chromaticities = Some(Chromaticities {
         red,
         green,

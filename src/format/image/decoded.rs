@@ -166,10 +166,13 @@ impl Decoded {
 
     /// Brings colours to linear Rec. 709, or leaves them in plain sRGB.
     fn color(&mut self, options: &ReadOptions) -> Result<Encoding> {
+        let said = |curve| Statement::of(Some(curve), None, "");
         let mut encoding = match options.encoding {
             SourceEncoding::Srgb => Encoding::Srgb,
             SourceEncoding::Linear => Encoding::Linear,
-            SourceEncoding::Auto => self.follow_statement(options)?,
+            SourceEncoding::Gamma22 => self.follow(&said(Curve::Power(2.2)), options)?,
+            SourceEncoding::Xyz => self.follow(&Statement::tristimulus("XYZ"), options)?,
+            SourceEncoding::Auto => self.follow(&self.statement.clone(), options)?,
         };
         if let Some((alpha, premultiplied)) = &self.alpha {
             let channels = self.channels as usize;
@@ -187,8 +190,8 @@ impl Decoded {
         Ok(encoding)
     }
 
-    fn follow_statement(&mut self, options: &ReadOptions) -> Result<Encoding> {
-        if let Some(why) = &self.statement.unusable {
+    fn follow(&mut self, statement: &Statement, options: &ReadOptions) -> Result<Encoding> {
+        if let Some(why) = &statement.unusable {
             let advice = match options.flags.encoding {
                 "" => "convert it to sRGB".to_string(),
                 flag => format!("convert it to sRGB, or say how to read it: {flag} srgb or linear"),
@@ -197,8 +200,8 @@ impl Decoded {
                 .expected("an RGB or grey profile of matrix and curves, or none")
                 .advice(advice));
         }
-        let curve = self.statement.followed_curve(self.precision);
-        let matrix = self.statement.matrix.filter(|_| self.channels == 3);
+        let curve = statement.followed_curve(self.precision);
+        let matrix = statement.matrix.filter(|_| self.channels == 3);
         match (&curve, matrix) {
             (Curve::Srgb, None) => return Ok(Encoding::Srgb),
             (Curve::Linear, None) => return Ok(Encoding::Linear),

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::format::image::notes::Note;
-use crate::format::image::srgb::decode_srgb;
+use crate::format::image::srgb::{decode_srgb, decode_srgb8};
 
 /// How an image's numbers stand for light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,12 +53,14 @@ impl FloatImage {
     /// The same image with linear numbers: sRGB is decoded by its exact curve.
     #[must_use]
     pub fn into_linear(mut self) -> Self {
-        if self.encoding == Encoding::Srgb {
-            for value in &mut self.data {
-                *value = decode_srgb(*value);
-            }
-            self.encoding = Encoding::Linear;
+        if self.encoding != Encoding::Srgb {
+            return self;
         }
+        match self.precision {
+            Precision::Bits8 => decode_srgb8(&mut self.data),
+            _ => self.data.iter_mut().for_each(|v| *v = decode_srgb(*v)),
+        }
+        self.encoding = Encoding::Linear;
         self
     }
 

@@ -13,6 +13,8 @@ pub(super) struct JpegHeader {
     pub(super) adobe: Option<u8>,
     /// Pixels per length, across and down.
     pub(super) density: Option<[u16; 2]>,
+    /// Whether the mark of the image's end follows the first scan. Without it the file is cut off.
+    pub(super) is_whole: bool,
 }
 
 impl JpegHeader {
@@ -39,6 +41,9 @@ impl JpegHeader {
             }
             at += 2 + length.max(2);
         }
+        // Inside a scan 0xff is followed by 0 or by the number of a restart.
+        let scans = bytes.get(at..).unwrap_or_default();
+        header.is_whole = scans.windows(2).any(|pair| pair == [0xff, 0xd9]);
         header
     }
 
@@ -89,6 +94,9 @@ mod tests {
             ("progressive", "YCCK")
         );
         assert_eq!(header.density, Some([72, 144]));
+        assert!(!header.is_whole);
+        let scan = b"\xff\xda\0\x02\x12\xff\0\x34\xff\xd9";
+        assert!(JpegHeader::of(&[&bytes[..], scan].concat()).is_whole);
         for length in 0..bytes.len() {
             JpegHeader::of(&bytes[..length]);
         }

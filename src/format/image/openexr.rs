@@ -6,9 +6,7 @@
 //! Not handled: deep data, and subsampled channels (luminance and chroma at half resolution), which the
 //! `exr` crate does not read. Both are refused by name.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
+use std::io::Cursor;
 
 use exr::block;
 use exr::block::UncompressedBlock;
@@ -22,8 +20,9 @@ use crate::error::{Error, Result};
 use crate::format::image::color::{Curve, Statement};
 use crate::format::image::decoded::Decoded;
 use crate::format::image::facts::Facts;
+use crate::format::image::openexr_content::{ExrContent, Planes};
 use crate::format::image::openexr_facts;
-use crate::format::image::openexr_layers::{Choice, Kind, Layers};
+use crate::format::image::openexr_layers::{Kind, Layers};
 use crate::format::image::options::{Missing, ReadOptions};
 use crate::format::image::primaries::Chromaticities;
 use crate::format::image::{Claim, Note, Precision, undecodable};
@@ -33,10 +32,10 @@ use crate::format::image::{Claim, Note, Precision, undecodable};
 const STRONGEST_COMPRESSION: u64 = 4096;
 
 /// The headers of a file, their sizes checked against its length.
-fn headers(path: &Path, file_length: u64) -> Result<MetaData> {
-    let meta = MetaData::read_from_file(path, false).map_err(undecodable)?;
+fn headers(file: &[u8]) -> Result<MetaData> {
+    let meta = MetaData::read_from_buffered(Cursor::new(file), false).map_err(undecodable)?;
     for header in meta.headers.iter().filter(|header| !header.deep) {
-        claim(header, header.layer_size).check(STRONGEST_COMPRESSION, file_length)?;
+        claim(header, header.layer_size).check(STRONGEST_COMPRESSION, file.len() as u64)?;
     }
     Ok(meta)
 }
@@ -72,21 +71,27 @@ fn check_sampling(header: &Header) -> Result<()> {
 }
 
 /// What the headers say.
-pub(super) fn facts(path: &Path, file_length: u64) -> Result<Facts> {
-    let meta = headers(path, file_length)?;
+pub(super) fn facts(file: &[u8]) -> Result<Facts> {
+    let meta = headers(file)?;
     Ok(openexr_facts::of(&meta, &Layers::of(&meta)))
 }
 
-pub(super) fn read(path: &Path, file_length: u64, options: &ReadOptions) -> Result<Decoded> {
-    let meta = headers(path, file_length)?;
+pub(super) fn read(file: &[u8], options: &ReadOptions) -> Result<Decoded> {
+    let meta = headers(file)?;
     let layers = Layers::of(&meta);
     let chosen = layers.choose(options)?;
     let header = &meta.headers[chosen.part];
     check_sampling(header)?;
     let frame = Frame::of(header);
     let mut notes = Vec::new();
-    frame.check(header, options.missing, file_length, &mut notes)?;
-    let mut planes = planes(path, &chosen, &frame)?;
+    frame.check(header, options.missing, file.len() as u64, &mut notes)?;
+    let wanted: Vec<usize> = chosen
+        .channels
+        .iter()
+        .chain(&chosen.alpha)
+        .copied()
+        .collect();
+    let mut planes = planes(file, chosen.part, &wanted, &frame)?;
     let statement = statement(header);
     let alpha = planes.split_off(chosen.channels.len()).pop();
     let mut color = planes;
@@ -186,24 +191,50 @@ fn corners(window: &IntegerBounds) -> String {
     format!("({left}, {top}) to ({}, {})", right - 1, bottom - 1)
 }
 
-/// The chosen channels over the display window, alpha last where there is one.
-fn planes(path: &Path, chosen: &Choice, frame: &Frame) -> Result<Vec<Vec<f32>>> {
-    let file = File::open(path).map_err(Error::io(path, "read"))?;
-    let wanted: Vec<usize> = chosen
-        .channels
-        .iter()
-        .chain(&chosen.alpha)
-        .copied()
+/// What the header of the first part says.
+pub(super) fn content(file: &[u8]) -> Result<ExrContent> {
+    let meta = headers(file)?;
+    let header = &meta.headers[0];
+    let channels = header.channels.list.iter();
+    Ok(ExrContent {
+        channels: channels.map(|channel| channel.name.to_string()).collect(),
+        states_color: !statement(header).text.is_empty(),
+    })
+}
+
+/// The channels of the first part that `is_wanted` accepts.
+pub(super) fn read_planes(file: &[u8], is_wanted: impl Fn(&str) -> bool) -> Result<Planes> {
+    let meta = headers(file)?;
+    let header = &meta.headers[0];
+    if header.deep {
+        return Err(Error::data("OpenEXR", "deep data").expected("a flat image"));
+    }
+    check_sampling(header)?;
+    let frame = Frame::of(header);
+    frame.check(header, Missing::Refuse, file.len() as u64, &mut Vec::new())?;
+    let name = |channel: usize| header.channels.list[channel].name.to_string();
+    let wanted: Vec<usize> = (0..header.channels.list.len())
+        .filter(|&channel| is_wanted(&name(channel)))
         .collect();
+    let planes = planes(file, 0, &wanted, &frame)?;
+    Ok(Planes {
+        width: frame.display.size.0 as u32,
+        height: frame.display.size.1 as u32,
+        channels: wanted.into_iter().map(name).zip(planes).collect(),
+    })
+}
+
+/// Some channels of a part over the display window.
+fn planes(file: &[u8], part: usize, wanted: &[usize], frame: &Frame) -> Result<Vec<Vec<f32>>> {
     let mut planes = vec![vec![0.0; frame.texels()]; wanted.len()];
-    let reader = block::read(BufReader::new(file), false).map_err(undecodable)?;
+    let reader = block::read(Cursor::new(file), false).map_err(undecodable)?;
     let meta = reader.meta_data().clone();
     let chunks = reader
         .filter_chunks(false, |_, tile, block| {
-            block.layer == chosen.part && tile.is_largest_resolution_level()
+            block.layer == part && tile.is_largest_resolution_level()
         })
         .map_err(undecodable)?;
-    let header = &meta.headers[chosen.part];
+    let header = &meta.headers[part];
     for chunk in chunks {
         let block = UncompressedBlock::decompress_chunk(chunk.map_err(undecodable)?, &meta, false)
             .map_err(undecodable)?;

@@ -9,7 +9,7 @@ use exr::meta::MetaData;
 use exr::meta::attribute::SampleType;
 
 use crate::error::{Error, Result};
-use crate::format::image::options::{Purpose, ReadOptions};
+use crate::format::image::options::{Purpose, ReadOptions, SourceEncoding};
 
 /// Words of layers and channels that hold no colour.
 const NO_COLOR: [&str; 31] = [
@@ -187,6 +187,9 @@ impl Layers {
     /// The group that is the picture where nobody named one.
     fn found(&self, options: &ReadOptions) -> Result<Choice> {
         let is_candidate = |group: &&Group| match options.purpose {
+            Purpose::Color if options.encoding == SourceEncoding::Xyz => {
+                group.kind == Kind::Vector || group.is_color && group.kind == Kind::Rgb
+            }
             Purpose::Color => group.is_color && !matches!(group.kind, Kind::Single | Kind::Pair),
             Purpose::Data => group.kind != Kind::Single,
         };

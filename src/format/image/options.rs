@@ -26,6 +26,12 @@ pub enum SourceEncoding {
     Srgb,
     /// In proportion, with the primaries of Rec. 709, whatever the file says.
     Linear,
+    /// By the power 2.2, with the primaries of Rec. 709, whatever the file says.
+    #[serde(rename = "gamma-2.2")]
+    #[value(name = "gamma-2.2")]
+    Gamma22,
+    /// In proportion, as CIE XYZ tristimulus values under D65, whatever the file says.
+    Xyz,
 }
 
 /// Which way up an image is read.

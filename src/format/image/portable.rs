@@ -3,13 +3,11 @@
 //! Of several statements the first of these holds: cICP, iCCP, sRGB, gAMA and cHRM (PNG, third edition,
 //! 4.3). Palettes, depths below 8 and tRNS are expanded; 16 bits stay 16.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
+use std::io::Cursor;
 
 use png::{BitDepth, CodingIndependentCodePoints, Decoder, Info, Limits, Transformations};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::format::image::color::{Curve, Statement};
 use crate::format::image::decoded::{Decoded, channel_names, only_part, split_alpha};
 use crate::format::image::facts::Facts;
@@ -20,14 +18,14 @@ use crate::format::image::{Claim, HARMLESS, Note, Precision, WORKING, icc, undec
 /// Bytes that one byte of a file can stand for: deflate holds runs of 258 bytes in 2 bits.
 const STRONGEST_COMPRESSION: u64 = 1032;
 
-pub(super) fn read(path: &Path, file_length: u64) -> Result<Decoded> {
-    let file = File::open(path).map_err(Error::io(path, "read"))?;
+pub(super) fn read(file: &[u8]) -> Result<Decoded> {
+    let file_length = file.len() as u64;
     let most = file_length
         .saturating_mul(STRONGEST_COMPRESSION)
         .max(HARMLESS)
         .saturating_add(WORKING);
     let bytes = usize::try_from(most).unwrap_or(usize::MAX);
-    let mut decoder = Decoder::new_with_limits(BufReader::new(file), Limits { bytes });
+    let mut decoder = Decoder::new_with_limits(Cursor::new(file), Limits { bytes });
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(undecodable)?;
     let (color, depth) = reader.output_color_type();

@@ -104,6 +104,16 @@ impl std::fmt::Display for Chromaticities {
     }
 }
 
+/// The matrix from tristimulus values under a light to linear Rec. 709, the light's white kept white.
+pub fn adapted_to_rec709(white: DVec3) -> Option<DMat3> {
+    Some(xyz_to_rec709()? * bradford(white, white_xyz(D65)?)?)
+}
+
+/// The matrix from linear Rec. 709 to XYZ (D65).
+pub fn rec709_to_xyz() -> Option<DMat3> {
+    Chromaticities::REC709.to_xyz()
+}
+
 /// XYZ with the white of Rec. 709 to linear Rec. 709.
 pub(super) fn xyz_to_rec709() -> Option<DMat3> {
     inverse(Chromaticities::REC709.to_xyz()?)

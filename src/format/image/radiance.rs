@@ -4,9 +4,6 @@
 //! `EXPOSURE` and `COLORCORR` are divided out; RGB is linear Rec. 709 unless `PRIMARIES` says otherwise;
 //! XYZE is converted with the white of equal energy, Radiance's own, kept white.
 
-use std::fs;
-use std::path::Path;
-
 use crate::error::{Error, Result};
 use crate::format::image::color::{Curve, Statement};
 use crate::format::image::decoded::{Decoded, only_part};
@@ -19,12 +16,8 @@ const STRONGEST_COMPRESSION: u64 = 4096;
 /// The longest header, in bytes.
 const LONGEST_HEADER: usize = 64 << 10;
 
-pub(super) fn read(path: &Path, file_length: u64) -> Result<Decoded> {
-    let bytes = fs::read(path).map_err(Error::io(path, "read"))?;
-    let mut lines = Lines {
-        bytes: &bytes,
-        at: 0,
-    };
+pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
+    let mut lines = Lines { bytes, at: 0 };
     let header = Header::read(&mut lines)?;
     let raster = Raster::parse(&lines.next("resolution line")?)?;
     let claim = Claim {
@@ -33,7 +26,7 @@ pub(super) fn read(path: &Path, file_length: u64) -> Result<Decoded> {
         stored_bits: 32,
         decoded_bytes: 12,
     };
-    claim.check(STRONGEST_COMPRESSION, file_length)?;
+    claim.check(STRONGEST_COMPRESSION, bytes.len() as u64)?;
     let data = pixels(&bytes[lines.at..], &raster, header.scale)?;
     let kind = if header.is_xyz { "XYZE" } else { "RGBE" };
     let mut part = only_part(&["R", "G", "B"], kind, "run lengths");

@@ -1,8 +1,6 @@
 //! JPEG, GIF and BMP, through the `image` crate.
 
-use std::fs;
 use std::io::Cursor;
-use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
@@ -26,16 +24,16 @@ fn strongest_compression(format: ImageFormat) -> u64 {
     }
 }
 
-pub(super) fn read(path: &Path, file_length: u64) -> Result<Decoded> {
-    let bytes = fs::read(path).map_err(Error::io(path, "read"))?;
-    let mut reader = ImageReader::new(Cursor::new(bytes.as_slice()))
+pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
+    let file_length = bytes.len() as u64;
+    let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
-        .map_err(Error::io(path, "read"))?;
+        .map_err(undecodable)?;
     let format = match reader.format() {
         Some(format @ (ImageFormat::Jpeg | ImageFormat::Gif | ImageFormat::Bmp)) => format,
         _ => return Err(undecodable("a format that is not read, or no image")),
     };
-    let jpeg = (format == ImageFormat::Jpeg).then(|| JpegHeader::of(&bytes));
+    let jpeg = (format == ImageFormat::Jpeg).then(|| JpegHeader::of(bytes));
     if let Some(header) = &jpeg {
         check_jpeg(header)?;
     }
@@ -106,6 +104,13 @@ fn check_jpeg(header: &JpegHeader) -> Result<()> {
         0 | 1 | 3 => {}
         other => return refused(format!("{other} components")),
     }
+    if !header.is_whole && !header.process.is_empty() {
+        return Err(
+            Error::data("JPEG", "cut off: the mark of the image's end is missing")
+                .expected("a whole file")
+                .advice("get the file again; if it is whole, save it again"),
+        );
+    }
     match (header.precision, header.process) {
         (0 | 8, "" | "baseline" | "extended" | "progressive") => Ok(()),
         (bits, process) => Err(Error::data("JPEG", format!("{process}, {bits} bits"))
@@ -169,6 +174,16 @@ mod tests {
             found.facts.color
         );
         assert_eq!(found.read.unwrap().image.encoding, Encoding::Linear);
+    }
+
+    #[test]
+    fn a_file_that_is_cut_off_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpg");
+        let whole = jpeg(b"");
+        std::fs::write(&path, &whole[..whole.len() - 3]).unwrap();
+        let error = read_with(&path, &ReadOptions::default()).unwrap_err();
+        assert!(error.to_string().contains("cut off"), "{error}");
     }
 
     #[test]

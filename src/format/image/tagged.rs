@@ -8,14 +8,12 @@
 //!
 //! Not handled: CMYK, Lab, LogLuv, masks, signed integers, and TIFF's own tags for primaries and curves.
 
-use std::fs;
 use std::io::Cursor;
-use std::path::Path;
 
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::format::image::color::Statement;
 use crate::format::image::decoded::{Decoded, channel_names, only_part};
 use crate::format::image::facts::Facts;
@@ -42,8 +40,9 @@ fn limits(decoded: u64, file_length: u64) -> Limits {
     limits
 }
 
-pub(super) fn read(path: &Path, file_length: u64) -> Result<Decoded> {
-    let mut bytes = fs::read(path).map_err(Error::io(path, "read"))?;
+pub(super) fn read(file: &[u8]) -> Result<Decoded> {
+    let file_length = file.len() as u64;
+    let mut bytes = file.to_vec();
     let entry = PhotometricEntry::find(&bytes);
     let stated = entry.map_or(1, |entry| entry.value(&bytes));
     let photometric = Photometric::of(stated)?;

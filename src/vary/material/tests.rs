@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::*;
 use crate::btf::Direction;
-use crate::btf::sample::{DType, FORMAT, VERSION};
+use crate::btf::sample::{DType, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::format::id::ContentId;
 

@@ -1,5 +1,7 @@
 //! OpenEXR files made here, byte by byte or by another writer; what is odd, what is refused.
 
+use std::path::Path;
+
 use exr::image::{Image, Layer, SpecificChannels};
 use exr::meta::attribute::{Chromaticities as Primaries, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};

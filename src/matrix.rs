@@ -1,9 +1,11 @@
-//! Products of matrices: the one place that calls the GEMM kernels.
+//! Products of matrices, and eigenvectors of small symmetric ones: the one place that calls the GEMM
+//! kernels.
 //!
 //! In: views of any strides, `f32` or `f64`. Out: the product, written or added. The kernels are
 //! chosen at run time for the machine; a result does not depend on the number of threads.
 
 use gemm::Parallelism;
+use nalgebra::{DMatrix, SymmetricEigen};
 use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 
 /// A number type the kernels know.
@@ -107,6 +109,20 @@ fn product<T: Real>(
             parallelism,
         );
     }
+}
+
+/// Eigenvalues, largest first, and eigenvectors as columns of a symmetric matrix.
+pub fn eigen(matrix: Array2<f64>) -> (Vec<f64>, Array2<f64>) {
+    let side = matrix.nrows();
+    if side == 0 {
+        return (Vec::new(), matrix);
+    }
+    let found = SymmetricEigen::new(DMatrix::from_fn(side, side, |i, j| matrix[[i, j]]));
+    let mut order: Vec<usize> = (0..side).collect();
+    order.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
+    let values = order.iter().map(|&at| found.eigenvalues[at]).collect();
+    let vectors = Array2::from_shape_fn((side, side), |(i, j)| found.eigenvectors[(i, order[j])]);
+    (values, vectors)
 }
 
 #[cfg(test)]

@@ -1,0 +1,111 @@
+//! Every image of a source, written into a sample.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::btf::bonn::images::BonnImages;
+use crate::btf::bonn::local_frames::TexelFrames;
+use crate::btf::description::Description;
+use crate::btf::image_source::ImageSource;
+use crate::btf::writer::SampleWriter;
+use crate::error::{Error, Result};
+use crate::format::atomic::parent;
+use crate::format::nameless::{Nameless, NamelessWriter};
+use crate::progress::Progress;
+
+/// Bytes of a block of texels while local frames are undone.
+const BLOCK: usize = 64 << 20;
+
+/// Writes all images to `target`.
+pub(super) fn expand(
+    images: &BonnImages,
+    target: &Path,
+    progress: Progress<'_>,
+) -> Result<Description> {
+    let mut writer = SampleWriter::create(target, images.description.clone())?;
+    each_image(images, progress, |image| writer.push(image))?;
+    writer.finish()
+}
+
+/// The same where each texel has a frame of its own: the numbers go over the disk, once by images and once by blocks
+/// of texels.
+pub(super) fn expand_turned(
+    images: &BonnImages,
+    frames: &TexelFrames<'_>,
+    target: &Path,
+    progress: Progress<'_>,
+) -> Result<Description> {
+    let mut writer = SampleWriter::create(target, images.description.clone())?;
+    let io = |action| Error::io(target, action);
+    let scratch = || NamelessWriter::create_in(parent(target)).map_err(io("write"));
+    let mut by_image = scratch()?;
+    each_image(images, progress, |image| {
+        by_image.write(image).map_err(io("write"))
+    })?;
+    let by_image: Nameless<f32> = by_image.finish().map_err(io("read"))?;
+    let description = &images.description;
+    let (count, texels) = (description.image_count(), description.grid().len());
+    let per_block = (BLOCK / (count * 12)).clamp(1, texels);
+    let mut by_block = scratch()?;
+    progress.begin("undoing local frames", texels as u64);
+    for start in (0..texels).step_by(per_block) {
+        let block = start..texels.min(start + per_block);
+        let mut values = gathered(by_image.as_slice(), texels, block.clone());
+        frames.turn_block(&mut values, block.clone());
+        by_block.write(&values).map_err(io("write"))?;
+        progress.advance(block.len() as u64)?;
+    }
+    progress.end();
+    let by_block: Nameless<f32> = by_block.finish().map_err(io("read"))?;
+    let mut values = vec![0.0; texels * 3];
+    for image in 0..count {
+        progress.check()?;
+        let (out, _) = values.as_chunks_mut::<3>();
+        let (all, _) = by_block.as_slice().as_chunks::<3>();
+        // Blocks follow each other, so a texel's numbers lie together whatever its block.
+        let pairs = out.iter_mut().enumerate();
+        pairs.for_each(|(texel, out)| *out = all[texel * count + image]);
+        writer.push(&values)?;
+    }
+    writer.finish()
+}
+
+/// A block of texels, \[texel\]\[image\]\[RGB\], of numbers that lie image by image.
+fn gathered(by_image: &[f32], texels: usize, block: std::ops::Range<usize>) -> Vec<f32> {
+    let count = by_image.len() / (texels * 3);
+    let mut values = vec![0.0; block.len() * count * 3];
+    values
+        .par_chunks_mut(count * 3)
+        .zip(block)
+        .for_each(|(values, texel)| {
+            for (image, out) in values.chunks_mut(3).enumerate() {
+                let from = (image * texels + texel) * 3;
+                out.copy_from_slice(&by_image[from..from + 3]);
+            }
+        });
+    values
+}
+
+/// Calls `take` with each image in order.
+fn each_image(
+    images: &BonnImages,
+    progress: Progress<'_>,
+    mut take: impl FnMut(&[f32]) -> Result<()>,
+) -> Result<()> {
+    let count = images.description.image_count();
+    let image = images.description.grid().len() * 3;
+    let run = images.run().min(count);
+    let mut values = vec![0.0; run * image];
+    progress.begin("expanding images", count as u64);
+    for start in (0..count).step_by(run) {
+        progress.check()?;
+        let end = count.min(start + run);
+        let values = &mut values[..(end - start) * image];
+        images.read_images(start..end, values)?;
+        values.chunks(image).try_for_each(&mut take)?;
+        progress.advance((end - start) as u64)?;
+    }
+    progress.end();
+    Ok(())
+}

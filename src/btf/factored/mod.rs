@@ -1,0 +1,31 @@
+//! Factored samples: every image a sum of a few eigentextures.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`factorization`] | what `btf.json` says of the factors |
+//! | [`factors`], [`products`] | the factors in memory, and images multiplied out |
+//! | [`writer`], [`content_id`] | a factored sample written row by row, and its id |
+//! | [`factorize`] | a factored sample made from any images |
+//! | [`image_matrix`], [`randomized_svd`], [`orthonormal`] | the leading eigentextures, by passes over the images |
+//! | [`residual`] | the error that factors leave |
+
+pub mod content_id;
+pub mod factorization;
+pub mod factorize;
+pub mod factors;
+mod image_matrix;
+pub(crate) mod orthonormal;
+pub mod products;
+mod randomized_svd;
+pub mod residual;
+pub mod writer;
+
+#[cfg(test)]
+mod factorize_tests;
+#[cfg(test)]
+mod tests;
+
+pub use factorization::Factorization;
+pub use factorize::{Accuracy, FactorOptions, factorize};
+pub use factors::Factors;
+pub use writer::FactoredWriter;

@@ -1,0 +1,130 @@
+//! `mesotex export`: sample → a format that other programs read.
+
+mod bonn;
+mod fit;
+mod image_set;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::btf::bonn::BonnExportOptions;
+use crate::btf::bonn::signature::Format as BonnFormat;
+use crate::btf::image_sets::ImageSet;
+use crate::btf::sample::files_of;
+use crate::cli::export::fit::FitOptions;
+use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
+use crate::cli::session::{Common, Session};
+use crate::error::Result;
+use crate::format::ours::Format;
+
+/// Write a sample in a format that other programs read.
+///
+/// OUT is exactly the file or the folder written; of folders only an empty one is replaced. Values become reflectance
+/// with the light's cosine in it: a white plane facing the light has 1.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  mesotex export weave.sample --to folder -o weave-images
+  mesotex export impalla.sample --to ubo2003 -o impalla-images
+  mesotex export coin.sample --to ptm -o coin.ptm
+  mesotex export weave.sample --to bdi -o weave.btf
+  mesotex export weave.sample --to dfmf --rank 32 -o weave.btf")]
+pub struct Arguments {
+    /// The sample.
+    pub sample: PathBuf,
+    /// The format.
+    #[arg(long, value_enum)]
+    pub to: Target,
+    /// The file or the folder to write.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub bonn: BonnExportOptions,
+    #[command(flatten)]
+    pub fit: FitOptions,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Target {
+    /// A folder as UBO2003: 8-bit JPEG in sRGB, directions at whole degrees.
+    Ubo2003,
+    /// A folder as UTIA: 8-bit PNG in sRGB, directions at whole degrees.
+    Utia,
+    /// A folder as UTIA: OpenEXR in XYZ (D65), half floats, directions at whole degrees.
+    UtiaExr,
+    /// A folder of OpenEXR images with a table of angles, any directions; nothing is lost.
+    Folder,
+    /// Bonn's .btf: factors of each colour channel (decorrelated full matrix factorization).
+    Dfmf,
+    /// Bonn's .btf: one pair of factors (full matrix factorization).
+    Fmf,
+    /// Bonn's .btf: principal components of each view (per-view factorization).
+    Pvf,
+    /// Bonn's .btf: every number, as halves.
+    Bdi,
+    /// A polynomial texture map: a sample of one view, fitted over its lights.
+    Ptm,
+}
+
+/// The families of formats.
+enum Kind {
+    ImageSet(ImageSet),
+    Bonn(BonnFormat),
+    Ptm,
+}
+
+impl Target {
+    fn kind(self) -> Kind {
+        match self {
+            Self::Ubo2003 => Kind::ImageSet(ImageSet::Ubo2003),
+            Self::Utia => Kind::ImageSet(ImageSet::Utia),
+            Self::UtiaExr => Kind::ImageSet(ImageSet::UtiaExr),
+            Self::Folder => Kind::ImageSet(ImageSet::Folder),
+            Self::Dfmf => Kind::Bonn(BonnFormat::Dfmf),
+            Self::Fmf => Kind::Bonn(BonnFormat::Fmf),
+            Self::Pvf => Kind::Bonn(BonnFormat::Pvf),
+            Self::Bdi => Kind::Bonn(BonnFormat::Bdi),
+            Self::Ptm => Kind::Ptm,
+        }
+    }
+}
+
+impl Arguments {
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        match self.to.kind() {
+            Kind::Bonn(format) => self.bonn.validate(Some(format))?,
+            Kind::ImageSet(_) | Kind::Ptm => self.bonn.validate(None)?,
+        }
+        self.fit.validate(matches!(self.to, Target::Ptm))
+    }
+
+    /// What the command reads and writes.
+    pub fn files(&self) -> Files {
+        let product = match self.to.kind() {
+            Kind::Bonn(_) => Product::File(Format::Btf),
+            Kind::Ptm => Product::File(Format::Ptm),
+            Kind::ImageSet(_) => Product::NewFolder,
+        };
+        Files::default()
+            .read(&files_of(&self.sample))
+            .write("output", [&self.output], product)
+    }
+
+    /// Runs the command.
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.check()?;
+        let _locks = self.files().claim()?;
+        match self.to.kind() {
+            Kind::ImageSet(set) => image_set::run(&self.sample, set, &self.output, session),
+            Kind::Bonn(format) => {
+                bonn::run(&self.sample, format, &self.bonn, &self.output, session)
+            }
+            Kind::Ptm => fit::run(&self.sample, &self.fit, &self.output, session),
+        }
+    }
+}
