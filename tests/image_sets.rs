@@ -479,6 +479,7 @@ fn sets_are_exported_by_name_and_never_over_files() {
     small_set(folder.path());
     fs::create_dir(folder.path().join("set")).unwrap();
     small_set(&folder.path().join("set"));
+    assert!(succeed(folder.path(), &["info", "set"]).contains("(utia): 6 images"));
     let sample = import(folder.path(), &["set", "--dtype", "f4"]);
     for target in ["ubo2003", "utia", "utia-exr", "folder"] {
         let words = ["export", "x.sample", "--to", target, "-o", target, "--json"];
