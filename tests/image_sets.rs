@@ -367,6 +367,8 @@ fn missing_images_are_named_and_filled() {
     ] {
         assert!(error.contains(says), "{says}: {error}");
     }
+    let told = succeed(folder.path(), &["info", "."]);
+    assert!(told.contains("2 of 6 images are missing"), "{told}");
     let filled = import(folder.path(), &[".", "--fill"]);
     let description = filled.description();
     assert_eq!(description.image_count(), 6);

@@ -210,19 +210,15 @@ impl Chosen {
     }
 
     fn missing_images(&self, list: &ImageList, missing: &[[u32; 2]]) -> Error {
-        let advice = format!(
-            "{} of {} images are missing; --fill interpolates them, --scattered takes the images that are there",
-            missing.len(),
-            self.product().count()
-        );
-        let lines = missing
-            .iter()
-            .map(|&pair| format!("no image of {}", self.told(pair)));
-        Error::Faults {
-            path: list.path.clone(),
-            lines: lines.chain([advice]).collect(),
-            usage: false,
-        }
+        let named: Vec<String> = missing.iter().map(|&pair| self.told(pair)).collect();
+        let (count, all) = (missing.len(), self.product().count());
+        Error::data("images", format!("{count} of {all} are missing"))
+            .expected(format!(
+                "every view with every light, also\n  {}",
+                named.join("\n  ")
+            ))
+            .advice("--fill interpolates them, --scattered takes the images that are there")
+            .in_file(&list.path)
     }
 
     fn note_of_missing(&self, missing: &[[u32; 2]]) -> String {
