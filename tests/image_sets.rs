@@ -12,7 +12,9 @@ use mesotex::btf::image_sets::{export_folder, export_ubo2003, export_utia};
 use mesotex::btf::sample::Sample;
 use serde_json::Value;
 
-use image_set_files::{bitmap, compressed, grey, hdr_with_faulty_line, spectral, ubo_name, zip};
+use image_set_files::{
+    bitmap, compressed, grey, hdr_with_faulty_line, spectral, ubo_name, xyz, zip,
+};
 use program::{files, mesotex, refuse, succeed};
 
 fn open(folder: &Path) -> Sample {
@@ -86,14 +88,8 @@ fn an_archive_made_from_a_bake_imports_to_the_bake() {
             "utia" => export_utia(&bake, &set).unwrap(),
             _ => export_folder(&bake, &set).unwrap(),
         };
-        let source = if name == "plain" {
-            name.to_owned()
-        } else {
-            format!("{name}.zip")
-        };
-        if name != "plain" {
-            zip(&at(&source), &files(&set), true);
-        }
+        let source = format!("{name}.zip");
+        zip(&at(&source), &files(&set), name == "ubo");
         let found = import(folder.path(), &[&source, "--tileable"]);
         let (a, b) = (bake.description(), found.description());
         assert_eq!((a.width, a.height, a.layout), (b.width, b.height, b.layout));
@@ -371,6 +367,8 @@ fn missing_images_are_named_and_filled() {
     ] {
         assert!(error.contains(says), "{says}: {error}");
     }
+    let told = succeed(folder.path(), &["info", "."]);
+    assert!(told.contains("2 of 6 images are missing"), "{told}");
     let filled = import(folder.path(), &[".", "--fill"]);
     let description = filled.description();
     assert_eq!(description.image_count(), 6);
@@ -485,6 +483,7 @@ fn sets_are_exported_by_name_and_never_over_files() {
     small_set(folder.path());
     fs::create_dir(folder.path().join("set")).unwrap();
     small_set(&folder.path().join("set"));
+    assert!(succeed(folder.path(), &["info", "set"]).contains("(utia): 6 images"));
     let sample = import(folder.path(), &["set", "--dtype", "f4"]);
     for target in ["ubo2003", "utia", "utia-exr", "folder"] {
         let words = ["export", "x.sample", "--to", target, "-o", target, "--json"];
@@ -509,4 +508,54 @@ fn sets_are_exported_by_name_and_never_over_files() {
     assert!(refuse(folder.path(), &again, 2).contains("not empty"));
     let inside = ["export", "x.sample", "--to", "utia", "-o", "x.sample"];
     assert!(refuse(folder.path(), &inside, 2).contains("not empty"));
+}
+
+/// XYZ of a grey of 0.5 under D65.
+const GREY_XYZ: [f32; 3] = [0.475_235, 0.5, 0.544_415];
+
+fn is_grey(sample: &Sample) -> bool {
+    (0..3).all(|channel| (value(sample, 0, channel) - 0.5).abs() < 1e-3)
+}
+
+#[test]
+fn openexr_of_utia_is_xyz_unless_it_says_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let [x, y, z] = GREY_XYZ;
+    fs::create_dir(at("utia")).unwrap();
+    let image = at("utia/tl000_pl000_tv000_pv000.exr");
+    exr::prelude::write_rgb_file(&image, 4, 3, |_, _| (x, y, z)).unwrap();
+    let words = ["import", "utia", "-o", "x.sample", "--dtype", "f4"];
+    let told = mesotex(folder.path(), &words).stderr;
+    assert!(String::from_utf8_lossy(&told).contains("XYZ"));
+    assert!(is_grey(&open(folder.path())));
+    let as_stored = import(
+        folder.path(),
+        &["utia", "--dtype", "f4", "--encoding", "linear"],
+    );
+    assert!((value(&as_stored, 0, 0) - x).abs() < 1e-5);
+    // Elsewhere R, G and B are what they are called, and X, Y and Z too.
+    fs::rename(at("utia"), at("other")).unwrap();
+    let renamed = at("other/l0_0.exr");
+    fs::rename(at("other/tl000_pl000_tv000_pv000.exr"), &renamed).unwrap();
+    let words = ["other", "--dtype", "f4", "--pattern", "l{tl}_{pl}"];
+    assert!((value(&import(folder.path(), &words), 0, 0) - x).abs() < 1e-5);
+    xyz(&renamed, GREY_XYZ);
+    assert!(is_grey(&import(folder.path(), &words)));
+}
+
+#[test]
+fn encodings_and_axes_are_as_the_user_says() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("set")).unwrap();
+    for (number, phi) in [(0, 0), (1, 90)] {
+        let name = format!("set/tl030_pl{phi:03}_tv000_pv000.png");
+        grey(&folder.path().join(name), 2, 2, 100 + number);
+    }
+    let found = import(folder.path(), &["set", "--encoding", "gamma-2.2"]);
+    assert!(close(value(&found, 0, 0), (100.0_f32 / 255.0).powf(2.2)));
+    let turned = import(folder.path(), &["set", "--handedness", "left"]);
+    let lights = &turned.description().lights;
+    assert!((lights[1].phi().to_degrees() - 270.0).abs() < 1e-9);
+    assert!(close(value(&turned, 1, 0), linear(101)));
 }

@@ -36,7 +36,12 @@ pub fn read(path: &Path, limit: u64) -> Result<Text<'static>> {
             .in_file(path));
     }
     let bytes = fs::read(path).map_err(Error::io(path, "read"))?;
-    let Text { text, encoding } = decode(&bytes).map_err(|error| error.in_file(path))?;
+    of_bytes(&bytes).map_err(|error| error.in_file(path))
+}
+
+/// The text of a file that is in memory; its lines are ended by `\n` alone.
+pub fn of_bytes(bytes: &[u8]) -> Result<Text<'static>> {
+    let Text { text, encoding } = decode(bytes)?;
     let text = match text.contains('\r') {
         true => text.replace("\r\n", "\n").replace('\r', "\n"),
         false => text.into_owned(),

@@ -21,7 +21,16 @@ fn set(image: &[u8], end: &str, stored: bool) -> Vec<u8> {
 
 /// Archives of JPEG and PNG, of Radiance with sound and with faulty size lines, of packed bitmaps.
 pub fn image_sets() -> Vec<Vec<u8>> {
+    let png = &images(ImageFormat::Png)[0];
+    let list = b"2\na.png 0 0 1\nb c.png 0.1 0.2 0.9\n".to_vec();
+    let listed = [
+        ("dome/dirs.lp", &list),
+        ("dome/a.png", png),
+        ("dome/b c.png", png),
+    ];
+    let listed = listed.map(|(name, bytes)| (name.into(), bytes.clone()));
     vec![
+        zipped(&listed.into(), true),
         set(&images(ImageFormat::Jpeg)[0], "jpg", true),
         set(&images(ImageFormat::Png)[0], "png", false),
         set(&hdr(), "hdr", false),

@@ -90,6 +90,20 @@ pub fn spectral(path: &Path, reflectance: impl Fn(f64) -> f32) {
     exr::write(path, &exr::encode(&image, Compression::Zip).unwrap()).unwrap();
 }
 
+/// Writes an image of 2 × 2 texels in channels X, Y and Z.
+pub fn xyz(path: &Path, color: [f32; 3]) {
+    let plane = |value: f32| Numbers::Float(Cow::Owned(vec![value; 4]));
+    let channels = ["X", "Y", "Z"].into_iter().zip(color);
+    let image = ExrImage {
+        size: [2, 2],
+        channels: channels
+            .map(|(name, value)| (name.to_owned(), plane(value)))
+            .collect(),
+        attributes: BTreeMap::new(),
+    };
+    exr::write(path, &exr::encode(&image, Compression::Zip).unwrap()).unwrap();
+}
+
 /// A Radiance file whose size line names columns first, its pixels being rows: red counts columns, green rows,
 /// in sixteenths.
 pub fn hdr_with_faulty_line(width: u8, height: u8) -> Vec<u8> {

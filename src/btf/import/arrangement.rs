@@ -210,19 +210,15 @@ impl Chosen {
     }
 
     fn missing_images(&self, list: &ImageList, missing: &[[u32; 2]]) -> Error {
-        let advice = format!(
-            "{} of {} images are missing; --fill interpolates them, --scattered takes the images that are there",
-            missing.len(),
-            self.product().count()
-        );
-        let lines = missing
-            .iter()
-            .map(|&pair| format!("no image of {}", self.told(pair)));
-        Error::Faults {
-            path: list.path.clone(),
-            lines: lines.chain([advice]).collect(),
-            usage: false,
-        }
+        let named: Vec<String> = missing.iter().map(|&pair| self.told(pair)).collect();
+        let (count, all) = (missing.len(), self.product().count());
+        Error::data("images", format!("{count} of {all} are missing"))
+            .expected(format!(
+                "every view with every light, also\n  {}",
+                named.join("\n  ")
+            ))
+            .advice("--fill interpolates them, --scattered takes the images that are there")
+            .in_file(&list.path)
     }
 
     fn note_of_missing(&self, missing: &[[u32; 2]]) -> String {
@@ -338,5 +334,98 @@ fn check_repeated(list: &ImageList, used: &[Used]) -> Result<Vec<String>> {
             "{count} images repeat the directions of another, {} first",
             faults[0]
         )]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::btf::import::family::Family;
+    use crate::btf::import::list_options::Handedness;
+    use crate::btf::import::place::Place;
+
+    /// Images at these angles of view and light, in degrees.
+    fn list(angles: &[(f64, f64)], is_set: bool) -> ImageList {
+        let at = |degrees: f64| Direction::from_angles(degrees.to_radians(), 1.0);
+        let image = |&(view, light): &(f64, f64)| MeasuredImage {
+            path: format!("v{view}l{light}.png").into(),
+            view: at(view),
+            light: at(light),
+        };
+        ImageList {
+            name: "set".into(),
+            path: "set".into(),
+            kind: "test",
+            family: Family::Any,
+            handedness: Handedness::Right,
+            images: angles.iter().map(image).collect(),
+            place: Place::Files,
+            is_set,
+            notes: Vec::new(),
+            facts: serde_json::Map::new(),
+        }
+    }
+
+    fn arranged(list: &ImageList, preparation: &Preparation) -> Arrangement {
+        Arrangement::of(list, preparation).unwrap()
+    }
+
+    #[test]
+    fn gaps_and_repetitions_of_a_list_are_notes() {
+        let plain = Preparation::default();
+        let gap = arranged(
+            &list(&[(0.0, 10.0), (0.0, 20.0), (5.0, 20.0)], false),
+            &plain,
+        );
+        assert_eq!(gap.pairs, Some(vec![[0, 0], [0, 1], [1, 1]]));
+        assert!(
+            gap.notes[0].contains("1 of 4") && gap.notes[0].contains("(10°"),
+            "{:?}",
+            gap.notes
+        );
+        let twice = arranged(&list(&[(0.0, 10.0), (0.0, 10.0)], false), &plain);
+        assert_eq!(twice.read_images(), [0, 1]);
+        assert!(
+            twice.notes[0].contains("1 images repeat"),
+            "{:?}",
+            twice.notes
+        );
+        let scattered = arranged(
+            &list(&[(0.0, 10.0), (5.0, 20.0), (9.0, 30.0)], true),
+            &plain,
+        );
+        assert_eq!((scattered.notes.len(), scattered.slots.len()), (0, 3));
+    }
+
+    #[test]
+    fn directions_of_a_set_are_sorted_and_chosen() {
+        let set = list(&[(5.0, 20.0), (0.0, 20.0), (5.0, 10.0), (0.0, 10.0)], true);
+        let whole = arranged(&set, &Preparation::default());
+        assert_eq!(
+            (whole.pairs.is_none(), whole.read_images()),
+            (true, vec![3, 1, 2, 0])
+        );
+        let preparation = Preparation {
+            keep_views: Some("1".parse().unwrap()),
+            ..Preparation::default()
+        };
+        let chosen = arranged(&set, &preparation);
+        assert_eq!((chosen.views.len(), chosen.read_images()), (1, vec![2, 0]));
+    }
+
+    #[test]
+    fn what_is_missing_is_blended_where_the_user_wants_it() {
+        let set = list(&[(0.0, 10.0), (0.0, 20.0), (5.0, 20.0)], true);
+        let fill = Preparation {
+            fill: true,
+            ..Preparation::default()
+        };
+        let filled = arranged(&set, &fill);
+        assert_eq!(filled.filled, [[1, 0]]);
+        assert!(matches!(&filled.slots[2], Slot::Fill(blend) if blend.0.len() == 3));
+        let error = Arrangement::of(&set, &Preparation::default()).unwrap_err();
+        assert!(error.to_string().contains("--fill"), "{error}");
+        let scattered = list(&[(0.0, 10.0), (5.0, 20.0), (9.0, 30.0)], true);
+        assert!(Arrangement::of(&scattered, &fill).is_err());
     }
 }

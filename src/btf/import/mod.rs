@@ -1,11 +1,11 @@
 //! Measured image sets in, BTF samples out.
 //!
-//! [`recognize`] says what a path is. A *source* lists its images, each with the view and light it was taken
+//! [`mod@recognize`] says what a path is. A *source* lists its images, each with the view and light it was taken
 //! under; [`assemble`] turns the list into a sample, image by image.
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`recognize`], [`lists`] | what a path holds |
+//! | [`mod@recognize`], [`lists`] | what a path holds |
 //! | [`light_positions`], [`image_table`], [`near_field`], [`find_images`] | lists: RTI captures, tables of angles or positions |
 //! | [`sets`], [`family`] | folders and archives whose names say the angles |
 //! | [`image_list`], [`place`] | what every source hands on |

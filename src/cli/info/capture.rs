@@ -36,6 +36,9 @@ pub fn describe(path: &Path) -> Result<Outcome> {
     for note in &list.notes {
         outcome = outcome.line(note.as_str());
     }
+    if let Some(gaps) = gaps(&list) {
+        outcome = outcome.line(gaps);
+    }
     outcome = match missing.first() {
         None => outcome.next(format!("mesotex import {} -o {}.sample", path.display(), list.name)),
         Some(first) => outcome.line(format!(
@@ -58,6 +61,17 @@ fn headline(list: &ImageList) -> String {
         list.images.len(),
         list.path.display()
     )
+}
+
+/// Says how many images a set lacks, where it is one with gaps.
+fn gaps(list: &ImageList) -> Option<String> {
+    let views = distinct(list, |image| image.view).len();
+    let all = views * distinct(list, |image| image.light).len();
+    let missing = all.saturating_sub(list.images.len());
+    let has_gaps = list.is_set && missing > 0 && missing * 2 <= all;
+    has_gaps.then(|| {
+        format!("{missing} of {all} images are missing: import --fill interpolates them, --scattered leaves them out")
+    })
 }
 
 fn distinct(list: &ImageList, of: impl Fn(&MeasuredImage) -> Direction) -> Vec<Direction> {

@@ -128,6 +128,7 @@ fn origin(source: &Value) -> String {
     let said = |(name, value): (&String, &Value)| match value {
         Value::Null => None,
         Value::String(text) => Some(format!("{name} {text}")),
+        Value::Array(list) => Some(format!("{} {name}", list.len())),
         other => Some(format!("{name} {other}")),
     };
     let fields = fields.iter().filter(|(name, _)| *name != "kind");

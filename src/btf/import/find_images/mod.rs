@@ -75,6 +75,27 @@ pub(super) fn find(listed: &[Listed], folder: &Path) -> Result<Found> {
     }
 }
 
+/// Finds the images of a list among files, by the last part of their names; all that are missing are told.
+pub(super) fn by_last_names(
+    listed: &[Listed],
+    files: impl IntoIterator<Item = PathBuf>,
+) -> Result<Vec<PathBuf>> {
+    let names = Names::of_files(files);
+    if let Some(paths) = by_name(listed, &names) {
+        return Ok(paths);
+    }
+    let missing = listed
+        .iter()
+        .filter(|image| names.get(&image.file).is_none());
+    let told: Vec<String> = missing
+        .map(|image| format!("`{}` (line {})", image.file, image.line))
+        .collect();
+    Err(
+        Error::data("images", format!("not there: {}", told.join(", ")))
+            .expected("a file for each line"),
+    )
+}
+
 /// The file as a line names it, or one of that name beside the list.
 fn near(named: &str, folder: &Path) -> PathBuf {
     let as_named = folder.join(named.replace('\\', "/"));

@@ -81,6 +81,9 @@ impl Preparation {
 
     /// Refuses numbers that no picture could satisfy.
     pub(super) fn check(&self) -> Result<()> {
+        if self.reduce == Some(0) {
+            return Err(Error::option("reduce", "0", "1 or more"));
+        }
         match self.hot_pixels {
             Some(factor) if !(factor > 1.0 && factor.is_finite()) => Err(Error::option(
                 "hot-pixels",

@@ -6,11 +6,13 @@
 //! | [`angles`] | the angles of one image, checked and ordered |
 //! | [`angle_names`] | angles by the names of Bonn's and UTIA's sets |
 //! | [`pattern`] | angles by a pattern of the user |
+//! | [`archived_list`] | lists inside archives |
 //! | [`curet`], [`curet_directions`] | numbered images of CUReT |
 //! | [`options`] | what the user says of a set |
 
 mod angle_names;
 mod angles;
+mod archived_list;
 mod curet;
 mod curet_directions;
 mod listing;
@@ -44,18 +46,26 @@ struct Sorted<'a> {
 
 /// Whether a folder holds images whose names say their angles.
 pub fn is_set(folder: &Path) -> bool {
-    let listing = Listing::of(folder);
-    listing.is_ok_and(|listing| {
-        listing
-            .images
-            .iter()
-            .any(|image| AngleName::parse(&image.name).is_some())
-    })
+    Listing::of(folder).is_ok_and(|listing| listing.says_angles())
 }
 
-/// Lists the images of a folder or a zip archive.
+impl Listing {
+    /// Whether any image's name says its angles.
+    fn says_angles(&self) -> bool {
+        let mut images = self.images.iter();
+        images.any(|image| AngleName::parse(&image.name).is_some())
+    }
+}
+
+/// Lists the images of a folder or a zip archive: by their names, else by a list in the archive.
 pub fn read_set(path: &Path, options: &SetOptions, handedness: Handedness) -> Result<ImageList> {
     let listing = Listing::of(path)?;
+    if options.given().is_none()
+        && !listing.says_angles()
+        && let Some(list) = archived_list::find(&listing).map_err(|error| error.in_file(path))?
+    {
+        return archived_list::read(path, &listing, list, handedness);
+    }
     let sorted = sort(&listing, options).map_err(|error| error.in_file(path))?;
     check_horizon(path, &sorted.taken)?;
     let measured = |(image, angles): &(&SetImage, Angles)| MeasuredImage {
