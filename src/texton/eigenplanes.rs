@@ -91,10 +91,12 @@ fn blocks(factors: &Factors, weights: &Array2<f64>) -> Vec<Range<usize>> {
     let mixes = weights
         .indexed_iter()
         .any(|((plane, channel), &weight)| weight != 0.0 && plane != channel);
-    match sets == CHANNELS && !mixes {
-        true => (0..sets).map(|set| set * rank..(set + 1) * rank).collect(),
-        false => vec![0..sets * rank],
-    }
+    let length = match sets == CHANNELS && !mixes {
+        true => rank,
+        false => sets * rank,
+    };
+    let starts = (0..sets * rank).step_by(length);
+    starts.map(|start| start..start + length).collect()
 }
 
 /// G^½ and G^−½ of a symmetric matrix without negative directions.
