@@ -361,6 +361,7 @@ mod tests {
             images: angles.iter().map(image).collect(),
             place: Place::Files,
             is_set,
+            positions: None,
             notes: Vec::new(),
             facts: serde_json::Map::new(),
         }

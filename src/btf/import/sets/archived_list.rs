@@ -63,6 +63,7 @@ pub(super) fn read(
         handedness,
         images: listed.iter().zip(paths).map(measured).collect(),
         place: listing.place.clone(),
+        positions: None,
         notes,
         facts: serde_json::Map::new(),
         path,
