@@ -5,7 +5,7 @@
 //! | [`factorization`] | what `btf.json` says of the factors |
 //! | [`factors`], [`products`] | the factors in memory, and images multiplied out |
 //! | [`writer`], [`content_id`] | a factored sample written row by row, and its id |
-//! | [`factorize`] | a factored sample made from any images |
+//! | [`mod@factorize`] | a factored sample made from any images |
 //! | [`image_matrix`], [`randomized_svd`], [`orthonormal`] | the leading eigentextures, by passes over the images |
 //! | [`residual`] | the error that factors leave |
 
