@@ -243,7 +243,7 @@ mod tests {
         let of = |model, v: [f64; 3]| Color::of(model).to_rgb(DVec3::from_array(v));
         let near = |found: DVec3, wanted: [f64; 3]| {
             assert!(
-                (found - DVec3::from_array(wanted)).length() < 1e-9,
+                (found - DVec3::from_array(wanted)).length() < 1e-7,
                 "{found}"
             );
         };

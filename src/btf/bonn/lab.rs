@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-/// D50 as XYZ.
-const WHITE: DVec3 = DVec3::new(0.9642, 1.0, 0.8249);
+/// D50 as XYZ: that of white in linear Rec. 709, the sum of the columns below.
+const WHITE: DVec3 = DVec3::new(0.964_22, 1.0, 0.825_21);
 /// XYZ of linear Rec. 709, its white adapted to D50 by the Bradford transform, as columns (ICC's sRGB profile).
 const XYZ_FROM_RGB: DMat3 = DMat3::from_cols(
     DVec3::new(0.436_074_7, 0.222_504_5, 0.013_932_2),
