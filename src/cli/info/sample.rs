@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::btf::direction::Direction;
 use crate::btf::factored::products::Values as Multiplied;
-use crate::btf::sample::{Description, Pixels, Sample, files_of};
+use crate::btf::sample::{Description, Pixels, RADIANCE, Sample, files_of};
 use crate::cli::outcome::Outcome;
 use crate::error::{Error, Result};
 use crate::format::id::check_same;
@@ -20,7 +20,12 @@ pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     let sample = Sample::open(path)?;
     let description = sample.description();
     let id = sample.content_id()?;
-    check_same("id of the arrays", &id, sample.id(), false).map_err(|error| error.in_file(path))?;
+    let arrays = match sample.factors() {
+        Some(_) => path.to_path_buf(),
+        None => path.join(RADIANCE),
+    };
+    check_same("id of the arrays", &id, sample.id(), false)
+        .map_err(|error| error.in_file(&arrays))?;
     let values = Values::of(&sample, progress)?;
     let outcome = Outcome::default()
         .line(headline(description))
