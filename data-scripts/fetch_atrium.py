@@ -7,7 +7,7 @@ Names that were seen: CEILING. No address is known for sure: take it from the pa
 Needs nothing but Python 3.8 or later, and the network.
 """
 
-from fetching import convert, fetch, options_of
+from fetching import fetch_archive
 
 PAGE = "https://cg.cs.uni-bonn.de/en/projects/btfdbb/download/atrium/"
 TERMS = (
@@ -15,15 +15,5 @@ TERMS = (
     "Size: 6561 images, JPEG of 800 x 800 or HDR of 256 x 256."
 )
 
-
-def main():
-    parser = options_of(__doc__, TERMS, PAGE)
-    parser.add_argument("name", help="what to call the sample, as CEILING")
-    options = parser.parse_args()
-    print(TERMS, PAGE)
-    archive = fetch(options.address, options.into, options.size, options.sha256)
-    convert(options, archive, options.into / f"{options.name.lower()}.sample")
-
-
 if __name__ == "__main__":
-    main()
+    fetch_archive(__doc__, TERMS, PAGE, "what to call the sample, as CEILING")

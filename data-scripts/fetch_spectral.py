@@ -8,20 +8,10 @@ unpacked by hand is converted by `mesotex import FOLDER`.
 Needs nothing but Python 3.8 or later, and the network.
 """
 
-from fetching import convert, fetch, options_of
+from fetching import fetch_archive
 
 PAGE = "https://cg.cs.uni-bonn.de/btfdb"
 TERMS = "The University of Bonn states its terms on the page; read them first. Size: 6561 images of many bands."
 
-
-def main():
-    parser = options_of(__doc__, TERMS, PAGE)
-    parser.add_argument("name", help="what to call the sample")
-    options = parser.parse_args()
-    print(TERMS, PAGE)
-    archive = fetch(options.address, options.into, options.size, options.sha256)
-    convert(options, archive, options.into / f"{options.name}.sample")
-
-
 if __name__ == "__main__":
-    main()
+    fetch_archive(__doc__, TERMS, PAGE)

@@ -7,7 +7,7 @@ No address is known for sure: take it from the page. UTIA's data may not be pass
 Needs nothing but Python 3.8 or later, and the network.
 """
 
-from fetching import convert, fetch, options_of
+from fetching import fetch_archive
 
 PAGE = "http://btf.utia.cas.cz/"
 TERMS = (
@@ -15,15 +15,5 @@ TERMS = (
     "Size: 6561 images and more, by the material."
 )
 
-
-def main():
-    parser = options_of(__doc__, TERMS, PAGE)
-    parser.add_argument("name", help="what to call the sample")
-    options = parser.parse_args()
-    print(TERMS, PAGE)
-    archive = fetch(options.address, options.into, options.size, options.sha256)
-    convert(options, archive, options.into / f"{options.name}.sample")
-
-
 if __name__ == "__main__":
-    main()
+    fetch_archive(__doc__, TERMS, PAGE)

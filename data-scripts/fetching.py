@@ -43,6 +43,16 @@ def options_of(description, terms, page, address=None):
     return parser
 
 
+def fetch_archive(description, terms, page, name_help="what to call the sample"):
+    """A whole script for sets that are archives whose address the user gives."""
+    parser = options_of(description, terms, page)
+    parser.add_argument("name", help=name_help)
+    options = parser.parse_args()
+    print(terms, page)
+    archive = fetch(options.address, options.into, options.size, options.sha256)
+    convert(options, archive, options.into / f"{options.name.lower()}.sample")
+
+
 def name_of(address):
     """The file's name at the end of an address."""
     name = unquote(urlsplit(address).path).rsplit("/", 1)[-1].replace("\\", "_")

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Holds the error of a factored sample against NumPy's exact truncated singular value decomposition.
 
     python3 compare_factors.py WHOLE.sample FACTORED.sample
@@ -59,7 +60,7 @@ def main():
     error, exact = np.sqrt(left / total), np.sqrt(least / total)
     ratio = error / exact if exact > 0 else 1.0
     print(f"rank {rank}: error {error:.6f}, exact decomposition {exact:.6f}, ratio {ratio:.4f}")
-    sys.exit(ratio > LARGEST_RATIO)
+    sys.exit(int(ratio > LARGEST_RATIO))
 
 
 if __name__ == "__main__":

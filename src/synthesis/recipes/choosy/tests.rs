@@ -9,7 +9,7 @@ use crate::mesh::face_colors::{ColoredMesh, Coloring, colored_base, two_coloring
 use crate::mesh::shapes;
 use crate::mesh::subdivision::butterfly::inherited_colors;
 use crate::mesh::topology::Topology;
-use crate::progress::Progress;
+use crate::progress::{Event, Progress};
 use crate::random;
 use crate::sites::faces::{FaceLevel, FacePyramid, FaceTemplate, neighborhood::NEIGHBORS};
 use crate::synthesis::drive::{one_by_one, run_by_run};
@@ -112,6 +112,38 @@ fn children_turn_with_the_source() {
         }
     }
     assert!(inside > 50, "{inside}");
+}
+
+#[test]
+fn faces_far_apart_are_textured_with_a_warning() {
+    let mut torus = shapes::torus(24, 12, 1.0, 0.4);
+    torus.positions[0] *= 30.0;
+    let white = two_coloring(&Topology::new(&torus.triangles)).unwrap();
+    let base = ColoredMesh {
+        mesh: torus,
+        white,
+        coloring: Coloring::Given,
+    };
+    let surface = FacePyramid::subdivided(&base, 0, Progress::silent()).unwrap();
+    let numbers = noise(16, 3);
+    let image = SquareImage {
+        side: 16,
+        channels: 3,
+        numbers: &numbers,
+    };
+    let warnings = std::sync::Mutex::new(Vec::new());
+    let listener = |event: Event| {
+        if let Event::Warn(text) = event {
+            warnings.lock().unwrap().push(text);
+        }
+    };
+    let progress = Progress::new(&listener, None);
+    synthesize_faces(image, &surface, &ChoosyOptions::default(), progress).unwrap();
+    let warnings = warnings.into_inner().unwrap();
+    assert!(
+        warnings.len() == 1 && warnings[0].contains("--base-faces"),
+        "{warnings:?}"
+    );
 }
 
 #[test]
