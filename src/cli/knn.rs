@@ -66,8 +66,8 @@ impl Arguments {
         let mut levels = Vec::new();
         let all = table.levels.iter().zip(&space.levels).zip(searches);
         for (at, ((level, source), found)) in all.enumerate() {
-            let whole = level
-                .whole(source.grid)
+            let whole = table
+                .whole_texels(at, source.grid)
                 .iter()
                 .filter(|&&whole| whole)
                 .count();
