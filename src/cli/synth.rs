@@ -36,6 +36,7 @@ use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::{Inputs, LevelMap};
+use crate::synthesis::level_choice::LevelChoice;
 use crate::synthesis::map::surface_map;
 use crate::synthesis::options::{Method, SynthesisOptions};
 use crate::synthesis::pattern_controls::PatternControls;
@@ -113,9 +114,11 @@ impl Arguments {
         let (space, table) = self.read_exemplar(&options)?;
         let started = Instant::now();
         let is_measured = self.report.is_some() || self.pictures.pictures.is_some();
-        let prepared = self
-            .target
-            .prepare((&space, &table), &options, is_measured, session)?;
+        let (target, exemplar) = (&self.target, (&space, &table));
+        let user = target.read_mesh(session)?;
+        let choice = target.choose_levels(exemplar, user.as_ref(), &options)?;
+        let options = with_levels(options, choice.as_ref());
+        let prepared = target.prepare(user, exemplar, &options, is_measured, session)?;
         let target = prepared.target;
         let done = target.sites.with(Job {
             arguments: self,
@@ -131,7 +134,7 @@ impl Arguments {
         let report = Report::new(
             &done.map,
             &options,
-            &plan,
+            (&plan, choice.map(|choice| choice.reason)),
             (circles, AtlasFigures::of(&target)),
             done.measured.quality,
             done.measured.agreement,
@@ -316,6 +319,15 @@ impl Arguments {
             outcome = outcome.wrote(path);
         }
         outcome
+    }
+}
+
+/// Options with the levels that were chosen.
+fn with_levels(options: SynthesisOptions, choice: Option<&LevelChoice>) -> SynthesisOptions {
+    let levels = choice.map(|choice| choice.levels as u32);
+    SynthesisOptions {
+        levels: levels.or(options.levels),
+        ..options
     }
 }
 

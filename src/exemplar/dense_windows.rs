@@ -235,11 +235,7 @@ mod tests {
             assert_eq!(whole, row >= 2 && col <= 7, "{row} {col}");
         }
         let tile = ramp(true).0;
-        assert!(
-            full(tile.grid, None)
-                .iter()
-                .all(|&whole| whole)
-        );
+        assert!(full(tile.grid, None).iter().all(|&whole| whole));
     }
 
     #[test]

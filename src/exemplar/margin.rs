@@ -66,7 +66,10 @@ impl Margin {
                     "{least} texels on each side of a sample of {} × {}",
                     finest.width, finest.height
                 ),
-                format!("at most {}, or `{FULL}`", side.div_ceil(2).saturating_sub(1)),
+                format!(
+                    "at most {}, or `{FULL}`",
+                    side.div_ceil(2).saturating_sub(1)
+                ),
             )),
             _ => Ok(()),
         }
@@ -151,7 +154,10 @@ mod tests {
         let whole = Margin::Texels(2).whole_texels(GRID, 1, |_| false);
         assert!((16..19).all(|texel| whole[texel]));
         assert_eq!(count(Margin::Texels(2), GRID, 4), 35);
-        assert_eq!([count(Margin::Full, GRID, 1), count(Margin::Full, GRID, 2)], [1, 35]);
+        assert_eq!(
+            [count(Margin::Full, GRID, 1), count(Margin::Full, GRID, 2)],
+            [1, 35]
+        );
     }
 
     #[test]
@@ -174,7 +180,12 @@ mod tests {
         for wrong in ["-1", "\"all\"", "65537", "null", "1.5"] {
             assert!(serde_json::from_str::<Margin>(wrong).is_err(), "{wrong}");
         }
-        assert!("some".parse::<Margin>().unwrap_err().contains("neither `full`"));
+        assert!(
+            "some"
+                .parse::<Margin>()
+                .unwrap_err()
+                .contains("neither `full`")
+        );
     }
 
     #[test]
@@ -182,6 +193,9 @@ mod tests {
         Margin::Texels(2).check(GRID).unwrap();
         Margin::Full.check(GRID).unwrap();
         let text = Margin::Texels(3).check(GRID).unwrap_err().to_string();
-        assert!(text.contains("sample of 7 × 5") && text.contains("at most 2"), "{text}");
+        assert!(
+            text.contains("sample of 7 × 5") && text.contains("at most 2"),
+            "{text}"
+        );
     }
 }

@@ -22,6 +22,7 @@ pub mod controls;
 pub(crate) mod dense_windows;
 mod diagonal_sums;
 pub(crate) mod embedding;
+pub mod feature_size;
 pub mod knn_options;
 pub(crate) mod level;
 mod level_distances;

@@ -18,6 +18,7 @@
 //! | the whole way, from files' contents to a map | [`map`]; what becomes of [controls](pattern_controls) |
 //! | how good the result is | [`quality`], drawn in [`false_color`] |
 //! | textures on faces, which have no such sites: from a space to a face map, and how that is drawn | [`faces`] |
+//! | how many levels a mesh has by default | [`level_choice`] |
 //! | what can be asked, and whether it fits | [`options`] in their [ranges](option_ranges), [`check`], [`memory`] |
 //!
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
@@ -33,6 +34,7 @@ pub mod faces;
 pub(crate) mod false_color;
 pub mod inputs;
 mod keep;
+pub mod level_choice;
 pub(crate) mod map;
 pub(crate) mod memory;
 mod metric;

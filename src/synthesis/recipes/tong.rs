@@ -6,8 +6,8 @@
 //!
 //! Deviations, each an option that also gives the paper's way: κ > 1 prefers coherent candidates
 //! (`--coherence`), with a [floor](super::distance_floor) on distances (`--distance-floor`); texels that
-//! the coarsest level uses often are [penalised](super::reuse_penalty) (`--reuse-penalty`); the second
-//! pass is repeated (`--passes`).
+//! the coarsest level uses often, and textons that finer levels do, are [penalised](super::reuse_penalty)
+//! (`--reuse-penalty`); the second pass is repeated (`--passes`).
 
 pub(crate) mod options;
 mod passes;
@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::exemplar::level::ExemplarLevel;
+use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
 use crate::progress::Progress;
 use crate::sites::coloring::color_classes;
@@ -86,6 +87,8 @@ struct LevelRun<'a, const N: usize, S> {
     exemplar: &'a ExemplarLevel<'a>,
     sites: &'a S,
     coarser: Option<&'a Texels>,
+    /// Whether texels have textons, which can be counted.
+    has_textons: bool,
     classes: &'a [Vec<u32>],
     passes: Passes<'a>,
     progress: Progress<'a>,
@@ -118,6 +121,7 @@ fn run_level<const N: usize, S: Sites<N>>(
         exemplar: &exemplar,
         sites,
         coarser: coarser.as_ref(),
+        has_textons: matches!(space.levels[level].features, Features::Textons { .. }),
         classes,
         passes,
         progress,
@@ -158,6 +162,10 @@ impl<const N: usize, S: Sites<N>> WithMetric for LevelRun<'_, N, S> {
             return self.start(&rule, Texels::random(exemplar, sites.count(), draw));
         };
         let mut state = Texels::of_parents(exemplar, sites.parents(), coarser);
+        if self.has_textons && asked.reuse_penalty > 0.0 && !self.passes.searches() {
+            let uses = Uses::of_textons(exemplar, &state.coords, asked.reuse_penalty);
+            state.uses = Some(uses);
+        }
         if self.passes.refines() {
             let visits = (self.classes, passes - 1);
             class_by_class(&rule, sites, &mut state, visits, progress)?;
@@ -184,7 +192,7 @@ impl<const N: usize, S: Sites<N>> LevelRun<'_, N, S> {
             _ => (random, asked.start_passes),
         };
         if state.done.is_none() {
-            let uses = Uses::of(self.exemplar, &state.coords, asked.reuse_penalty);
+            let uses = Uses::of_texels(self.exemplar, &state.coords, asked.reuse_penalty);
             state.uses = Some(uses);
         }
         let draw = (options.seed, level as u32);
