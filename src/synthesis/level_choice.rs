@@ -111,44 +111,50 @@ impl Levels<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exemplar::space::Features;
+    use crate::exemplar::space::{Features, SpaceLevel};
+    use crate::grid::TexelGrid;
     use crate::synthesis::tests::fixtures;
+
+    /// Windows 5 wide on 64, 32, 16 and 8 texels; every texel has the label of its column.
+    fn exemplar(label: fn(u32) -> u16) -> (Space, NeighborTable) {
+        let (mut space, mut table) = fixtures::random_exemplar(3, 8, 1, true);
+        table.levels = vec![table.levels[0].clone(); 4];
+        let level = |at: u32| SpaceLevel {
+            grid: TexelGrid {
+                width: 64 >> at,
+                height: 64 >> at,
+                tileable: true,
+            },
+            features: Features::Textons {
+                labels: (0..(64 * 64) >> (2 * at))
+                    .map(|texel| label(texel % 64))
+                    .collect(),
+                gram: fixtures::random_gram(1, 2, 8),
+            },
+        };
+        space.levels = (0..4).map(level).collect();
+        (space, table)
+    }
 
     #[test]
     fn levels_follow_the_sites() {
-        // Windows 5 wide on 64, 32, 16 and 8 texels; all features are alike, and so of size 1.
-        let (mut space, table) = fixtures::random_exemplar(3, 64, 4, true);
-        if let Features::Textons { labels, .. } = &mut space.levels[0].features {
-            labels.fill(0);
-        }
+        let (space, table) = exemplar(|_| 0);
         let of = |sites| LevelChoice::new(&space, &table, sites);
         let levels = [60_000, 57_000, 14_000, 3_000, 60].map(|sites| of(sites).levels);
         assert_eq!(levels, [4, 3, 2, 2, 1]);
         assert!(of(60_000).reason.contains("all of the table; 937 sites"));
         let reason = of(14_000).reason;
-        assert!(
-            reason.contains("3500 sites") && reason.contains("would have 875"),
-            "{reason}"
-        );
+        assert!(reason.contains("3500 sites") && reason.contains("would have 875"));
         assert!(reason.contains("windows are 10 texels"), "{reason}");
     }
 
     #[test]
     fn large_features_take_levels_as_far_as_the_sites_go() {
-        let (mut space, table) = fixtures::random_exemplar(3, 64, 4, true);
-        if let Features::Textons { labels, .. } = &mut space.levels[0].features {
-            let halves = labels.iter_mut().enumerate();
-            halves.for_each(|(texel, label)| *label = u16::from(texel % 64 >= 32));
-        }
-        let of = |sites| LevelChoice::new(&space, &table, sites);
-        // ρ falls to ½ at a lag of 8.
-        let found = of(14_000);
+        // In halves of 32, ρ falls to ½ at a lag of 8.
+        let (space, table) = exemplar(|col| u16::from(col >= 32));
+        let found = LevelChoice::new(&space, &table, 14_000);
         assert_eq!(found.levels, 3, "{}", found.reason);
-        assert!(
-            found.reason.contains("features of the sample 16"),
-            "{}",
-            found.reason
-        );
-        assert_eq!(of(400).levels, 2);
+        assert!(found.reason.contains("features of the sample 16"));
+        assert_eq!(LevelChoice::new(&space, &table, 400).levels, 2);
     }
 }
