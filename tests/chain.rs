@@ -18,6 +18,7 @@ preset = "weave"
 size = 32
 views = "fibonacci:9"
 lights = "fibonacci:9"
+samples = 1
 [textons]
 textons = 24
 images = 20
@@ -258,6 +259,8 @@ fn files_of_different_runs_are_refused_unless_forced() {
             "weave",
             "--size",
             "16",
+            "--samples",
+            "1",
             "--views",
             "fibonacci:4",
             "--lights",

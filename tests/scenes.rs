@@ -20,6 +20,7 @@ preset = "weave"
 size = 16
 views = "views.csv"
 lights = "fibonacci:4"
+samples = 1
 preview = "out/preview.png"
 surface = "out/surface.npz"
 

@@ -63,6 +63,8 @@ fn ratio(lights: &str, weights: Weighting) -> f32 {
             "weave",
             "--size",
             "16",
+            "--samples",
+            "1",
             "--views",
             "fibonacci:10",
             "--lights",
