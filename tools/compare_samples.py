@@ -4,7 +4,7 @@
 For every material, random pairs of view and light (40 unless told otherwise, theta below 69 degrees) are
 baked with 64 samples per texel, and with fewer. The error of a pair is the sum of |difference| over the
 sum of radiance. Printed are its median and its 90th percentile over the pairs, and the seconds of the
-whole bake by the program's own clock. `--before` names an earlier program, whose one sample is
+bakes by the program's own clock. `--before` names an earlier program, whose one sample is
 compared with the same 64.
 
     pip install numpy
@@ -25,6 +25,7 @@ import tempfile
 import numpy as np
 
 REFERENCE = ["--samples", "64"]
+GROUP = 4  # views, and lights, of one bake
 
 
 def arguments():
@@ -39,18 +40,35 @@ def arguments():
     return parser.parse_args()
 
 
-def write_directions(path, count, seed):
-    """Random directions with theta below 69 degrees, even in solid angle."""
+def random_directions(count, seed):
+    """Directions with theta below 69 degrees, even in solid angle, in degrees."""
     random = np.random.default_rng(seed)
     theta = np.degrees(np.arccos(random.uniform(math.cos(math.radians(69.0)), 1.0, count)))
+    return np.stack([theta, random.uniform(0.0, 360.0, count)], 1)
+
+
+def write_directions(path, directions):
     with open(path, "w") as file:
         file.write("theta_deg,phi_deg\n")
-        for pair in zip(theta, random.uniform(0.0, 360.0, count)):
-            file.write(f"{float(pair[0])!r},{float(pair[1])!r}\n")
+        file.writelines(f"{float(theta)!r},{float(phi)!r}\n" for theta, phi in directions)
 
 
 def bake(args, program, material, extra):
-    """The images of pair i (view i, light i), and the report."""
+    """The images of pair i (view i, light i), and the reports, added up or averaged."""
+    views, lights = random_directions(args.pairs, args.seed), random_directions(args.pairs, args.seed + 1)
+    images, reports = [], []
+    for first in range(0, args.pairs, GROUP):
+        write_directions("views.csv", views[first : first + GROUP])
+        write_directions("lights.csv", lights[first : first + GROUP])
+        of_group, report = bake_group(args, program, material, extra)
+        images += of_group
+        reports.append(report)
+    mean = lambda key: float(np.mean([report[key] for report in reports]))
+    report = {key: mean(key) for key in ("samples", "error_left") if key in reports[0]}
+    return np.stack(images).astype(np.float64), {**report, "seconds": len(reports) * mean("seconds")}
+
+
+def bake_group(args, program, material, extra):
     name, _, depth = material.partition(":")
     source = [name] if os.path.exists(name) else ["--preset", name]
     command = [program, "bake", *source, "-o", "x.sample", "--json", "--size", args.size, "--dtype", "f4"]
@@ -58,7 +76,7 @@ def bake(args, program, material, extra):
     command += (["--depth", depth] if depth else []) + extra
     report = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     images = np.load("x.sample/radiance.npy", mmap_mode="r")
-    return np.stack([images[i, i] for i in range(args.pairs)]).astype(np.float64), report
+    return [images[i, i].copy() for i in range(len(images))], report
 
 
 def main():
@@ -73,8 +91,6 @@ def main():
     good = True
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        write_directions("views.csv", args.pairs, args.seed)
-        write_directions("lights.csv", args.pairs, args.seed + 1)
         print("material               samples              per texel  median error  90 %    seconds")
         for material in materials:
             off = ["--angular-filter", "off"]

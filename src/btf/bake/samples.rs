@@ -3,7 +3,7 @@
 //! The places are a (0,2)-sequence: van der Corput's sequence and the second dimension of Sobol's. Each of its
 //! first 2^m points lies in a stratum of its own, whichever way the texel is cut into 2^m equal rectangles of
 //! power-of-two sides (Kollig and Keller 2002, "Efficient multidimensional sampling"). The points are
-//! shifted round the texel, so that the pattern continues across the borders of texels, and no point lies at the
+//! moved round the texel, so that the pattern continues across the borders of texels, and no point lies at the
 //! texel's centre or on its middle lines. There the patches of the height field meet, and a normal is the mean
 //! of several.
 
@@ -24,9 +24,8 @@ pub(super) const AUTO_LEAST: u32 = 4;
 pub(super) const AUTO_MOST: u32 = 256;
 /// How far a single ray passes the texel's centre by, in texels.
 const OFF_CENTRE: f64 = 0.03;
-/// The shift for a count that is not known before: the mean of the first 2^m points is off the texel's
-/// centre by 1/6 of a stratum, whatever m.
-const OPEN_SHIFT: DVec2 = DVec2::new(1.0 / 3.0, 2.0 / 3.0);
+/// What the bits of paired points are changed by: it moves them to a third of their strata, whatever the number of points.
+const TO_A_THIRD: u32 = 0x5555_5555;
 
 /// View rays per texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -88,15 +87,28 @@ impl Samples {
     /// The places to look through, relative to the texel's centre, in texels, −½ to ½; x to the right, y
     /// upwards. With `auto` a texel takes the first so many of them.
     pub(super) fn places(self) -> Vec<DVec2> {
-        let (count, shift) = match self {
-            Self::Fixed(1) => (1, DVec2::splat(0.5 + OFF_CENTRE)),
-            Self::Fixed(count) => (count, DVec2::splat(0.5 / f64::from(count))),
-            Self::Auto => (AUTO_MOST, OPEN_SHIFT),
+        let shifted = |count: u32, shift: f64| -> Vec<DVec2> {
+            let place = |index| (point(index) + DVec2::splat(shift)).fract() - DVec2::splat(0.5);
+            (0..count).map(place).collect()
         };
-        (0..count)
-            .map(|index| (point(index) + shift).fract() - DVec2::splat(0.5))
-            .collect()
+        match self {
+            Self::Fixed(1) => shifted(1, 0.5 + OFF_CENTRE),
+            Self::Fixed(count) => shifted(count, 0.5 / f64::from(count)),
+            Self::Auto => (0..AUTO_MOST).map(paired_place).collect(),
+        }
     }
+}
+
+/// A place of a sequence in which every second point mirrors the one before at the texel's centre: however many pairs
+/// are taken, their mean is the centre. (Where the first bit is set, the others are turned over: a linear scrambling,
+/// which leaves the strata as they are.)
+fn paired_place(index: u32) -> DVec2 {
+    let paired = |bits: u32| match bits >> 31 {
+        1 => bits ^ (u32::MAX >> 1),
+        _ => bits,
+    };
+    let at = |bits: u32| fraction(paired(bits) ^ TO_A_THIRD) - 0.5;
+    DVec2::new(at(index.reverse_bits()), at(sobol(index)))
 }
 
 /// A point of the sequence, 0 to below 1 each way.
@@ -146,12 +158,9 @@ mod tests {
             for columns in (0..=power).map(|bits| 1 << bits) {
                 let rows = count / columns;
                 assert_eq!(strata(&fixed, columns, rows), count as usize);
+                let first = &open[..count as usize];
+                assert_eq!(strata(first, columns, rows), count as usize);
             }
-            // A shift round the texel keeps the strata of the whole sequence where it is a multiple of them;
-            // otherwise every column and every row still has its one.
-            let first = &open[..count as usize];
-            assert_eq!(strata(first, count, 1), count as usize);
-            assert_eq!(strata(first, 1, count), count as usize);
         }
     }
 

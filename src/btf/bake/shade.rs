@@ -22,9 +22,9 @@ use crate::random::{self, Stream};
 /// From this bounce on, dark paths end early at random (Russian roulette).
 const ROULETTE_FROM: u32 = 3;
 
-/// What the next place on the lights' discs is away from the last, as a share of their solid angle: multiples of the
-/// golden ratio are spread evenly, however many there are.
-const DISC_STEP: f64 = 0.618_033_988_749_894_9;
+/// The step of the R2 sequence, even in any number: how far out on the lights' discs the next sample looks, as a share
+/// of their solid angle, and where round their middle, in turns.
+const DISC_STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
 
 /// All that the rays need to know.
 #[derive(Clone, Copy)]
@@ -77,22 +77,25 @@ impl Scene<'_> {
         );
         let texel = row * self.material.grid.width as usize + col;
         let mut random = self.random(view, texel);
-        let disc_start = random.as_mut().map_or(0.0, |random| random.r#gen::<f64>());
+        let mut disc = random
+            .as_mut()
+            .filter(|_| self.light_radius > 0.0)
+            .map(|random| DVec2::new(random.r#gen(), random.r#gen()));
         let mut course = self.plan.course();
         let (mut taken, mut rays) = (0, 0);
         radiance.fill(Vec3::ZERO);
         for &place in &self.plan.places {
             rays += 1;
             if let Some(seen) = self.surface.seen_through(centre + place, view.direction.0) {
-                let disc = self.disc_place(disc_start + f64::from(taken) * DISC_STEP, &mut random);
                 let towards = view.direction.0;
                 let path = Path {
                     seen,
                     towards,
-                    disc,
+                    disc: disc.map(|at| self.disc_place(at)),
                 };
                 rays += self.follow(path, lights, &mut random, (radiance, scratch));
             }
+            disc = disc.map(|at| (at + DISC_STEP).fract());
             taken += 1;
             if course
                 .as_mut()
@@ -137,14 +140,11 @@ impl Scene<'_> {
         drawn.then(|| random::stream(self.seed, "bake", view.index as u32, texel as u64))
     }
 
-    /// A place on the lights' discs, `share` (but for whole numbers) of their solid angle out from the middle, turned at
-    /// random.
-    fn disc_place(&self, share: f64, random: &mut Option<Stream>) -> Option<DVec2> {
-        let random = random.as_mut().filter(|_| self.light_radius > 0.0)?;
-        let cos = 1.0 - share.fract() * (1.0 - self.light_radius.cos());
-        let turn = TAU * random.r#gen::<f64>();
+    /// The place on the lights' discs so far out, as a share of their solid angle, and so many turns round.
+    fn disc_place(&self, at: DVec2) -> DVec2 {
+        let cos = 1.0 - at.x * (1.0 - self.light_radius.cos());
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        Some(DVec2::new(sin * turn.cos(), sin * turn.sin()))
+        sin * DVec2::from_angle(TAU * at.y)
     }
 
     /// Lights every point of a path.
