@@ -199,7 +199,7 @@ fn a_white_furnace_is_white() {
         .collect();
     let lights = 300;
     let furnace = BakeOptions {
-        samples: Samples::Fixed(12),
+        samples: Samples::Fixed(32),
         bounces: 16,
         ..options("rings:0:1,35:1:20,60:1:200", &format!("fibonacci:{lights}"))
     };

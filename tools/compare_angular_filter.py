@@ -41,7 +41,7 @@ def arguments():
     parser.add_argument("--pairs", type=int, default=120)
     parser.add_argument("--skip-cells", action="store_true")
     parser.add_argument("--picture")
-    parser.add_argument("--threads", default="0")
+    parser.add_argument("--threads", help="as of the program")
     return parser.parse_args()
 
 
@@ -78,7 +78,8 @@ def bake(args, material, views, lights, extra):
     name, _, depth = material.partition(":")
     source = [name] if os.path.exists(name) else ["--preset", name]
     command = [args.program, "bake", *source, "-o", "x.sample", "--json", "--size", args.size, "--dtype", "f4"]
-    command += ["--views", views, "--lights", lights, "--threads", args.threads]
+    command += ["--views", views, "--lights", lights]
+    command += ["--threads", args.threads] if args.threads else []
     command += (["--depth", depth] if depth else []) + extra
     report = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     description = json.load(open("x.sample/btf.json"))

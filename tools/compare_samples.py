@@ -36,7 +36,7 @@ def arguments():
     parser.add_argument("--size", default="64")
     parser.add_argument("--pairs", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--threads", default="0")
+    parser.add_argument("--threads", help="as of the program")
     return parser.parse_args()
 
 
@@ -72,7 +72,8 @@ def bake_group(args, program, material, extra):
     name, _, depth = material.partition(":")
     source = [name] if os.path.exists(name) else ["--preset", name]
     command = [program, "bake", *source, "-o", "x.sample", "--json", "--size", args.size, "--dtype", "f4"]
-    command += ["--views", "views.csv", "--lights", "lights.csv", "--threads", args.threads]
+    command += ["--views", "views.csv", "--lights", "lights.csv"]
+    command += ["--threads", args.threads] if args.threads else []
     command += (["--depth", depth] if depth else []) + extra
     report = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     images = np.load("x.sample/radiance.npy", mmap_mode="r")
