@@ -78,10 +78,12 @@ fn ratio(lights: &str, weights: Weighting) -> f32 {
 }
 
 #[test]
-fn continuous_weights_halve_the_change_with_twice_the_frames() {
+fn fitted_weights_halve_the_change_with_twice_the_frames() {
     for lights in ["bonn81", "fibonacci:200"] {
-        let ratio = ratio(lights, Weighting::Continuous);
-        assert!(ratio <= 0.6, "{lights}: {ratio}");
+        for weights in [Weighting::Continuous, Weighting::Quadratic] {
+            let ratio = ratio(lights, weights);
+            assert!(ratio <= 0.6, "{lights}, {weights:?}: {ratio}");
+        }
     }
 }
 
