@@ -283,7 +283,7 @@ def direction_weights(directions, wanted, weighting, negative):
     nearness = np.where(angles < reach, ((reach - angles) / (reach * angles)) ** 2, 0)
     nearness /= nearness.sum()
     x, y = x / reach, y / reach
-    terms = np.stack([np.ones_like(x), x, y] + ([x * x, y * y, x * y] if weighting == "quadratic" else []), 1)
+    terms = np.stack([np.ones_like(x), x, y] + ([x * x, y * y, math.sqrt(2) * x * y] if weighting == "quadratic" else []), 1)
     matrix = terms.T @ (terms * nearness[:, None])
     matrix += np.diag([0] + [1e-3 * np.trace(matrix) / len(matrix)] * (len(matrix) - 1))
     weights = nearness * (terms @ np.linalg.inv(matrix)[:, 0])

@@ -42,7 +42,7 @@ fn terms(coordinates: &[f64], reach: f64, is_quadratic: bool) -> Vec<f64> {
     let scaled: Vec<f64> = coordinates.iter().map(|x| x / reach).collect();
     let mut terms = [&[1.0], &scaled[..]].concat();
     if let ([x, y], true) = (&scaled[..], is_quadratic) {
-        terms.extend([x * x, y * y, x * y]);
+        terms.extend([x * x, y * y, 2f64.sqrt() * x * y]);
     }
     terms
 }

@@ -9,7 +9,8 @@ use super::fit;
 
 /// Terms of a linear fit beside the constant: x, y.
 pub(super) const LINEAR: usize = 2;
-/// Terms of a quadratic fit beside the constant: x, y, x², y², xy.
+/// Terms of a quadratic fit beside the constant: x, y, x², y², √2 xy. With √2 the ridge is the same however
+/// the basis of the tangent plane is turned.
 pub(super) const QUADRATIC: usize = 5;
 
 /// A number per direction of a block.
@@ -46,12 +47,7 @@ impl TangentPlane {
     /// Directions at these squared chords, none of them the wanted one itself.
     #[inline(always)]
     pub fn near(&self, block: &Block, squared_chords: &Lanes, reach: f32) -> Near {
-        let mut near = Near {
-            nearness: [0.0; LANES],
-            x: [0.0; LANES],
-            y: [0.0; LANES],
-        };
-        let per_reach = 1.0 / reach;
+        let mut near = Near::NONE;
         for lane in 0..LANES {
             let (dx, dy, dz) = (
                 block.x[lane] - self.wanted.x,
@@ -63,8 +59,10 @@ impl TangentPlane {
             let d = angle::of_squared_chord(squared_chords[lane]);
             // The length is sin d, and 0 for empty lanes and for the opposite direction.
             let length = (x * x + y * y).sqrt();
-            let stretch = d * per_reach / if length > 1e-9 { length } else { 1e-9 };
-            let fading = (reach - d) / (reach * d);
+            let length = if length > 1e-9 { length } else { 1e-9 };
+            let shared = 1.0 / (reach * d * length);
+            let fading = (reach - d) * length * shared;
+            let stretch = d * d * shared;
             near.nearness[lane] = if d < reach { fading * fading } else { 0.0 };
             (near.x[lane], near.y[lane]) = (x * stretch, y * stretch);
         }
@@ -73,18 +71,31 @@ impl TangentPlane {
 }
 
 impl Near {
+    /// No direction at all.
+    pub const NONE: Self = Self {
+        nearness: [0.0; LANES],
+        x: [0.0; LANES],
+        y: [0.0; LANES],
+    };
+
     /// The terms of a fit beside the constant.
     #[inline(always)]
     fn terms<const N: usize>(&self) -> [Lanes; N] {
-        let product = |a: &Lanes, b: &Lanes| {
+        let product = |factor: f32, a: &Lanes, b: &Lanes| {
             let mut product = [0.0; LANES];
             for lane in 0..LANES {
-                product[lane] = a[lane] * b[lane];
+                product[lane] = factor * a[lane] * b[lane];
             }
             product
         };
         let (x, y) = (&self.x, &self.y);
-        let all: [Lanes; QUADRATIC] = [*x, *y, product(x, x), product(y, y), product(x, y)];
+        let all: [Lanes; QUADRATIC] = [
+            *x,
+            *y,
+            product(1.0, x, x),
+            product(1.0, y, y),
+            product(std::f32::consts::SQRT_2, x, y),
+        ];
         std::array::from_fn(|term| all[term])
     }
 
@@ -164,5 +175,6 @@ impl<const N: usize> Moments<N> {
 
 #[inline(always)]
 fn sum(lanes: &Lanes) -> f32 {
-    lanes.iter().sum()
+    let [a, b, c, d, e, f, g, h] = *lanes;
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
 }

@@ -101,22 +101,23 @@ impl DirectionSet {
     ) {
         let Scratch { chords, near, .. } = scratch;
         let blocks = self.bins.of_direction(wanted.x, wanted.y, wanted.z);
-        chords.clear();
-        chords.extend(blocks.iter().map(|block| block.squared_chords(wanted)));
-        out.clear();
+        chords.resize(blocks.len(), [0.0; LANES]);
+        for (block, chords) in blocks.iter().zip(chords.iter_mut()) {
+            *chords = block.squared_chords(wanted);
+        }
         let nearest = smallest(chords);
         if angle::of_squared_chord(nearest) < SAME_DIRECTION as f32 {
+            out.clear();
             out.extend(only::<AS_LIGHTS>(wanted.z, nearest, blocks, chords));
             return;
         }
         let reach = self.reach(chords);
         let plane = TangentPlane::at(wanted);
         let mut moments = Moments::<N>::new();
-        near.clear();
-        for (block, chords) in blocks.iter().zip(chords.iter()) {
-            let seen = plane.near(block, chords, reach);
-            moments.add(&seen);
-            near.push(seen);
+        near.resize(blocks.len(), Near::NONE);
+        for ((block, chords), near) in blocks.iter().zip(chords.iter()).zip(near.iter_mut()) {
+            *near = plane.near(block, chords, reach);
+            moments.add(near);
         }
         let tilt = moments.tilt();
         let negative = self.share_of_negative::<N, AS_LIGHTS>(wanted.z);
