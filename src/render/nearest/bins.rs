@@ -67,7 +67,7 @@ pub(super) struct Bins {
 impl Bins {
     /// Lists for directions of which `counted` decide R; all directions when there are fewer.
     pub fn new(directions: &[DVec3], counted: usize) -> Self {
-        let side = (4.5 * (directions.len() as f64).sqrt())
+        let side = (6.0 * (directions.len() as f64).sqrt())
             .ceil()
             .clamp(4.0, 96.0) as usize;
         let mut bins = Self {
