@@ -36,6 +36,7 @@ use crate::btf::bake::material::Material;
 use crate::btf::bake::shade::{Scene, View};
 use crate::btf::direction::Direction;
 use crate::btf::direction_set::DirectionSet;
+use crate::btf::height_map::HeightMap;
 use crate::btf::sample::{DType, Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
@@ -194,7 +195,9 @@ pub fn bake(
         progress.warn(warning);
     }
     progress.check()?;
+    let heights = HeightMap::levelled(description.grid(), material.heights.clone())?;
     let mut writer = SampleWriter::resume(target, description)?;
+    writer.set_heights(Some(heights));
     let resumed = writer.images_written();
     match write_images(&scene, &mut writer, progress) {
         Ok(rays) => Ok(Baked {

@@ -105,7 +105,7 @@ pub fn factorize(
         Accuracy::Rank(rank) => of_rank(&images, rank as usize, options, progress)?,
         Accuracy::Error(limit) => of_error(&images, limit, options, progress)?,
     };
-    let description = write(source.description(), &found, options.dtype, origin, target)?;
+    let description = write(source, &found, options.dtype, origin, target)?;
     Ok((description, found.residual))
 }
 
@@ -287,7 +287,7 @@ fn rounded(mut matrix: Array2<f32>, dtype: DType) -> Array2<f32> {
 }
 
 fn write(
-    images: &Description,
+    source: &dyn ImageSource,
     found: &Found,
     dtype: DType,
     origin: Value,
@@ -297,9 +297,11 @@ fn write(
         dtype,
         layout: Layout::Factored(found.factorization),
         source: json!({"kind": "factored", "of": origin, "error": found.residual}),
-        ..images.clone()
+        ..source.description().clone()
     };
+    let heights = source.heights()?;
     let mut writer = FactoredWriter::create(target, description)?;
+    writer.set_heights(heights);
     for rows in &found.directions {
         writer.push_directions(rows.as_slice().unwrap_or_default())?;
     }

@@ -166,7 +166,12 @@ impl OutputOptions {
             source,
             ..first.clone().with_whole_images()
         };
+        let heights = picks.sample_heights(samples)?;
+        if heights.is_none() && has_heights(samples)? {
+            progress.warn("one of the samples has no heights, so what is made has none");
+        }
         let mut writer = SampleWriter::create(path, description)?;
+        writer.set_heights(heights);
         progress.begin("writing the sample", samples[0].image_count() as u64);
         for image in 0..samples[0].image_count() {
             let pixels = samples.iter().map(|sample| sample.image(image));
@@ -176,6 +181,16 @@ impl OutputOptions {
         progress.end();
         Ok(writer.finish()?.id)
     }
+}
+
+/// Whether a sample among several has heights.
+fn has_heights(samples: &[&Sample]) -> Result<bool> {
+    for sample in samples {
+        if sample.heights()?.is_some() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Colours as an 8-bit picture by the sRGB curve.
