@@ -12,6 +12,7 @@ mod exemplar;
 mod export;
 mod factor;
 mod gram;
+mod heights;
 mod import;
 mod info;
 mod interruption;
@@ -60,6 +61,7 @@ enum Command {
     Import(import::Arguments),
     Factor(factor::Arguments),
     Export(export::Arguments),
+    Heights(heights::Arguments),
     Info(info::Arguments),
     Textons(textons::Arguments),
     Gram(gram::Arguments),
@@ -90,6 +92,7 @@ impl Command {
             Self::Import(arguments) => &arguments.common,
             Self::Factor(arguments) => &arguments.common,
             Self::Export(arguments) => &arguments.common,
+            Self::Heights(arguments) => &arguments.common,
             Self::Info(arguments) => &arguments.common,
             Self::Textons(arguments) => &arguments.common,
             Self::Gram(arguments) => &arguments.common,
@@ -111,6 +114,7 @@ impl Command {
         match self {
             Self::Bake(arguments) => arguments.check(),
             Self::Export(arguments) => arguments.check(),
+            Self::Heights(arguments) => arguments.options.validate(),
             Self::Textons(arguments) => arguments.options.validate(),
             Self::Knn(arguments) => arguments.options.validate(),
             Self::Exemplar(arguments) => arguments.check(),
@@ -137,6 +141,7 @@ impl Command {
             Self::Import(arguments) => arguments.files(),
             Self::Factor(arguments) => Ok(arguments.files()),
             Self::Export(arguments) => Ok(arguments.files()),
+            Self::Heights(arguments) => Ok(arguments.files()),
             Self::Textons(arguments) => Ok(arguments.files()),
             Self::Gram(arguments) => Ok(arguments.files()),
             Self::Knn(arguments) => Ok(arguments.files()),
@@ -162,6 +167,7 @@ impl Command {
             Self::Import(_)
             | Self::Factor(_)
             | Self::Export(_)
+            | Self::Heights(_)
             | Self::Info(_)
             | Self::Textons(_)
             | Self::Gram(_)
@@ -182,6 +188,7 @@ impl Command {
             Self::Import(arguments) => arguments.run(session),
             Self::Factor(arguments) => arguments.run(session),
             Self::Export(arguments) => arguments.run(session),
+            Self::Heights(arguments) => arguments.run(session),
             Self::Info(arguments) => arguments.run(session),
             Self::Textons(arguments) => arguments.run(session),
             Self::Gram(arguments) => arguments.run(session),

@@ -207,7 +207,7 @@ impl Arguments {
     }
 
     fn write_vertex_colors(&self, inputs: &Inputs, file: &Path, session: &Session) -> Result<()> {
-        let colors = sequence::with_renderer(
+        let (colors, _) = sequence::with_renderer(
             inputs,
             &self.options,
             &session.progress(),
@@ -314,6 +314,11 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
         outcome = outcome.line(format!(
             "the sample laid out for shading: {mebibytes:.0} MiB {place}"
         ));
+    }
+    if let Some(parallax) = &report.parallax {
+        outcome = outcome
+            .line(parallax.describe())
+            .figure("parallax", parallax.heights.is_some());
     }
     if *kept > 0 {
         outcome = outcome.line(format!("{kept} frames kept"));

@@ -52,6 +52,7 @@ fn largest_change(bench: &Bench, weights: Weighting, frames_a_turn: u32) -> f32 
         },
     )
     .unwrap()
+    .0
 }
 
 /// How much smaller changes are with 720 frames a turn than with 360.

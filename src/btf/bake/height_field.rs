@@ -7,6 +7,8 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::grid::TexelGrid;
+
 /// Within this of a patch's edge a point lies on the edge, in texels.
 const ON_EDGE: f64 = 1e-9;
 
@@ -63,6 +65,21 @@ impl HeightField {
             corners,
             lowest: f64::from(lowest),
         }
+    }
+
+    /// The surface over a sample's texels. One that is not tileable is continued by mirroring, so it has twice the
+    /// rows and columns.
+    pub fn of_grid(grid: TexelGrid, heights: &[f32]) -> Self {
+        let (width, height) = (grid.width as usize, grid.height as usize);
+        if grid.tileable {
+            return Self::new(width, height, heights);
+        }
+        // Grid rows are counted upwards from the last row: it stays at y = 0.
+        let mirrored: Vec<f32> = (0..4 * width * height)
+            .map(|i| (i % (2 * width), 2 * height - 1 - i / (2 * width)))
+            .map(|(x, y)| heights[texel(grid, x, y)])
+            .collect();
+        Self::new(2 * width, 2 * height, &mirrored)
     }
 
     /// Columns.
@@ -130,6 +147,20 @@ impl HeightField {
             0.5 * (here.slope(within).y + over_y.slope(DVec2::new(within.x, other_v)).y),
         )
     }
+}
+
+/// The texel at a column and an upward row of a surface over `grid`, however far it is continued.
+pub(super) fn texel(grid: TexelGrid, x: usize, y: usize) -> usize {
+    let fold = |index: usize, side: u32| {
+        let side = side as usize;
+        match grid.tileable {
+            true => index % side,
+            false if index % (2 * side) < side => index % (2 * side),
+            false => 2 * side - 1 - index % (2 * side),
+        }
+    };
+    let (col, up) = (fold(x, grid.width), fold(y, grid.height));
+    (grid.height as usize - 1 - up) * grid.width as usize + col
 }
 
 /// The patch that shares the edge at `place`, and the place there; the same patch off the edges.

@@ -9,7 +9,7 @@
 pub mod brdf;
 pub(crate) mod export;
 mod glare;
-mod height_field;
+pub mod height_field;
 mod lights;
 pub mod maps;
 pub mod material;

@@ -6,8 +6,8 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::btf::direction::Direction;
 use crate::btf::HeightMap;
+use crate::btf::direction::Direction;
 use crate::btf::factored::products::Values as Multiplied;
 use crate::btf::sample::{Description, Pixels, RADIANCE, Sample, files_of};
 use crate::cli::outcome::Outcome;

@@ -51,6 +51,11 @@ impl DirectionSet {
         self.kept.len()
     }
 
+    /// The distinct directions.
+    pub fn directions(&self) -> &[Direction] {
+        &self.directions
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.kept.is_empty()
