@@ -139,3 +139,6 @@ fn deviation(numbers: &[f32]) -> f64 {
     let squares = numbers.iter().map(|&n| (f64::from(n) - mean).powi(2));
     (squares.sum::<f64>() / numbers.len() as f64).sqrt()
 }
+
+#[cfg(test)]
+mod tests;

@@ -23,3 +23,6 @@ pub use patches::PatchReach;
 pub use reads::{Place, Read, ReadList};
 pub use relief::Relief;
 pub use trial::Trial;
+
+#[cfg(test)]
+mod tests;

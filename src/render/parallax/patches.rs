@@ -32,7 +32,8 @@ impl PatchReach {
 
     /// The patches of a map with these pairs of neighbours, each given once.
     ///
-    /// A vertex is at a border when its coordinate agrees with fewer than half of its neighbours, or with just half.
+    /// A vertex is at a border when its coordinate disagrees with a third of its neighbours or more, as it does on
+    /// either side of a straight cut; a single neighbour that disagrees is no border.
     pub fn of_edges(map: &SurfaceTextonMap, edges: &[[u32; 2]]) -> Self {
         let vertices = map.mesh.positions.len();
         let mut neighbors = vec![Vec::new(); vertices];
@@ -46,7 +47,7 @@ impl PatchReach {
         }
         let is_border = |&vertex: &usize| {
             let count = neighbors[vertex].len();
-            count > 0 && 2 * disagreeing[vertex] >= count
+            count > 0 && 3 * disagreeing[vertex] >= count
         };
         let borders: Vec<usize> = (0..vertices).filter(is_border).collect();
         Self(distances(&neighbors, &borders))

@@ -45,7 +45,7 @@ impl Relief {
     /// What the distinct `views` of a sample see of its heights, down to the coarsest of `levels`.
     pub fn new(heights: &HeightMap, views: &[Direction], levels: usize) -> Self {
         let grid = heights.grid();
-        let surface = HeightField::of_grid(grid, heights.heights());
+        let surface = HeightField::above_plane(grid, heights.heights());
         let seen = |view: &Direction| SeenHeights::of(&surface, grid, *view, levels);
         Self {
             views: views.par_iter().map(seen).collect(),
