@@ -10,6 +10,7 @@ use crate::btf::sample::Sample;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::light::Light;
 use crate::render::options::RenderOptions;
+use crate::render::parallax::Parallax;
 use crate::render::plan::PlannedFrame;
 use crate::render::renderer::Shading;
 use crate::render::values::{Layer, Sweep};
@@ -32,6 +33,9 @@ const TRIANGLE: u64 = 150;
 const REACHED: u64 = 4;
 const WEIGHTED: u64 = 130;
 const WEIGHTED_LIGHTS: u64 = 8;
+/// Bytes of a texel's height: as the surface, and as each view sees it, coarser levels included.
+const SURFACE_HEIGHT: u64 = 24;
+const SEEN_HEIGHT: u64 = 6;
 /// Bytes that are filled at a time when the sample laid out for shading goes to disk.
 const SLAB: u64 = 256 << 20;
 /// The program, and working memory of its threads.
@@ -82,7 +86,16 @@ pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
         true => all,
         false => SLAB,
     };
-    table + sample.factors().map_or(0, Factors::bytes)
+    table + sample.factors().map_or(0, Factors::bytes) + relief_bytes(options, sample)
+}
+
+/// Bytes of what views see of the heights that they may be blended over.
+fn relief_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
+    if options.parallax == Parallax::Off {
+        return 0;
+    }
+    let texels = sample.grid().len() as u64;
+    texels * (SURFACE_HEIGHT + SEEN_HEIGHT * sample.description().views.len() as u64)
 }
 
 fn surface_bytes(map: &SurfaceTextonMap, lights: u64, listed: bool) -> u64 {

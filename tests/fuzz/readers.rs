@@ -23,7 +23,7 @@ use mesotex::exemplar::space::{Space, from_vocabulary};
 use mesotex::exemplar::windows::Windows;
 use mesotex::format::guard::guarded;
 use mesotex::format::{compress, exr, image as images, json, npy};
-use mesotex::grid::TexCoord;
+use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::Level;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::maps::{AtlasMap, FaceMap};
