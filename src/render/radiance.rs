@@ -35,7 +35,6 @@ pub struct Radiance {
     directions: Directions,
     /// The sample, texel by texel.
     pub table: AnyTable,
-    weighting: Weighting,
     texels: Texels,
     grid: TexelGrid,
     relief: Option<Relief>,
@@ -66,14 +65,17 @@ impl Radiance {
         let (views, lights) = (&description.views, &description.lights);
         let (directions, images) = match &description.pairs {
             None => {
-                let (views, lights) = (DirectionSet::new(views), DirectionSet::new(lights));
+                let (views, lights) = (
+                    DirectionSet::new(views, weighting),
+                    DirectionSet::new(lights, weighting),
+                );
                 let stride = description.lights.len() as u32;
                 let of_view = |&view: &u32| lights.kept().iter().map(move |l| view * stride + l);
                 let images: Vec<u32> = views.kept().iter().flat_map(of_view).collect();
                 (Directions::Product { views, lights }, images)
             }
             Some(pairs) => {
-                let pairs = PairSet::new(views, lights, pairs);
+                let pairs = PairSet::new(views, lights, pairs, weighting)?;
                 let images = pairs.kept().to_vec();
                 (Directions::Pairs(pairs), images)
             }
@@ -81,7 +83,6 @@ impl Radiance {
         Ok(Self {
             directions,
             table: AnyTable::build(sample, &images, mip, allowance, progress)?,
-            weighting,
             texels,
             grid: sample.grid(),
             relief: None,
@@ -215,14 +216,9 @@ impl Radiance {
     /// The weights of a view above the horizon.
     #[inline(always)]
     pub fn view_weights(&self, view: DVec3, scratch: &mut Scratch, out: &mut Vec<Weight>) {
-        match (&self.directions, self.weighting) {
-            (Directions::Product { views, .. }, Weighting::Continuous) => {
-                views.continuous::<false>(view.as_vec3().to_array(), scratch, out);
-            }
-            (Directions::Product { views, .. }, Weighting::InverseAngle) => {
-                views.inverse_angle::<false>(view, scratch, out);
-            }
-            (Directions::Pairs(_), _) => {
+        match &self.directions {
+            Directions::Product { views, .. } => views.weigh::<false>(view, scratch, out),
+            Directions::Pairs(_) => {
                 let (index, weight) = (0, 1.0);
                 out.clear();
                 out.push(Weight { index, weight });
@@ -242,10 +238,9 @@ impl Radiance {
             Directions::Product { .. } => {
                 self.light_weights(light, &mut blend.scratch, &mut found);
             }
-            Directions::Pairs(pairs) => match self.weighting {
-                Weighting::Continuous => pairs.continuous(blend.view, light, &mut found),
-                Weighting::InverseAngle => pairs.inverse_angle(blend.view, light, &mut found),
-            },
+            Directions::Pairs(pairs) => {
+                pairs.weigh(blend.view, light, &mut blend.scratch, &mut found);
+            }
         }
         self.add_weighted::<T>(blend, light, &found, irradiance);
         blend.found = found;
@@ -254,15 +249,9 @@ impl Radiance {
     /// The weights of a light above the horizon of a product sample, whatever the view.
     #[inline(always)]
     pub fn light_weights(&self, light: DVec3, scratch: &mut Scratch, out: &mut Vec<Weight>) {
-        let Directions::Product { lights, .. } = &self.directions else {
-            out.clear();
-            return;
-        };
-        match self.weighting {
-            Weighting::Continuous => {
-                lights.continuous::<true>(light.as_vec3().to_array(), scratch, out);
-            }
-            Weighting::InverseAngle => lights.inverse_angle::<true>(light, scratch, out),
+        match &self.directions {
+            Directions::Product { lights, .. } => lights.weigh::<true>(light, scratch, out),
+            Directions::Pairs(_) => out.clear(),
         }
     }
 
@@ -344,6 +333,7 @@ impl Radiance {
     }
 
     /// The blended value where each view's images are read at the texels that show what the view sees.
+    #[inline(always)]
     fn with_parallax<T: Stored>(
         &self,
         relief: &Relief,
@@ -374,10 +364,11 @@ impl Radiance {
             let line = &numbers.texel(read.texel)[read.view as usize * row_length..];
             sum += blend_row(line, columns) * (read.share * T::UNDO[1]);
         }
-        match list.plain() {
+        let sum = match list.plain() {
             [] => sum,
             plain => sum + self.on_level(table, level, coord, plain, columns),
-        }
+        };
+        sum.max(Vec4::ZERO)
     }
 
     #[inline(always)]
@@ -416,7 +407,7 @@ impl Radiance {
     }
 
     /// Sums the rows' and columns' images at one texel, given its numbers; red to blue, the fourth
-    /// means nothing.
+    /// means nothing. Weights may be negative; the sum is clamped at 0.
     #[inline(always)]
     pub fn blend_texel<T: Stored>(&self, numbers: &[T], blend: &Blend) -> Vec4 {
         self.blend_rows(numbers, &blend.rows, &blend.columns)
@@ -430,7 +421,7 @@ impl Radiance {
             let line = &numbers[row.index as usize * row_length..];
             total += blend_row(line, columns) * (row.weight * T::UNDO[1]);
         }
-        total
+        total.max(Vec4::ZERO)
     }
 
     /// Numbers of a row of a texel: RGB per light of a view, or none where all pairs are one row.

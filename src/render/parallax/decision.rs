@@ -103,7 +103,9 @@ fn without(sample: &Sample) -> Option<&'static str> {
     let description = sample.description();
     match &description.pairs {
         Some(_) => Some("of scattered pairs"),
-        None if DirectionSet::new(&description.views).len() < 2 => Some("of one view"),
+        None if DirectionSet::new(&description.views, Weighting::default()).len() < 2 => {
+            Some("of one view")
+        }
         None => None,
     }
 }

@@ -68,7 +68,7 @@ impl Trial {
         progress: &Progress,
     ) -> Result<Option<Self>> {
         let description = sample.description();
-        let views = DirectionSet::new(&description.views);
+        let views = DirectionSet::new(&description.views, weighting);
         if views.len() < 3 || description.pairs.is_some() {
             return Ok(None);
         }
@@ -123,7 +123,9 @@ impl Work<'_> {
         let directions = self.views.directions();
         let rest: Vec<Direction> = others.iter().map(|&at| directions[at as usize]).collect();
         let view = lifted(directions[held].0);
-        let mut weights = view_weights(&DirectionSet::new(&rest), self.weighting, view);
+        let mut weights = Vec::new();
+        let set = DirectionSet::new(&rest, self.weighting);
+        set.weigh::<false>(view, &mut Scratch::default(), &mut weights);
         weights
             .iter_mut()
             .for_each(|weight| weight.index = others[weight.index as usize]);
@@ -184,17 +186,6 @@ impl Work<'_> {
             })
             .collect()
     }
-}
-
-fn view_weights(set: &DirectionSet, weighting: Weighting, view: glam::DVec3) -> Vec<Weight> {
-    let (mut scratch, mut found) = (Scratch::default(), Vec::new());
-    match weighting {
-        Weighting::Continuous => {
-            set.continuous::<false>(view.as_vec3().to_array(), &mut scratch, &mut found);
-        }
-        Weighting::InverseAngle => set.inverse_angle::<false>(view, &mut scratch, &mut found),
-    }
-    found
 }
 
 fn value(image: &Pixels, texel: TexelIndex) -> [f32; 3] {
