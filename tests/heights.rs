@@ -46,7 +46,7 @@ fn heights_go_from_bake_to_frames() {
     let folder = prepared("rings:10:4,45:6");
     let at = folder.path();
     // A bake writes the surface it knows.
-    let surface = npz::Reader::open(&at.join("surface.npz")).unwrap();
+    let mut surface = npz::Reader::open(&at.join("surface.npz")).unwrap();
     let true_heights = surface.array::<f32, Ix2>("heights").unwrap();
     let written = npy::read::<f32>(&at.join("a.sample/height.npy")).unwrap();
     assert_eq!(written, true_heights.into_dyn());

@@ -260,8 +260,9 @@ fn heights_of_an_fmf_file_are_kept() {
     for bonn in [BonnOptions::default(), expanded()] {
         let kept = heights(&sized, WIDTH, &bonn, None).unwrap();
         assert_eq!(kept.heights(), wanted);
-        let part = heights(&sized, WIDTH, &bonn, Some("2x1+1+1".parse().unwrap()));
-        assert_eq!(part.unwrap().heights(), &wanted[WIDTH + 1..WIDTH + 3]);
+        let part = heights(&sized, WIDTH, &bonn, Some("3x2+1+1".parse().unwrap()));
+        let rows = [1, 2].map(|row| &wanted[row * WIDTH + 1..row * WIDTH + 4]);
+        assert_eq!(part.unwrap().heights(), rows.concat());
         // Of another size, or without a texel's size.
         assert_eq!(heights(&sized, HEIGHT, &bonn, None), None);
         assert_eq!(heights(&unsized_header, WIDTH, &bonn, None), None);
