@@ -25,6 +25,7 @@ Needs: pip install numpy pillow OpenEXR
 """
 
 import argparse
+import itertools
 import json
 import math
 import subprocess
@@ -64,6 +65,7 @@ def arguments():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--program", default="target/release/mesotex")
     parser.add_argument("--threads", type=int, help="as the program's --threads")
+    parser.add_argument("--folder", type=Path, help="where baked samples are kept, and taken from when they are there")
     parser.add_argument("--oracle", action="store_true", help="compare images without parallax with NumPy's, and stop where they differ")
     parser.add_argument("--json", type=Path, help="file for all figures")
     return parser.parse_args()
@@ -142,6 +144,34 @@ def cropped(folder, side, into):
             lines.append(f'{role} = "{name}"')
     (into / "material.toml").write_text("\n".join(lines) + "\n")
     return into / "material.toml"
+
+
+class Samples:
+    """Baked samples of the material, in a folder; those that are there are not baked again."""
+
+    def __init__(self, args, program, temporary, views, lights):
+        self.args, self.program = args, program
+        self.folder = args.folder or temporary
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.material = material_words(args, temporary)
+        self.held_out = [self.folder / "views.csv", self.folder / "lights.csv"]
+        write_directions(self.held_out[0], views)
+        write_directions(self.held_out[1], lights)
+
+    def truth(self):
+        args = self.args
+        name = f"truth-{args.views}x{args.lights}-{args.largest_theta:g}-{args.seed}-{args.truth_samples}.sample"
+        return self.baked(self.folder / name, *self.held_out, args.truth_samples)
+
+    def of_set(self, directions, count):
+        name = "".join(letter if letter.isalnum() else "-" for letter in Path(directions).name)
+        return self.baked(self.folder / f"{name}-{count}.sample", directions, directions, count)
+
+    def baked(self, sample, views, lights, count):
+        if not sample.exists():
+            size = self.args.size
+            self.program("bake", *self.material, "--size", size, "--views", views, "--lights", lights, "--samples", count, "-o", sample)
+        return sample
 
 
 def material_words(args, folder):
@@ -229,7 +259,7 @@ class View:
         return row, column
 
 
-def render(program, sample, map_path, grid, view_direction, lights, options, folder):
+def render(program, sample, grid, view_direction, lights, options, folder):
     """Images [light, row, column, channel] of the grid as the program shows it."""
     view = View(grid, view_direction)
     # Light azimuth 0 is where the first camera stands.
@@ -238,7 +268,7 @@ def render(program, sample, map_path, grid, view_direction, lights, options, fol
     sweep.write_text("light_azimuth,light_elevation\n" + "\n".join(rows) + "\n")
     position = ",".join(repr(float(number)) for number in 1000 * view.towards)
     program(
-        "render", sample, map_path, "-o", frames, "--sweep", sweep, "--frames", len(lights), "--up", "z", "--projection", "orthographic",
+        "render", sample, folder / "x.map.ply", "-o", frames, "--sweep", sweep, "--frames", len(lights), "--up", "z", "--projection", "orthographic",
         f"--camera-position={position}", "--camera-target=0,0,0", "--view-height", view.view_height,
         "--size", "x".join(map(str, view.size)), "--samples", 1, "--shading", "pixel", "--texels", "nearest", "--mip", "off",
         "--shadows", "none", "--irradiance", 1, "--layers", "rgba", "--float", *options,
@@ -403,35 +433,21 @@ def main():
     lights = held_out(args.lights, args.largest_theta, [args.seed, 1])
     results = []
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        material = material_words(args, folder)
-        bake = lambda target, views, lights, samples: program(
-            "bake", *material, "--size", args.size, "--views", views, "--lights", lights, "--samples", samples, "-o", target
-        )
-        write_directions(folder / "views.csv", views)
-        write_directions(folder / "lights.csv", lights)
-        bake(folder / "truth.sample", folder / "views.csv", folder / "lights.csv", args.truth_samples)
-        truth = np.load(folder / "truth.sample" / "radiance.npy").astype(np.float64)
+        samples = Samples(args, program, Path(name), views, lights)
+        truth = np.load(samples.truth() / "radiance.npy").astype(np.float64)
         print(title(), flush=True)
-        for directions in args.sets:
-            for samples in args.sample_counts:
-                sample, map_path = folder / "x.sample", folder / "x.map.ply"
-                bake(sample, directions, directions, samples)
-                grid = FlatGrid(sample)
-                grid.write(map_path)
-                for weights in args.weights:
-                    for parallax in args.parallax:
-                        options = ["--weights", weights] + (["--parallax", parallax] if parallax else [])
-                        render_view = lambda view: render(program, sample, map_path, grid, view, lights, options, folder)
-                        if args.oracle and parallax in (None, "off"):
-                            check_against_oracle(sample, weights, render_view, views, lights, grid.inner())
-                        figures = measure(render_view, truth, views, lights, grid.inner())
-                        result = {"set": directions, "samples": samples, "weights": weights, "parallax": parallax, **figures}
-                        results.append(result)
-                        print(line(result), flush=True)
-                for path in sample.iterdir():
-                    path.unlink()
-                sample.rmdir()
+        for directions, count in itertools.product(args.sets, args.sample_counts):
+            sample = samples.of_set(directions, count)
+            grid = FlatGrid(sample)
+            grid.write(Path(name) / "x.map.ply")
+            for weights, parallax in itertools.product(args.weights, args.parallax):
+                options = ["--weights", weights] + (["--parallax", parallax] if parallax else [])
+                render_view = lambda view: render(program, sample, grid, view, lights, options, Path(name))
+                if args.oracle and parallax in (None, "off"):
+                    check_against_oracle(sample, weights, render_view, views, lights, grid.inner())
+                figures = measure(render_view, truth, views, lights, grid.inner())
+                results.append({"set": directions, "samples": count, "weights": weights, "parallax": parallax, **figures})
+                print(line(results[-1]), flush=True)
     if args.json:
         args.json.write_text(json.dumps({"options": vars(args), "results": results}, indent=1, default=str))
 

@@ -16,9 +16,9 @@ fn set(text: &str) -> DirectionSet {
     text.parse().unwrap()
 }
 
-/// Matte values are ρ n·l/π; a third of them in shadow, and one a highlight, change nothing.
+/// Matte values are ρ n·l/π. Of 18, three in shadow, one nearly so and a highlight turn the normal by less than 3°.
 #[test]
-fn normals_are_exact_in_spite_of_shadows_and_highlights() {
+fn normals_are_found_in_spite_of_shadows_and_highlights() {
     let directions = set("rings:20:6,45:12").directions().unwrap();
     let lights: Vec<DVec3> = directions.iter().map(|light| light.0).collect();
     let wanted = DVec3::new(0.3, -0.2, 1.0).normalize();
@@ -26,13 +26,14 @@ fn normals_are_exact_in_spite_of_shadows_and_highlights() {
         .iter()
         .map(|light| 0.2 * wanted.dot(*light))
         .collect();
+    assert!(normal(&lights, &values).angle_between(wanted) < 1e-6);
     values[1] = 0.0;
     values[4] = 0.0;
     values[9] = 0.01;
     values[12] = 0.0;
     values[15] = 0.9;
     let found = normal(&lights, &values);
-    assert!(found.angle_between(wanted) < 0.02, "{found}");
+    assert!(found.angle_between(wanted) < 0.05, "{found}");
     assert_eq!(normal(&lights, &[0.0; 18]), DVec3::Z);
 }
 

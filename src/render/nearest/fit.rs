@@ -27,8 +27,8 @@ fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64
         inverse[column] = 1.0 / matrix[column][column];
         for row in column + 1..N {
             let factor = matrix[row][column] * inverse[column];
-            for below in row..N {
-                matrix[below][row] -= factor * matrix[below][column];
+            for line in &mut matrix[row..] {
+                line[row] -= factor * line[column];
             }
             right[row] -= factor * right[column];
         }

@@ -48,7 +48,7 @@ impl TangentPlane {
     #[inline(always)]
     pub fn near(&self, block: &Block, squared_chords: &Lanes, reach: f32) -> Near {
         let mut near = Near::NONE;
-        for lane in 0..LANES {
+        for (lane, &squared_chord) in squared_chords.iter().enumerate() {
             let (dx, dy, dz) = (
                 block.x[lane] - self.wanted.x,
                 block.y[lane] - self.wanted.y,
@@ -56,7 +56,7 @@ impl TangentPlane {
             );
             let x = dx * self.along_x.x + dy * self.along_x.y + dz * self.along_x.z;
             let y = dx * self.along_y.x + dy * self.along_y.y + dz * self.along_y.z;
-            let d = angle::of_squared_chord(squared_chords[lane]);
+            let d = angle::of_squared_chord(squared_chord);
             // The length is sin d, and 0 for empty lanes and for the opposite direction.
             let length = (x * x + y * y).sqrt();
             let length = if length > 1e-9 { length } else { 1e-9 };
@@ -108,9 +108,9 @@ impl Near {
                 weights[lane] -= term[lane] * tilt;
             }
         }
-        for lane in 0..LANES {
-            let share = if weights[lane] > 0.0 { 1.0 } else { negative };
-            weights[lane] *= self.nearness[lane] * share;
+        for (weight, nearness) in weights.iter_mut().zip(&self.nearness) {
+            let share = if *weight > 0.0 { 1.0 } else { negative };
+            *weight *= nearness * share;
         }
         weights
     }

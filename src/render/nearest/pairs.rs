@@ -146,8 +146,8 @@ impl PairSet {
             let (share, x) = (nearness(d) / sum, coordinates(index));
             for row in 0..4 {
                 mean[row] += share * x[row];
-                for column in 0..=row {
-                    products[row][column] += share * x[row] * x[column];
+                for (product, other) in products[row][..=row].iter_mut().zip(x) {
+                    *product += share * x[row] * other;
                 }
             }
         }

@@ -76,8 +76,8 @@ fn fitted(nearness: &[f64], rows: &[Vec<f64>], negative: f64) -> Vec<f64> {
         .map(|i| (0..size).map(|j| entry(i, j)).collect())
         .collect();
     let trace: f64 = (0..size).map(|i| matrix[i][i]).sum();
-    for i in 1..size {
-        matrix[i][i] += 1e-3 * trace / size as f64;
+    for (i, line) in matrix.iter_mut().enumerate().skip(1) {
+        line[i] += 1e-3 * trace / size as f64;
     }
     let column = first_column_of_inverse(matrix);
     let along = |row: &Vec<f64>| row.iter().zip(&column).map(|(a, b)| a * b).sum::<f64>();

@@ -13,8 +13,8 @@ pub enum Weighting {
     /// are scaled by the ratio of the lights' cosines, at most 2. A sweep does not pop.
     #[default]
     Continuous,
-    /// A quadratic fit to the directions nearer than 1.05 times the 10th nearest: closer to the sample
-    /// where it has many directions, for about four times the reads. Not for scattered pairs.
+    /// A quadratic fit to the directions nearer than 1.05 times the 10th nearest: closer to the truth
+    /// between the directions, for about six times the reads. Not for scattered pairs.
     Quadratic,
     /// The 4 nearest views and the 4 nearest lights by inverse angle: Tong et al. 2002, literally.
     InverseAngle,
