@@ -80,7 +80,7 @@ fn baked(preset: &str, lights: &str) -> impl FnOnce(&Path) -> ContentId {
 #[test]
 fn parallax_keeps_sweeps_of_the_light_steady() {
     let bench = Bench::new(baked("cobbles", "bonn81"), |id| {
-        square(16, [16, 16], 1.0 / 16.0, id)
+        square(8, [16, 16], 1.0 / 16.0, id)
     });
     let with = |weights, parallax| RenderOptions {
         weights,

@@ -16,7 +16,7 @@ fn set(text: &str) -> DirectionSet {
     text.parse().unwrap()
 }
 
-/// Matte values are ρ n·l/π. Of 18, three in shadow, one nearly so and a highlight turn the normal by less than 3°.
+/// Matte values are ρ n·l/π. Of 18, three in shadow, one nearly so and a highlight turn the normal by less than 4°.
 #[test]
 fn normals_are_found_in_spite_of_shadows_and_highlights() {
     let directions = set("rings:20:6,45:12").directions().unwrap();
@@ -33,7 +33,7 @@ fn normals_are_found_in_spite_of_shadows_and_highlights() {
     values[12] = 0.0;
     values[15] = 0.9;
     let found = normal(&lights, &values);
-    assert!(found.angle_between(wanted) < 0.05, "{found}");
+    assert!(found.angle_between(wanted) < 0.065, "{found}");
     assert_eq!(normal(&lights, &[0.0; 18]), DVec3::Z);
 }
 
