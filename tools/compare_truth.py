@@ -6,7 +6,7 @@
     tools/compare_truth.py --hexagons --sample-counts 1 4 16 --weights continuous quadratic inverse-angle
 
 A material is baked at the directions of each set, and at `--views` × `--lights` directions that no set has: the truth
-(`--truth-samples` rays a texel). The program then renders the sample on a flat grid, a vertex per texel, seen orthographically
+(`--truth-samples` rays per texel). The program then renders the sample on a flat grid, a vertex per texel, seen orthographically
 from each of those views under each of those lights (pixel shading, the nearest texel, no shadows), and the pixel that shows a
 texel's centre is compared with the truth at that texel. Held-out directions are spread evenly over the cosine of the angle from the normal,
 down to `--largest-theta`, at random headings.
@@ -55,8 +55,8 @@ def arguments():
     parser.add_argument("--depth", type=float, help="as bake --depth")
     parser.add_argument("--size", type=int, default=64, help="texels")
     parser.add_argument("--sets", nargs="+", default=["12x5", "bonn81", "bonn151", "fibonacci:60", "fibonacci:150"])
-    parser.add_argument("--sample-counts", nargs="+", type=int, default=[16], help="rays a texel of the samples")
-    parser.add_argument("--truth-samples", type=int, default=64, help="rays a texel of the truth")
+    parser.add_argument("--sample-counts", nargs="+", type=int, default=[16], help="rays per texel of the samples")
+    parser.add_argument("--truth-samples", type=int, default=64, help="rays per texel of the truth")
     parser.add_argument("--weights", nargs="+", default=["continuous", "quadratic", "inverse-angle"])
     parser.add_argument("--parallax", nargs="+", default=[None], help="as render --parallax, one or several")
     parser.add_argument("--views", type=int, default=12, help="held-out views")

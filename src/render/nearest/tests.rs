@@ -53,11 +53,11 @@ fn first_column_of_inverse(mut matrix: Vec<Vec<f64>>) -> Vec<f64> {
             |&a: &usize, &b: &usize| matrix[a][column].abs().total_cmp(&matrix[b][column].abs());
         let pivot = (column..size).max_by(largest).unwrap();
         matrix.swap(column, pivot);
+        let pivot = matrix[column].clone();
         for row in (0..size).filter(|&row| row != column) {
-            let factor = matrix[row][column] / matrix[column][column];
-            for k in 0..=size {
-                matrix[row][k] -= factor * matrix[column][k];
-            }
+            let factor = matrix[row][column] / pivot[column];
+            let entries = matrix[row].iter_mut().zip(&pivot);
+            entries.for_each(|(entry, pivot)| *entry -= factor * pivot);
         }
     }
     (0..size)
