@@ -39,6 +39,7 @@ mod metric;
 mod option_ranges;
 pub mod options;
 pub(crate) mod pattern_controls;
+mod polish;
 pub(crate) mod quality;
 pub mod recipes;
 pub(crate) mod rule;

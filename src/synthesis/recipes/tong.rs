@@ -15,6 +15,7 @@ mod passes;
 use rayon::prelude::*;
 
 use crate::error::Result;
+use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::ExemplarLevel;
 use crate::grid::TexCoord;
 use crate::progress::Progress;
@@ -28,6 +29,7 @@ use crate::synthesis::keep::Preference;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::of_level::{MetricChoice, WithMetric, with_metric};
 use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::polish::polish;
 use crate::synthesis::recipes::distance_floor::distance_floor;
 use crate::synthesis::recipes::k_coherence::KCoherence;
 use crate::synthesis::recipes::reuse_penalty::Uses;
@@ -122,8 +124,13 @@ fn run_level<const N: usize, S: Sites<N>>(
         passes,
         progress,
     };
-    let state = with_metric(space, &exemplar, level, choice, work)??;
+    let mut state = with_metric(space, &exemplar, level, choice, work)??;
     progress.end();
+    if level == 0 && options.k_coherence.polish > 0 {
+        let embedding = Embedding::new(&space.levels[0], options.spectrum);
+        let rounds = (options.k_coherence.polish, options.seed);
+        polish(&exemplar, &embedding, sites, &mut state.coords, rounds, progress)?;
+    }
     match level {
         0 => Ok(state.at_centres(exemplar.grid)),
         _ => Ok(state.coords),

@@ -41,6 +41,10 @@ pub struct KCoherenceOptions {
     /// that fit worse choose once more; 0 is the paper. Not with --search full
     #[arg(long, default_value_t = Self::default().repair_rounds)]
     pub repair_rounds: u32,
+    /// Rounds at the very end in which regions take whole copied patches where that costs less along seams and
+    /// uses the exemplar more evenly
+    #[arg(long, default_value_t = Self::default().polish)]
+    pub polish: u32,
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
@@ -62,6 +66,7 @@ impl Default for KCoherenceOptions {
             coherence: 1.5,
             distance_floor: 0.001,
             repair_rounds: 2,
+            polish: 0,
             start_passes: 2,
             reuse_penalty: 1.0,
             order: Order::default(),
@@ -74,6 +79,7 @@ impl KCoherenceOptions {
     pub fn validate(&self) -> Result<()> {
         at_least_one("k", self.k.map_or(1, |k| k as u64))?;
         few_rounds("repair-rounds", self.repair_rounds, 0)?;
+        few_rounds("polish", self.polish, 0)?;
         few_rounds("start-passes", self.start_passes, 1)?;
         within_factors("coherence", self.coherence, 1.0)?;
         within_factors("distance-floor", self.distance_floor, 0.0)?;
@@ -92,6 +98,7 @@ impl KCoherenceOptions {
                 self.distance_floor != default.distance_floor,
             ),
             ("repair-rounds", self.repair_rounds != default.repair_rounds),
+            ("polish", self.polish != default.polish),
             ("start-passes", self.start_passes != default.start_passes),
             ("reuse-penalty", self.reuse_penalty != default.reuse_penalty),
             ("order", self.order != default.order),
