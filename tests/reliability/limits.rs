@@ -117,6 +117,7 @@ const TRIED: &[Tried] = &[
             ("--passes", Counts("*")),
             ("--repair-rounds", Counts("*")),
             ("--start-passes", Counts("*")),
+            ("--polish", Counts("*")),
         ],
     },
     Tried {

@@ -242,7 +242,6 @@ impl TargetArguments {
         is_measured: bool,
         session: &Session,
     ) -> Result<Prepared> {
-        let exemplar = memory::exemplar_bytes(space, table, options);
         let windows = Windows {
             own: neighborhoods(space, table, options)?,
             measured: table.neighborhoods().swap_remove(0),
@@ -256,6 +255,8 @@ impl TargetArguments {
         });
         let read = |path: &PathBuf| crate::mesh::reading::read(path, session.progress());
         let user = self.mesh.as_ref().map(read).transpose()?;
+        let polish = memory::polish_bytes(self.most_sites(user.as_ref()), options);
+        let exemplar = memory::exemplar_bytes(space, table, options) + polish;
         let mesh = self.mesh.as_ref().zip(user.as_ref());
         let mesh = mesh.map(|(path, user)| MeshTarget {
             path,
@@ -302,6 +303,15 @@ impl TargetArguments {
             prepared.target.controls = controls::of_target(surface, user, keys, session)?;
         }
         Ok(prepared)
+    }
+
+    /// Sites of level 0 at the most.
+    fn most_sites(&self, user: Option<&UserMesh>) -> u64 {
+        match (self.grid, user) {
+            (Some(grid), _) => u64::from(grid.width) * u64::from(grid.height),
+            (None, _) if self.is_atlas() => u64::from(self.atlas.resolution).pow(2),
+            (None, user) => user.map_or(0, |user| user.mesh.positions.len() as u64),
+        }
     }
 
     /// Whether sites are texels of an atlas.

@@ -82,7 +82,11 @@ impl PlaneFeatures {
         let (x, y) = (at.s - 0.5, self.grid.height as f32 - at.t - 0.5);
         let (col, row) = (floor(x), floor(y));
         let (u, v) = (x - col as f32, y - row as f32);
-        let TexelGrid { width, height, tileable } = self.grid;
+        let TexelGrid {
+            width,
+            height,
+            tileable,
+        } = self.grid;
         let cols = [col, col + 1].map(|col| place(col, width, tileable));
         let rows = [row, row + 1].map(|row| place(row, height, tileable));
         let texel = |row: usize, col: usize| row * width as usize + col;
@@ -93,12 +97,7 @@ impl PlaneFeatures {
                 texel(rows[1], cols[0]),
                 texel(rows[1], cols[1]),
             ],
-            [
-                (1.0 - u) * (1.0 - v),
-                u * (1.0 - v),
-                (1.0 - u) * v,
-                u * v,
-            ],
+            [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v],
         )
     }
 }

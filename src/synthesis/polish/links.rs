@@ -6,7 +6,10 @@ use crate::progress::Progress;
 use crate::sites::level::{Neighbor, Sites};
 
 /// Sites at most so far apart are linked, in texels.
-pub const REACH: f32 = 2.3;
+const REACH: f32 = 2.3;
+
+/// Sites at most that one is linked to, the nearest.
+pub const MOST_LINKS: usize = 24;
 
 /// Links of every site.
 #[derive(Clone, Debug, Default)]
@@ -22,7 +25,9 @@ impl Links {
     pub fn new<const N: usize, S: Sites<N>>(sites: &S, progress: Progress<'_>) -> Result<Self> {
         let near = |site: usize| {
             let neighbors = sites.neighbors(site);
-            neighbors.filter(|near| near.x.hypot(near.y) <= REACH)
+            neighbors
+                .take(MOST_LINKS)
+                .filter(|near| near.x.hypot(near.y) <= REACH)
         };
         let back = |site: usize, from: usize| near(from).find(|back| back.site as usize == site);
         // Both ends must see each other.

@@ -82,7 +82,9 @@ impl CutGraph {
             self.saturate(source, sink);
             self.find_distances(sink);
         }
-        self.distances[..nodes as usize].iter().map(|&far| far != FAR)
+        self.distances[..nodes as usize]
+            .iter()
+            .map(|&far| far != FAR)
     }
 
     fn add_arc(&mut self, from: u32, to: u32, room: i64) {
@@ -195,7 +197,10 @@ mod tests {
                     if stream.gen_range(0..3) == 0 {
                         let [neither, both, more] = [0; 3].map(|_| stream.gen_range(0.0..1.0));
                         let first: f64 = stream.gen_range(0.0..1.0);
-                        links.push(([i, j], [neither, neither + both + more - first, first, both]));
+                        links.push((
+                            [i, j],
+                            [neither, neither + both + more - first, first, both],
+                        ));
                     }
                 }
             }

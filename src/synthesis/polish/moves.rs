@@ -2,13 +2,13 @@
 
 use crate::exemplar::level::ExemplarLevel;
 use crate::grid::TexCoord;
-use crate::synthesis::polish::energy::SeamCost;
 use crate::synthesis::polish::links::Links;
 use crate::synthesis::polish::max_flow::CutGraph;
-use crate::synthesis::polish::region::{OUTSIDE, Region};
+use crate::synthesis::polish::region::{OUTSIDE, Region, RegionLink};
+use crate::synthesis::polish::seam_cost::SeamCost;
 use crate::synthesis::polish::usage::Usage;
 
-/// What a move is judged by.
+/// What moves are judged by.
 #[derive(Clone, Copy, Debug)]
 pub struct Judge<'a> {
     /// The exemplar.
@@ -19,113 +19,148 @@ pub struct Judge<'a> {
     pub seams: SeamCost<'a>,
 }
 
-/// Not a node of the graph: the proposal leaves the site as it is, or cannot be taken there.
-const FIXED: u32 = u32::MAX;
+/// A region and what is held in and round it.
+#[derive(Debug)]
+pub struct Here<'a> {
+    /// The region.
+    pub region: &'a Region,
+    /// What its sites hold.
+    pub coords: Vec<TexCoord>,
+    /// What all sites hold, of which those of the region do not count.
+    pub map: &'a [TexCoord],
+}
+
+impl Here<'_> {
+    /// What the other end of a link holds.
+    fn other_end(&self, link: &RegionLink) -> TexCoord {
+        match link.at {
+            OUTSIDE => self.map[link.near.site as usize],
+            at => self.coords[at as usize],
+        }
+    }
+}
+
+/// A site that could take what is proposed.
+#[derive(Clone, Copy)]
+struct Node {
+    number: u32,
+    taken: TexCoord,
+}
 
 impl Judge<'_> {
-    /// Lets the sites of a region take what a proposal says where that costs less; `here` is what they hold, `map`
-    /// what all others do. Returns the costs saved at links, 0 if nothing is taken.
+    /// Lets the sites of a region take what a proposal says where that costs less. Returns what links cost less then.
     pub fn take_part(
         &self,
-        region: &Region,
-        (here, map): (&mut [TexCoord], &[TexCoord]),
+        here: &mut Here<'_>,
         proposal: &[TexCoord],
         usage: &Usage,
         graph: &mut CutGraph,
     ) -> f64 {
-        let proposal: Vec<Option<TexCoord>> = proposal
-            .iter()
-            .zip(&*here)
-            .map(|(&at, &held)| self.admitted(at).filter(|&at| !self.is_same(at, held)))
-            .collect();
-        let mut nodes = vec![FIXED; here.len()];
-        let mut count = 0;
-        for (node, proposed) in nodes.iter_mut().zip(&proposal) {
-            if proposed.is_some() {
-                *node = count;
-                count += 1;
-            }
-        }
+        let nodes = self.nodes(here, proposal);
+        let count = nodes.iter().flatten().count();
         if count == 0 {
             return 0.0;
         }
-        graph.begin(count as usize);
-        let weight = f64::from(self.links.weight);
-        let cost = |a, b, offset| weight * f64::from(self.seams.between(a, b, offset));
-        for (at, &node) in nodes.iter().enumerate() {
-            let Some(taken) = proposal[at] else { continue };
-            let held = here[at];
+        graph.begin(count);
+        for (at, node) in nodes.iter().enumerate() {
+            let Some(node) = node else { continue };
             let price = |at| usage.price(usage.cell_at(at));
-            graph.add_node_cost(node, price(taken) - price(held));
-            for link in region.links(at) {
-                let offset = [link.near.x, link.near.y];
-                let other = (link.at != OUTSIDE).then_some(link.at as usize);
-                let others = other.map_or(map[link.near.site as usize], |other| here[other]);
-                match other.and_then(|other| Some((nodes[other], proposal[other]?))) {
-                    // Every link inside is met from both ends.
-                    Some((mate, _)) if mate < node => {}
-                    Some((mate, theirs)) => {
-                        let costs = [
-                            cost(held, others, offset),
-                            cost(held, theirs, offset),
-                            cost(taken, others, offset),
-                            cost(taken, theirs, offset),
-                        ];
-                        graph.add_link_costs([node, mate], costs);
-                    }
-                    None => {
-                        let more = cost(taken, others, offset) - cost(held, others, offset);
-                        graph.add_node_cost(node, more);
-                    }
-                }
+            graph.add_node_cost(node.number, price(node.taken) - price(here.coords[at]));
+            for link in here.region.links(at) {
+                let mate = nodes.get(link.at as usize).copied().flatten();
+                self.add_link(here, (at, *node), (link, mate), graph);
             }
         }
         let labels: Vec<bool> = graph.cut().collect();
-        let takes = |at: usize| nodes[at] != FIXED && labels[nodes[at] as usize];
-        let next: Vec<TexCoord> = (0..here.len())
-            .map(|at| proposal[at].filter(|_| takes(at)).unwrap_or(here[at]))
-            .collect();
-        let saved = self.saved(region, (here, &next, map), takes);
-        here.copy_from_slice(&next);
+        let taken = |node: &Option<Node>| {
+            let node = node.filter(|node| labels[node.number as usize]);
+            node.map(|node| node.taken)
+        };
+        let taken: Vec<Option<TexCoord>> = nodes.iter().map(taken).collect();
+        let saved = self.saved(here, &taken);
+        for (held, taken) in here.coords.iter_mut().zip(taken) {
+            *held = taken.unwrap_or(*held);
+        }
         saved
     }
 
-    /// What the links of the sites that take something cost less then.
-    fn saved(
+    /// The sites that could take what is proposed, and it would be something else.
+    fn nodes(&self, here: &Here<'_>, proposal: &[TexCoord]) -> Vec<Option<Node>> {
+        let mut count = 0;
+        let pairs = proposal.iter().zip(&here.coords);
+        pairs
+            .map(|(&proposed, &held)| {
+                let taken = self.admitted(proposed)?;
+                let (ds, dt) = self.exemplar.grid.difference(taken, held);
+                if ds.abs().max(dt.abs()) < SAME {
+                    return None;
+                }
+                count += 1;
+                Some(Node {
+                    number: count - 1,
+                    taken,
+                })
+            })
+            .collect()
+    }
+
+    /// Adds what a link of a node costs; one between two nodes is met from both and counts the first time.
+    fn add_link(
         &self,
-        region: &Region,
-        (here, next, map): (&[TexCoord], &[TexCoord], &[TexCoord]),
-        takes: impl Fn(usize) -> bool,
-    ) -> f64 {
+        here: &Here<'_>,
+        (at, node): (usize, Node),
+        (link, mate): (&RegionLink, Option<Node>),
+        graph: &mut CutGraph,
+    ) {
+        let cost = |a, b| self.link_cost(a, b, link);
+        let (held, other) = (here.coords[at], here.other_end(link));
+        let Some(mate) = mate else {
+            return graph.add_node_cost(node.number, cost(node.taken, other) - cost(held, other));
+        };
+        if mate.number > node.number {
+            let costs = [
+                cost(held, other),
+                cost(held, mate.taken),
+                cost(node.taken, other),
+                cost(node.taken, mate.taken),
+            ];
+            graph.add_link_costs([node.number, mate.number], costs);
+        }
+    }
+
+    fn link_cost(&self, a: TexCoord, b: TexCoord, link: &RegionLink) -> f64 {
+        let cost = self.seams.between(a, b, [link.near.x, link.near.y]);
+        f64::from(self.links.weight * cost)
+    }
+
+    /// What links cost less when some sites take something else.
+    fn saved(&self, here: &Here<'_>, taken: &[Option<TexCoord>]) -> f64 {
         let mut saved = 0.0;
-        for at in (0..here.len()).filter(|&at| takes(at)) {
-            for link in region.links(at) {
-                let offset = [link.near.x, link.near.y];
-                let (before, after) = match link.at {
-                    OUTSIDE => [map[link.near.site as usize]; 2].into(),
-                    other => (here[other as usize], next[other as usize]),
-                };
-                let less = f64::from(self.seams.between(here[at], before, offset))
-                    - f64::from(self.seams.between(next[at], after, offset));
-                let is_met_twice = link.at != OUTSIDE && takes(link.at as usize);
-                saved += if is_met_twice { 0.5 * less } else { less };
+        for (at, own) in taken.iter().enumerate() {
+            let Some(own) = *own else { continue };
+            for link in here.region.links(at) {
+                let other = here.other_end(link);
+                let mate = taken.get(link.at as usize).copied().flatten();
+                let less = self.link_cost(here.coords[at], other, link)
+                    - self.link_cost(own, mate.unwrap_or(other), link);
+                // Between two that take something, a link is met from both.
+                saved += if mate.is_some() { 0.5 * less } else { less };
             }
         }
-        saved * f64::from(self.links.weight)
+        saved
     }
 
-    /// A coordinate on the grid whose texel may be picked, if that is one.
+    /// A proposed coordinate on the grid, if its texel may be picked.
     fn admitted(&self, at: TexCoord) -> Option<TexCoord> {
         let grid = self.exemplar.grid;
-        let texel = grid.texel_holding(at)?;
-        if at.s.is_nan() || !self.exemplar.whole[texel.index()] {
+        if !at.s.is_finite() || !at.t.is_finite() {
             return None;
         }
-        Some(grid.coordinate(at.s, grid.height as f32 - at.t))
-    }
-
-    fn is_same(&self, a: TexCoord, b: TexCoord) -> bool {
-        let (ds, dt) = self.exemplar.grid.difference(a, b);
-        ds.abs().max(dt.abs()) < 1e-3
+        let texel = grid.texel_holding(at)?;
+        let at = grid.coordinate(at.s, grid.height as f32 - at.t);
+        self.exemplar.whole[texel.index()].then_some(at)
     }
 }
+
+/// Coordinates nearer than this are the same.
+const SAME: f32 = 1e-3;

@@ -2,12 +2,13 @@
 
 use rand::Rng;
 
-use crate::exemplar::level::ExemplarLevel;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
 use crate::random::Stream;
-use crate::synthesis::polish::energy::SeamCost;
+use crate::synthesis::polish::moves::{Here, Judge};
 use crate::synthesis::polish::region::{OUTSIDE, Region};
+use crate::synthesis::polish::seam_cost::TORN;
+use crate::synthesis::polish::usage::Usage;
 
 /// Patches of a region that are continued, the largest of them.
 const CONTINUED: usize = 4;
@@ -16,8 +17,12 @@ const DRAWN: usize = 48;
 const LAID: usize = 2;
 /// Sites of a region at which a drawn patch is held against the map.
 const HELD_AGAINST: usize = 48;
-/// Texels that a link may be off inside one patch.
-const SAME_PATCH: f32 = 1.0;
+/// Texels from a site to those of the next layer that continue its patch, at the most.
+const LAYER: f32 = 1.8;
+/// What a difference counts per texel from the centre.
+const OF_BORDER: f32 = 0.1;
+/// Sites of the smallest patch that is continued.
+const SMALLEST: usize = 3;
 
 /// The patches that a region's sites belong to.
 #[derive(Clone, Debug, Default)]
@@ -39,163 +44,144 @@ impl Patches {
             shifts: vec![[0.0; 2]; count],
             sizes: Vec::new(),
         };
-        let mut queue = Vec::new();
         for first in 0..count {
-            if patches.of_site[first] != OUTSIDE {
-                continue;
+            if patches.of_site[first] == OUTSIDE {
+                let size = patches.grow(region, grid, coords, first);
+                patches.sizes.push((size, patches.sizes.len() as u32));
             }
-            let patch = patches.sizes.len() as u32;
-            let (at, place) = (coords[first], region.places[first]);
-            patches.of_site[first] = patch;
-            patches.shifts[first] = [at.s - place[0], at.t - place[1]];
-            queue.clear();
-            queue.push(first);
-            let mut visited = 0;
-            while let Some(&at) = queue.get(visited) {
-                visited += 1;
-                for link in region.links(at) {
-                    let other = link.at as usize;
-                    if link.at == OUTSIDE || patches.of_site[other] != OUTSIDE {
-                        continue;
-                    }
-                    let (ds, dt) = grid.difference(coords[at], coords[other]);
-                    let off = [ds - link.near.x, dt - link.near.y];
-                    if off[0].abs().max(off[1].abs()) > SAME_PATCH {
-                        continue;
-                    }
-                    let (here, there) = (region.places[at], region.places[other]);
-                    let shift = patches.shifts[at];
-                    patches.of_site[other] = patch;
-                    patches.shifts[other] = [
-                        shift[0] + ds - (there[0] - here[0]),
-                        shift[1] + dt - (there[1] - here[1]),
-                    ];
-                    queue.push(other);
-                }
-            }
-            patches.sizes.push((queue.len(), patch));
         }
-        patches.sizes.sort_by_key(|&(size, patch)| (usize::MAX - size, patch));
+        let largest_first = |&(size, patch): &(usize, u32)| (usize::MAX - size, patch);
+        patches.sizes.sort_by_key(largest_first);
         patches
     }
 
-    /// The largest patches, each continued over the whole region: a list of coordinates, which may lie off the
-    /// grid.
-    pub fn continued<'a>(&'a self, region: &'a Region) -> impl Iterator<Item = Vec<TexCoord>> + 'a {
-        let worth = self.sizes.len() > 1;
-        let largest = self.sizes.iter().take(if worth { CONTINUED } else { 0 });
-        largest
-            .filter(|&&(size, _)| size > 2)
-            .map(|&(_, patch)| self.continue_patch(region, patch))
+    /// Collects the next patch from its first site on; returns how many sites it has.
+    fn grow(
+        &mut self,
+        region: &Region,
+        grid: TexelGrid,
+        coords: &[TexCoord],
+        first: usize,
+    ) -> usize {
+        let patch = self.sizes.len() as u32;
+        let (at, place) = (coords[first], region.places[first]);
+        self.of_site[first] = patch;
+        self.shifts[first] = [at.s - place[0], at.t - place[1]];
+        let mut queue = vec![first];
+        let mut visited = 0;
+        while let Some(&at) = queue.get(visited) {
+            visited += 1;
+            for link in region.links_inside(at) {
+                let other = link.at as usize;
+                let (ds, dt) = grid.difference(coords[at], coords[other]);
+                let off = (ds - link.near.x).abs().max((dt - link.near.y).abs());
+                if self.of_site[other] != OUTSIDE || off > TORN {
+                    continue;
+                }
+                let (here, there) = (region.places[at], region.places[other]);
+                let [s, t] = self.shifts[at];
+                self.of_site[other] = patch;
+                self.shifts[other] = [s + ds - (there[0] - here[0]), t + dt - (there[1] - here[1])];
+                queue.push(other);
+            }
+        }
+        queue.len()
     }
 
-    /// Every site beyond the patch takes the mean shift of those linked to it that have one: of the patch, and
-    /// layer by layer of what is continued.
+    /// The largest patches, each continued over the whole region: lists of coordinates, which may lie off the
+    /// grid. None where the region is one patch.
+    pub fn continued<'a>(&'a self, region: &'a Region) -> impl Iterator<Item = Vec<TexCoord>> + 'a {
+        let most = if self.sizes.len() > 1 { CONTINUED } else { 0 };
+        let large = self.sizes.iter().take(most);
+        let large = large.filter(|&&(size, _)| size >= SMALLEST);
+        large.map(|&(_, patch)| self.continue_patch(region, patch))
+    }
+
+    /// Layer by layer beyond the patch, every site takes the mean shift of those linked to it that have one.
     fn continue_patch(&self, region: &Region, patch: u32) -> Vec<TexCoord> {
         let count = region.sites.len();
-        let is_own = |&at: &usize| self.of_site[at] == patch;
-        let mut layer: Vec<usize> = (0..count).filter(is_own).collect();
+        let mut layer: Vec<usize> = (0..count).filter(|&at| self.of_site[at] == patch).collect();
         let mut shifts = vec![None; count];
-        layer.iter().for_each(|&at| shifts[at] = Some(self.shifts[at]));
+        for &at in &layer {
+            shifts[at] = Some(self.shifts[at]);
+        }
         while !layer.is_empty() {
-            let mut next = Vec::new();
-            for &at in &layer {
-                for link in region.links(at).iter().filter(|link| link.at != OUTSIDE) {
-                    let (x, y) = (link.near.x, link.near.y);
-                    if shifts[link.at as usize].is_none() && x.hypot(y) < 1.8 {
-                        next.push(link.at as usize);
-                    }
-                }
-            }
+            let links = layer.iter().flat_map(|&at| region.links_inside(at));
+            let near = links.filter(|link| link.near.x.hypot(link.near.y) < LAYER);
+            let mut next: Vec<usize> = near.map(|link| link.at as usize).collect();
+            next.retain(|&at| shifts[at].is_none());
             next.sort_unstable();
             next.dedup();
-            let found: Vec<_> = next.iter().map(|&at| mean_shift(region, &shifts, at)).collect();
+            let found: Vec<_> = next
+                .iter()
+                .map(|&at| mean_shift(region, &shifts, at))
+                .collect();
             for (&at, shift) in next.iter().zip(found) {
                 shifts[at] = Some(shift);
             }
             layer = next;
         }
-        let places = region.places.iter().zip(shifts);
-        places
-            .map(|(place, shift)| {
-                let shift = shift.unwrap_or([f32::NAN; 2]);
-                TexCoord {
-                    s: place[0] + shift[0],
-                    t: place[1] + shift[1],
-                }
-            })
-            .collect()
+        // What the patch does not reach has no coordinate.
+        let shift = |at: usize| shifts[at].unwrap_or([f32::NAN; 2]);
+        (0..count).map(|at| region.shifted(at, shift(at))).collect()
     }
 }
 
 fn mean_shift(region: &Region, shifts: &[Option<[f32; 2]>], at: usize) -> [f32; 2] {
+    let near = region
+        .links_inside(at)
+        .filter_map(|link| shifts[link.at as usize]);
     let (mut sum, mut count) = ([0.0; 2], 0.0f32);
-    for link in region.links(at).iter().filter(|link| link.at != OUTSIDE) {
-        if let Some(shift) = shifts[link.at as usize] {
-            sum = [sum[0] + shift[0], sum[1] + shift[1]];
-            count += 1.0;
-        }
+    for [s, t] in near {
+        sum = [sum[0] + s, sum[1] + t];
+        count += 1.0;
     }
     sum.map(|sum| sum / count)
 }
 
 /// Patches laid anew: of some drawn shifts those that fit best.
 ///
-/// A shift lays a texel near to one that a site holds at that site, or a whole texel drawn at random at the centre.
+/// Every other shift lays at some site a texel near to that which it holds, the rest lay a whole texel drawn at random at
+/// the centre.
 pub fn laid_anew(
-    region: &Region,
-    exemplar: &ExemplarLevel<'_>,
-    seams: &SeamCost<'_>,
-    coords: &[TexCoord],
-    price: impl Fn(TexCoord) -> f64,
+    judge: &Judge<'_>,
+    here: &Here<'_>,
+    usage: &Usage,
     stream: &mut Stream,
 ) -> Vec<Vec<TexCoord>> {
-    let grid = exemplar.grid;
+    let (region, exemplar) = (here.region, judge.exemplar);
     let count = region.sites.len();
-    let against: Vec<usize> = (0..HELD_AGAINST.min(count))
-        .map(|_| stream.gen_range(0..count))
-        .collect();
-    let mut drawn: Vec<(f64, [f32; 2])> = (0..DRAWN)
-        .map(|number| {
-            let (site, texel) = match number % 2 {
-                0 => {
-                    let site = stream.gen_range(0..count);
-                    let near = exemplar.nearest(grid.texel_nearest(coords[site]).0);
-                    (site, near[stream.gen_range(0..near.len())])
-                }
-                _ => {
-                    let whole = &exemplar.whole_texels;
-                    (0, whole[stream.gen_range(0..whole.len())])
-                }
-            };
-            let (at, place) = (grid.centre(TexelIndex(texel)), region.places[site]);
-            [at.s - place[0], at.t - place[1]]
-        })
-        .map(|shift| {
-            let fit = |&at: &usize| {
-                let place = region.places[at];
-                let there = TexCoord {
-                    s: place[0] + shift[0],
-                    t: place[1] + shift[1],
-                };
-                let far = place[0].hypot(place[1]);
-                f64::from(far) * 0.1 * f64::from(seams.features.distance(there, coords[at])) + price(there)
-            };
-            (against.iter().map(fit).sum(), shift)
-        })
-        .collect();
+    let against = HELD_AGAINST.min(count);
+    let against: Vec<usize> = (0..against).map(|_| stream.gen_range(0..count)).collect();
+    let mut draw = |number: usize| {
+        let (site, among) = match number % 2 {
+            0 => {
+                let site = stream.gen_range(0..count);
+                let held = exemplar.grid.texel_nearest(here.coords[site]);
+                (site, exemplar.nearest(held.0))
+            }
+            _ => (0, &exemplar.whole_texels[..]),
+        };
+        let at = exemplar
+            .grid
+            .centre(TexelIndex(among[stream.gen_range(0..among.len())]));
+        let [x, y] = region.places[site];
+        [at.s - x, at.t - y]
+    };
+    // What is near the border should fit what is there; what is within should be little used.
+    let misfit = |shift: [f32; 2]| {
+        let at_site = |&at: &usize| {
+            let [x, y] = region.places[at];
+            let there = region.shifted(at, shift);
+            let apart = judge.seams.features.distance(there, here.coords[at]);
+            f64::from(OF_BORDER * x.hypot(y) * apart) + usage.price(usage.cell_at(there))
+        };
+        against.iter().map(at_site).sum::<f64>()
+    };
+    let drawn = (0..DRAWN).map(|number| draw(number));
+    let mut drawn: Vec<(f64, [f32; 2])> = drawn.map(|shift| (misfit(shift), shift)).collect();
     drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
-    drawn
-        .iter()
-        .take(LAID)
-        .map(|(_, shift)| {
-            let places = region.places.iter();
-            places
-                .map(|place| TexCoord {
-                    s: place[0] + shift[0],
-                    t: place[1] + shift[1],
-                })
-                .collect()
-        })
-        .collect()
+    let all =
+        |&(_, shift): &(f64, [f32; 2])| (0..count).map(|at| region.shifted(at, shift)).collect();
+    drawn.iter().take(LAID).map(all).collect()
 }

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use crate::grid::TexCoord;
 use crate::sites::level::Neighbor;
 use crate::synthesis::polish::links::Links;
 
@@ -12,7 +13,7 @@ const MOST: usize = 1000;
 pub const OUTSIDE: u32 = u32::MAX;
 
 /// A region of sites.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
     /// The sites, nearest first.
     pub sites: Vec<u32>,
@@ -24,7 +25,7 @@ pub struct Region {
 }
 
 /// A link of a region's site.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegionLink {
     /// The linked site's place in the region's list, or [`OUTSIDE`].
     pub at: u32,
@@ -70,13 +71,30 @@ impl Region {
             }
         }
         region.link(links, of_site);
-        region.sites.iter().for_each(|&site| of_site[site as usize] = OUTSIDE);
+        region
+            .sites
+            .iter()
+            .for_each(|&site| of_site[site as usize] = OUTSIDE);
         region
     }
 
     /// The links of one of the sites.
     pub fn links(&self, at: usize) -> &[RegionLink] {
         &self.links[self.starts[at] as usize..self.starts[at + 1] as usize]
+    }
+
+    /// Those of its links that stay inside.
+    pub fn links_inside(&self, at: usize) -> impl Iterator<Item = &RegionLink> {
+        self.links(at).iter().filter(|link| link.at != OUTSIDE)
+    }
+
+    /// A site's place, shifted into the exemplar.
+    pub fn shifted(&self, at: usize, shift: [f32; 2]) -> TexCoord {
+        let [x, y] = self.places[at];
+        TexCoord {
+            s: x + shift[0],
+            t: y + shift[1],
+        }
     }
 
     /// Where the sites that are placed see another.

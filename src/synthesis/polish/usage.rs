@@ -1,15 +1,19 @@
 //! How evenly a map uses the exemplar: cells of texels, each with as many sites as its share of whole texels.
 //!
 //! Seams alone are cheapest in the smoothest part of the exemplar, into which a map would shrink. The cost of
-//! usage is weight · Σ (h − e)² / 2e over cells that hold h sites and should hold e: one site more in a cell used
-//! twice as often as it should costs about the weight.
+//! usage is w · Σ (h − e)² / 2e over cells that hold h sites and should hold e: one site more in a cell used
+//! twice as often as it should costs about w.
+
+use std::collections::BTreeMap;
 
 use crate::exemplar::level::ExemplarLevel;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
 
 /// Sites that a cell should hold at least.
-const FEWEST_SITES: f64 = 64.0;
+const FEWEST_SITES: f64 = 16.0;
+/// What a site more costs in a cell that holds twice as many as it should, seams by chance costing 1 per site.
+const WEIGHT: f64 = 0.4;
 
 /// How many sites each cell holds.
 #[derive(Clone, Debug)]
@@ -20,16 +24,15 @@ pub struct Usage {
     columns: u32,
     expected: Vec<f64>,
     held: Vec<f64>,
-    weight: f64,
 }
 
 impl Usage {
     /// What the sites hold.
-    pub fn of(exemplar: &ExemplarLevel<'_>, coords: &[TexCoord], weight: f64) -> Self {
+    pub fn of(exemplar: &ExemplarLevel<'_>, coords: &[TexCoord]) -> Self {
         let grid = exemplar.grid;
         let per_texel = coords.len() as f64 / exemplar.whole_texels.len().max(1) as f64;
         let longest = grid.width.max(grid.height);
-        let fits = |side: &u32| f64::from(side * side) * per_texel >= std::env::var("P_FEW").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(FEWEST_SITES);
+        let fits = |side: &u32| f64::from(side * side) * per_texel >= FEWEST_SITES;
         let side = (1..longest).find(fits).unwrap_or(longest);
         let (columns, rows) = (grid.width.div_ceil(side), grid.height.div_ceil(side));
         let cells = (columns * rows) as usize;
@@ -39,7 +42,6 @@ impl Usage {
             columns,
             expected: vec![0.0; cells],
             held: vec![0.0; cells],
-            weight,
         };
         for &texel in &exemplar.whole_texels {
             let cell = usage.cell(TexelIndex(texel));
@@ -64,28 +66,30 @@ impl Usage {
 
     /// What one site more costs in a cell.
     pub fn price(&self, cell: usize) -> f64 {
-        self.weight * (self.held[cell] / self.expected(cell) - 1.0)
+        WEIGHT * (self.held[cell] / self.expected(cell) - 1.0)
     }
 
-    /// What it costs that so many sites more, or fewer, are in some cells, each named once.
-    pub fn cost_of(&self, changes: impl Iterator<Item = (usize, f64)>) -> f64 {
-        let of_cell = |(cell, more): (usize, f64)| {
+    /// What it costs that so many sites more, or fewer, are in some cells.
+    pub fn cost_of(&self, changes: &BTreeMap<usize, f64>) -> f64 {
+        let of_cell = |(&cell, &more): (&usize, &f64)| {
             let expected = self.expected(cell);
-            self.weight * more * (2.0 * (self.held[cell] - expected) + more) / (2.0 * expected)
+            WEIGHT * more * (2.0 * (self.held[cell] - expected) + more) / (2.0 * expected)
         };
-        changes.map(of_cell).sum()
+        changes.iter().map(of_cell).sum()
     }
 
-    /// So many sites more in a cell.
-    pub fn change(&mut self, cell: usize, more: f64) {
-        self.held[cell] += more;
+    /// So many sites more, or fewer, are in some cells.
+    pub fn change(&mut self, changes: &BTreeMap<usize, f64>) {
+        for (&cell, &more) in changes {
+            self.held[cell] += more;
+        }
     }
 
     /// What all cells cost.
     pub fn total(&self) -> f64 {
         let cells = 0..self.held.len();
         let of_cell = |cell| (self.held[cell] - self.expected(cell)).powi(2) / self.expected(cell);
-        self.weight / 2.0 * cells.map(of_cell).sum::<f64>()
+        WEIGHT / 2.0 * cells.map(of_cell).sum::<f64>()
     }
 
     /// Cells without whole texels hold hardly anything, and should not.

@@ -2,7 +2,8 @@
 //!
 //! The coarsest level starts with random texels and is swept in growing order; alone, it grows from one random
 //! texel. Every finer level takes its coordinates from its parents (the paper's first pass) and is refined with
-//! windows on both levels (the second). The finest level ends with [seam repair](super::seam_repair).
+//! windows on both levels (the second). The finest level ends with [seam repair](super::seam_repair)
+//! and, if asked for, is [polished](crate::synthesis::polish).
 //!
 //! Deviations, each an option that also gives the paper's way: κ > 1 prefers coherent candidates
 //! (`--coherence`), with a [floor](super::distance_floor) on distances (`--distance-floor`); texels that
@@ -124,17 +125,25 @@ fn run_level<const N: usize, S: Sites<N>>(
         passes,
         progress,
     };
-    let mut state = with_metric(space, &exemplar, level, choice, work)??;
+    let state = with_metric(space, &exemplar, level, choice, work)??;
     progress.end();
-    if level == 0 && options.k_coherence.polish > 0 {
+    if level > 0 {
+        return Ok(state.coords);
+    }
+    let mut coords = state.at_centres(exemplar.grid);
+    let rounds = options.k_coherence.polish;
+    if rounds > 0 {
         let embedding = Embedding::new(&space.levels[0], options.spectrum);
-        let rounds = (options.k_coherence.polish, options.seed);
-        polish(&exemplar, &embedding, sites, &mut state.coords, rounds, progress)?;
+        let rounds = (rounds, options.seed);
+        polish(
+            (&exemplar, &embedding),
+            sites,
+            &mut coords,
+            rounds,
+            progress,
+        )?;
     }
-    match level {
-        0 => Ok(state.at_centres(exemplar.grid)),
-        _ => Ok(state.coords),
-    }
+    Ok(coords)
 }
 
 impl<const N: usize, S: Sites<N>> WithMetric for LevelRun<'_, N, S> {

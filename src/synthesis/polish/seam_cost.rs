@@ -1,4 +1,4 @@
-//! What a map costs: how badly linked sites fit together, and how unevenly the exemplar is used.
+//! How badly linked sites fit together.
 
 use rayon::prelude::*;
 
@@ -8,20 +8,25 @@ use crate::synthesis::polish::features::PlaneFeatures;
 use crate::synthesis::polish::links::Links;
 
 /// Texels that a link may be off before it counts as torn.
-const TORN: f32 = 1.0;
+pub const TORN: f32 = 1.0;
+/// What a torn link costs beside what it shows, texels by chance costing 1. Without, patches are cut up wherever the
+/// sample is plain.
+const TEAR: f32 = 0.3;
 
 /// How two linked sites are compared.
 #[derive(Clone, Copy, Debug)]
 pub struct SeamCost<'a> {
     /// The exemplar.
     pub features: &'a PlaneFeatures,
-    /// Its grid.
-    pub grid: TexelGrid,
-    /// What a torn link costs beside what it shows.
-    pub tear: f32,
+    grid: TexelGrid,
 }
 
-impl SeamCost<'_> {
+impl<'a> SeamCost<'a> {
+    /// Costs by an exemplar's features.
+    pub fn new(features: &'a PlaneFeatures, grid: TexelGrid) -> Self {
+        Self { features, grid }
+    }
+
     /// ‖F(a + ½o) − F(b − ½o)‖ for a site that holds a and one at o from it that holds b: how far what the two show
     /// half-way is apart (after Kwatra 2003). A little more if the two are torn: 0 inside a copied patch, about 1 by chance.
     #[inline]
@@ -36,13 +41,11 @@ impl SeamCost<'_> {
             t: at.t + share * y,
         };
         let shown = self.features.distance(moved(a, 0.5), moved(b, -0.5));
-        let torn = if off > TORN { self.tear } else { self.tear * off / TORN };
-        shown + torn
+        shown + TEAR * (off / TORN).min(1.0)
     }
 
     /// What a link costs.
-    #[inline]
-    pub fn of_link(&self, coords: &[TexCoord], site: u32, link: &Neighbor) -> f32 {
+    fn of_link(&self, coords: &[TexCoord], site: u32, link: &Neighbor) -> f32 {
         let (a, b) = (coords[site as usize], coords[link.site as usize]);
         self.between(a, b, [link.x, link.y])
     }
@@ -51,7 +54,10 @@ impl SeamCost<'_> {
     pub fn of_sites(&self, links: &Links, coords: &[TexCoord]) -> Vec<f32> {
         let of_site = |site: u32| {
             let costs = links.of(site).iter();
-            costs.map(|link| self.of_link(coords, site, link)).sum::<f32>() * links.weight
+            costs
+                .map(|link| self.of_link(coords, site, link))
+                .sum::<f32>()
+                * links.weight
         };
         let sites = (0..coords.len() as u32).into_par_iter();
         sites.map(of_site).collect()
