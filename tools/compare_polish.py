@@ -5,8 +5,8 @@
 
 Draws four tileable samples into FOLDER: `letters` (96 × 96 texels), rows of letters; `hexagons` (64 × 56), hexagons of eight greens with pale rims; `bumps`
 (64 × 64), a few round bumps on a plain ground; `tiles` (64 × 64), tiles of three sizes in four colours. Every mesh is retiled to `--vertices` (40,000). Per sample and mesh
-and seed both maps are synthesized. Of their reports the table has coherence within half a texel and one, energies and seconds. A patch distance is that
-of tools/compare_targets.py: between windows on the surface and windows of the sample; smaller is closer. Prints Markdown.
+and seed both maps are synthesized. Of their reports the table has coherence within half a texel and one, energies and seconds. The patch distance is that
+of tools/compare_targets.py, of windows with points 1 and 2 texels apart; smaller is closer. Prints Markdown.
 
 Needs: pip install numpy scipy pillow
 """
@@ -20,6 +20,7 @@ import numpy as np
 from compare_targets import patch_distance, sites_of_map
 from PIL import Image, ImageDraw
 
+STEPS = (1, 2)
 # Strokes in a box of 1 × 1, y downwards.
 LETTERS = {
     "A": [[(0, 1), (0.5, 0), (1, 1)], [(0.22, 0.62), (0.78, 0.62)]],
@@ -147,7 +148,7 @@ def main():
                     words = ["synth", f"{name}.space.npz", f"{name}.knn.npz", even, "-o", out, "--seed", seed, "--json"]
                     report = json.loads(run(args, *words, *(("--polish", rounds) if rounds else ())))
                     keys = ("coherence_half", "coherence_one", "energy", "energy_ratio_full")
-                    away = patch_distance(image, sites_of_map(out), 4000)
+                    away = patch_distance(image, sites_of_map(out), 4000, STEPS)
                     found.append([away, *(report[key] for key in keys), report["seconds"]["synthesis"]])
                 rows.append(np.mean(found, axis=0))
             pairs = " | ".join(f"{a:.{n}f} | {b:.{n}f}" for a, b, n in zip(*rows, (4, 3, 3, 3, 3, 2)))

@@ -28,11 +28,10 @@ impl PlaneFeatures {
     pub fn new(exemplar: &ExemplarLevel<'_>, embedding: &Embedding) -> Self {
         let parts = embedding.dimensions.div_ceil(WIDTH).max(1);
         let vectors = exemplar.rows.iter().flat_map(|&row| {
-            let numbers = (0..parts).map(move |part| {
+            (0..parts).map(move |part| {
                 let block = &embedding.plane(part * WIDTH / LANES)[row as usize];
                 std::array::from_fn(|lane| block[part * WIDTH % LANES + lane])
-            });
-            numbers
+            })
         });
         let mut features = Self {
             grid: exemplar.grid,
@@ -67,10 +66,10 @@ impl PlaneFeatures {
         let mut sums = [0.0f32; WIDTH];
         for part in 0..self.parts {
             let of = |corner: usize| &self.vectors[corner * self.parts + part];
-            for lane in 0..WIDTH {
+            for (lane, sum) in sums.iter_mut().enumerate() {
                 let here = (0..4).map(|at| u[at] * of(a[at])[lane]).sum::<f32>();
                 let there = (0..4).map(|at| v[at] * of(b[at])[lane]).sum::<f32>();
-                sums[lane] += (here - there) * (here - there);
+                *sum += (here - there) * (here - there);
             }
         }
         sums.iter().sum::<f32>().sqrt()

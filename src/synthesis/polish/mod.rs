@@ -41,24 +41,16 @@ use crate::synthesis::polish::usage::Usage;
 /// Bytes per site at the most: its links, what they cost, and whether it is covered or changed; and four in every thread.
 pub const SITE_BYTES: u64 = 12 * MOST_LINKS as u64 + 64;
 
-/// What a map costs per site.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MapCost {
-    /// Before the first round.
-    pub before: f64,
-    /// After the last.
-    pub after: f64,
-}
-
 /// Polishes what the sites of level 0 hold, in so many rounds. Patches are laid at real coordinates; at the end every
 /// site holds the centre of its texel.
+/// Returns what the map costs per site, before the first round and after each.
 pub fn polish<const N: usize, S: Sites<N>>(
     (exemplar, embedding): (&ExemplarLevel<'_>, &Embedding),
     sites: &S,
     coords: &mut [TexCoord],
     (rounds, seed): (u32, u64),
     progress: Progress<'_>,
-) -> Result<MapCost> {
+) -> Result<Vec<f64>> {
     let features = PlaneFeatures::new(exemplar, embedding);
     let links = Links::new(sites, progress)?;
     let judge = Judge {
@@ -68,14 +60,14 @@ pub fn polish<const N: usize, S: Sites<N>>(
     };
     let usage = Usage::of(exemplar, coords);
     let mut work = Rounds::new(judge, coords, usage, seed);
-    let before = work.cost();
+    let mut costs = vec![work.cost()];
     for round in 0..rounds {
         work.round(round, progress)?;
+        costs.push(work.cost());
     }
-    let after = work.cost();
     let grid = exemplar.grid;
     for at in coords {
         *at = grid.centre(grid.texel_nearest(*at));
     }
-    Ok(MapCost { before, after })
+    Ok(costs)
 }

@@ -153,7 +153,7 @@ pub fn laid_anew(
     let count = region.sites.len();
     let against = HELD_AGAINST.min(count);
     let against: Vec<usize> = (0..against).map(|_| stream.gen_range(0..count)).collect();
-    let mut draw = |number: usize| {
+    let draw = |number: usize| {
         let (site, among) = match number % 2 {
             0 => {
                 let site = stream.gen_range(0..count);
@@ -178,7 +178,7 @@ pub fn laid_anew(
         };
         against.iter().map(at_site).sum::<f64>()
     };
-    let drawn = (0..DRAWN).map(|number| draw(number));
+    let drawn = (0..DRAWN).map(draw);
     let mut drawn: Vec<(f64, [f32; 2])> = drawn.map(|shift| (misfit(shift), shift)).collect();
     drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
     let all =
