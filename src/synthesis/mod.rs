@@ -16,6 +16,7 @@
 //! | how neighbourhoods are compared | [`metric`] |
 //! | which candidate is kept | [`keep`] |
 //! | the whole way, from files' contents to a map | [`map`]; what becomes of [controls](pattern_controls) |
+//! | how a finished map is mended, patch by patch | [`polish`] |
 //! | how good the result is | [`quality`], drawn in [`false_color`] |
 //! | textures on faces, which have no such sites: from a space to a face map, and how that is drawn | [`faces`] |
 //! | what can be asked, and whether it fits | [`options`] in their [ranges](option_ranges), [`check`], [`memory`] |

@@ -38,7 +38,8 @@ use crate::synthesis::polish::rounds::Rounds;
 use crate::synthesis::polish::seam_cost::SeamCost;
 use crate::synthesis::polish::usage::Usage;
 
-/// Bytes per site at the most: its links, what they cost, and whether it is covered or changed; and four in every thread.
+/// Bytes per site at the most: its links, what they cost, whether it is covered or changed, and four in every
+/// thread.
 pub const SITE_BYTES: u64 = 12 * MOST_LINKS as u64 + 64;
 
 /// Polishes what the sites of level 0 hold, in so many rounds. Patches are laid at real coordinates; at the end every

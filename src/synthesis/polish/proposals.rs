@@ -141,8 +141,8 @@ fn mean_shift(region: &Region, shifts: &[Option<[f32; 2]>], at: usize) -> [f32; 
 
 /// Patches laid anew: of some drawn shifts those that fit best.
 ///
-/// Every other shift lays at some site a texel near to that which it holds, the rest lay a whole texel drawn at random at
-/// the centre.
+/// Every other shift lays at some site a texel near to that which it holds. The rest lay a whole texel drawn at random
+/// at the centre.
 pub fn laid_anew(
     judge: &Judge<'_>,
     here: &Here<'_>,

@@ -27,8 +27,9 @@ impl<'a> SeamCost<'a> {
         Self { features, grid }
     }
 
-    /// ‖F(a + ½o) − F(b − ½o)‖ for a site that holds a and one at o from it that holds b: how far what the two show
-    /// half-way is apart (after Kwatra 2003). A little more if the two are torn: 0 inside a copied patch, about 1 by chance.
+    /// ‖F(a + ½o) − F(b − ½o)‖ for a site that holds a and one at o from it that holds b, and more if the two are torn.
+    ///
+    /// It is how different the two are half-way (after Kwatra 2003): 0 inside a copied patch.
     #[inline]
     pub fn between(&self, a: TexCoord, b: TexCoord, [x, y]: [f32; 2]) -> f32 {
         let (ds, dt) = self.grid.difference(a, b);
