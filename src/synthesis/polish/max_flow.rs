@@ -175,7 +175,7 @@ mod tests {
 
     /// What labels cost.
     fn cost(nodes: &[f64], links: &[([u32; 2], [f64; 4])], labels: u32) -> f64 {
-        let label = |node: u32| labels as usize >> node & 1;
+        let label = |node: u32| ((labels as usize) >> node) & 1;
         let nodes = nodes.iter().enumerate();
         let nodes = nodes.map(|(node, more)| more * label(node as u32) as f64);
         let links = links
