@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::cli::machine::Need;
+use crate::cli::info::kind::Kind;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -39,7 +40,7 @@ impl Arguments {
     pub fn files(&self) -> Files {
         let archive = Product::File(Format::Archive);
         Files::default()
-            .read([&self.space])
+            .read_as(&[Kind::Archive], &self.space)
             .write("output", [&self.output], archive)
     }
 

@@ -11,6 +11,7 @@ use clap::Args;
 use crate::btf::sample::{self, Sample};
 use crate::cli::atlas::{self, Look};
 use crate::cli::machine::Need;
+use crate::cli::info::kind::Kind;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::render::surface::Surface;
@@ -181,9 +182,9 @@ impl Arguments {
             _ => None,
         };
         let mut files = Files::default()
-            .read([&self.sample])
+            .read_as(&[Kind::Sample], &self.sample)
             .read(&sample::files_of(&self.sample))
-            .read([&self.map])
+            .read_as(&[Kind::Map, Kind::Atlas, Kind::FaceMap], &self.map)
             .read(&atlas::files(&self.map))
             .read(table)
             .read(&self.options.camera_path)

@@ -15,6 +15,7 @@ use clap::Args;
 
 pub use crate::cli::synth::report::FORMAT as REPORT_FORMAT;
 
+use crate::cli::info::kind::{Kind, MESHES};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -208,14 +209,14 @@ impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
         let mut files = Files::default()
-            .read([&self.space])
+            .read_as(&[Kind::Archive], &self.space)
             .read(self.table_path())
             .read(&self.target.surface.guide)
             .read(&self.target.surface.keys)
             .write("output", [&self.output], product::product_at(&self.output))
             .write("report", &self.report, Product::File(Format::Json));
         if let Some(mesh) = self.mesh_path() {
-            files = files.read([mesh]).read(&companions(mesh)?);
+            files = files.read_as(&MESHES, mesh).read(&companions(mesh)?);
         }
         Ok(self.faces.files(self.pictures.files(files)))
     }

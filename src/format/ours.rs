@@ -29,8 +29,10 @@ const START: u64 = 1 << 16;
 pub enum Format {
     /// `.npz`.
     Archive,
-    /// PLY, OBJ or GLB.
+    /// PLY, or OBJ.
     Mesh,
+    /// GLB.
+    Model,
     /// PNG.
     Picture,
     /// OpenEXR.
@@ -49,6 +51,7 @@ impl Format {
         match self {
             Self::Archive => ".npz archive",
             Self::Mesh => "mesh",
+            Self::Model => "GLB",
             Self::Picture => "picture",
             Self::Frame => "frame",
             Self::Json => "JSON file",
@@ -67,7 +70,7 @@ pub fn is_ours(path: &Path, format: Format) -> io::Result<bool> {
     }
     Ok(match format {
         Format::Archive => start.starts_with(b"PK") && has_member(path, ARCHIVE_MARK)?,
-        Format::Mesh => is_our_mesh(&start),
+        Format::Mesh | Format::Model => is_our_mesh(&start),
         Format::Picture => start.starts_with(b"\x89PNG") && contains(&start, &picture_mark()),
         Format::Frame => start.starts_with(&[0x76, 0x2f, 0x31, 1]) && contains(&start, b"mesotex:"),
         Format::Btf => start.starts_with(b"!") && contains(&start, BTF_MARK.as_bytes()),
@@ -163,7 +166,7 @@ mod tests {
         for (name, format) in [
             ("a.ply", Format::Mesh),
             ("a.obj", Format::Mesh),
-            ("a.glb", Format::Mesh),
+            ("a.glb", Format::Model),
             ("a.png", Format::Picture),
             ("a.npz", Format::Archive),
         ] {

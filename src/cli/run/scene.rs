@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use toml::Value;
 
+use crate::cli::failure::likely_names::suggestion;
 use crate::cli::run::document::{Document, Key, Section};
-use crate::cli::run::faults::{Faults, Place, suggestion};
+use crate::cli::run::faults::{Faults, Place};
 
 /// Keys at the top of a scene.
 const TOP: [&str; 5] = ["name", "output", "seed", "sample", "surface"];

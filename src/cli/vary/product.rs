@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::btf::sample::{Description, Sample};
 use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
+use crate::cli::endings::check_stem;
 use crate::cli::exemplar::{describe_channels, with_kind, write_plain_sample};
 use crate::cli::mask::write_mask;
 use crate::cli::outcome::Outcome;
@@ -62,7 +63,10 @@ impl OutputOptions {
     /// Refuses what no input could satisfy.
     pub fn check(&self) -> Result<()> {
         match self.levels {
-            1..=16 => self.knn.validate(),
+            1..=16 => {
+                check_stem("output", &self.output)?;
+                self.knn.validate()
+            }
             levels => Err(Error::option("levels", levels.to_string(), "1 to 16")),
         }
     }
