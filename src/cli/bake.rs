@@ -100,6 +100,12 @@ impl Arguments {
         Ok(outcome)
     }
 
+    /// Draws the relief that `sample` was baked from.
+    pub fn draw_relief(&self, sample: &Sample, path: &Path, session: &Session) -> Result<()> {
+        let (material, _) = self.material(session)?;
+        write_preview(&self.options.applied_to(material)?, sample, path)
+    }
+
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
         let maps = match &self.material {

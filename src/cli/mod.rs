@@ -22,6 +22,7 @@ mod mesh;
 mod outcome;
 mod outputs;
 mod render;
+mod report;
 pub mod run;
 mod session;
 mod synth;
@@ -29,6 +30,7 @@ mod terminal;
 mod textons;
 mod transfer;
 mod vary;
+mod view;
 
 use std::process::ExitCode;
 
@@ -54,7 +56,7 @@ struct CommandLine {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+pub(in crate::cli) enum Command {
     Demo(demo::Arguments),
     Bake(bake::Arguments),
     Import(import::Arguments),
@@ -72,6 +74,8 @@ enum Command {
     Render(render::Arguments),
     BakeMaps(bake_maps::Arguments),
     Transfer(transfer::Arguments),
+    View(view::Arguments),
+    Report(report::Arguments),
     Run(run::Arguments),
 }
 
@@ -102,6 +106,8 @@ impl Command {
             Self::Render(arguments) => &arguments.common,
             Self::BakeMaps(arguments) => &arguments.common,
             Self::Transfer(arguments) => &arguments.common,
+            Self::View(arguments) => &arguments.common,
+            Self::Report(arguments) => &arguments.common,
             Self::Run(arguments) => &arguments.common,
         }
     }
@@ -121,6 +127,8 @@ impl Command {
             Self::Render(arguments) => arguments.check(),
             Self::BakeMaps(arguments) => arguments.check(),
             Self::Transfer(arguments) => arguments.check(),
+            Self::View(arguments) => arguments.check(),
+            Self::Report(arguments) => arguments.check(),
             Self::Demo(_)
             | Self::Import(_)
             | Self::Factor(_)
@@ -148,6 +156,8 @@ impl Command {
             Self::Render(arguments) => Ok(arguments.files()),
             Self::BakeMaps(arguments) => arguments.files(),
             Self::Transfer(arguments) => Ok(arguments.files()),
+            Self::View(arguments) => Ok(arguments.files()),
+            Self::Report(arguments) => Ok(arguments.files()),
             Self::Demo(_) | Self::Info(_) | Self::Run(_) => Ok(Files::default()),
         }
     }
@@ -171,7 +181,9 @@ impl Command {
             | Self::Vary(_)
             | Self::Mesh(_)
             | Self::BakeMaps(_)
-            | Self::Transfer(_) => STAGE_IF_INTERRUPTED,
+            | Self::Transfer(_)
+            | Self::View(_)
+            | Self::Report(_) => STAGE_IF_INTERRUPTED,
         }
     }
 
@@ -194,6 +206,8 @@ impl Command {
             Self::Render(arguments) => arguments.run(session),
             Self::BakeMaps(arguments) => arguments.run(session),
             Self::Transfer(arguments) => arguments.run(session),
+            Self::View(arguments) => arguments.run(session),
+            Self::Report(arguments) => arguments.run(session),
             Self::Run(arguments) => arguments.run(session),
         }
     }

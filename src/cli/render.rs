@@ -1,6 +1,6 @@
 //! `mesotex render`.
 
-mod surface;
+pub(in crate::cli) mod surface;
 
 use std::fs;
 use std::path::{Path, PathBuf};

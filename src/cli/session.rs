@@ -68,6 +68,12 @@ impl Session {
         session
     }
 
+    /// The same session with another seed where the user gave none.
+    #[must_use]
+    pub fn or_seed(&self, seed: Option<u64>) -> Self {
+        self.with_seed(self.common.seed.or(seed))
+    }
+
     /// Where library calls report their progress.
     pub fn progress(&self) -> Progress<'_> {
         Progress::new(&*self.listener, Some(self.interruption.flag()))

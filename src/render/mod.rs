@@ -32,7 +32,7 @@ pub mod raster;
 pub mod renderer;
 mod seen_points;
 pub mod sequence;
-mod sides;
+pub(crate) mod sides;
 mod surroundings;
 pub mod texel_baking;
 pub mod texel_table;

@@ -7,6 +7,7 @@ mod check;
 mod document;
 pub mod faults;
 mod known_files;
+mod pages;
 mod record;
 pub mod scene;
 
@@ -17,17 +18,20 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::{Value, json};
 
+use crate::cli::Command;
 use crate::cli::outcome::Outcome;
 pub use crate::cli::run::record::FORMAT as RECORD_FORMAT;
 
 use crate::cli::run::check::Stage;
 use crate::cli::run::faults::Faults;
+use crate::cli::run::pages::Pages;
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::atomic::leftovers;
 use crate::format::guard::guarded;
+use crate::format::id::ContentId;
 use crate::format::lock::OutputLock;
 use crate::format::text;
 
@@ -47,6 +51,9 @@ pub struct Arguments {
     /// Run every stage, even where nothing changed.
     #[arg(long)]
     pub fresh: bool,
+    /// Make no pages at the end.
+    #[arg(long)]
+    pub no_pages: bool,
     /// Check the scene, print the commands that would be run, and write nothing.
     #[arg(long)]
     pub dry_run: bool,
@@ -80,7 +87,12 @@ impl Arguments {
                 .progress()
                 .warn("run.json: damaged, or of another version; every stage runs again");
         }
-        chain.run(&stages)
+        let pages = Pages {
+            scene: &scene,
+            file: self.scene.file_name().unwrap_or_default().into(),
+            common: &self.common,
+        };
+        chain.run(&stages, (!self.no_pages).then_some(&pages))
     }
 }
 
@@ -101,6 +113,54 @@ pub fn describe(path: &Path, session: &Session) -> Result<Outcome> {
         record,
     };
     chain.products(&scene, &stages)
+}
+
+/// What a scene's stages are, and what is known of those that were run.
+pub(in crate::cli) struct Overview {
+    /// The scene's name.
+    pub name: String,
+    /// Its stages, in order.
+    pub stages: Vec<StageOverview>,
+}
+
+/// A stage, and what is known of it.
+pub(in crate::cli) struct StageOverview {
+    /// What the user reads: the command, and for renderings their name.
+    pub name: String,
+    /// The command, parsed.
+    pub command: Command,
+    /// The command as a line for a shell.
+    pub command_line: String,
+    /// The seed.
+    pub seed: u64,
+    /// What it reads.
+    pub reads: Vec<PathBuf>,
+    /// What it writes.
+    pub outputs: Vec<PathBuf>,
+    /// How long it took.
+    pub seconds: Option<f64>,
+    /// The ids of what it wrote: of a folder, the first file.
+    pub ids: Vec<(PathBuf, ContentId)>,
+}
+
+/// Enters a scene's folder and says what its stages are; everything wrong with it is an error.
+pub(in crate::cli) fn overview(path: &Path, session: &Session) -> Result<Overview> {
+    let text = text::read(path, LARGEST_SCENE)?.text;
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    enter(&folder)?;
+    let (scene, stages, record) = read(path, &text)?;
+    let session = session.or_seed(scene.seed);
+    let chain = Chain {
+        session: &session,
+        folder,
+        fresh: false,
+        record,
+    };
+    let stages = stages.into_iter().map(|stage| chain.overview_of(stage));
+    Ok(Overview {
+        name: scene.name,
+        stages: stages.collect::<Result<_>>()?,
+    })
 }
 
 /// The scene, its stages, and what is known of earlier runs; all that is wrong with it is one error.
@@ -136,7 +196,7 @@ struct Chain<'a> {
 
 impl Chain<'_> {
     /// Runs what is not done; every stage's report is said when it is finished.
-    fn run(mut self, stages: &[Stage]) -> Result<Outcome> {
+    fn run(mut self, stages: &[Stage], pages: Option<&Pages<'_>>) -> Result<Outcome> {
         let mut reports = Vec::new();
         for stage in stages {
             let key = Record::key(&stage.words, self.session.seed());
@@ -159,8 +219,13 @@ impl Chain<'_> {
                 }
             }
         }
+        let pages = match pages {
+            Some(pages) => pages.make(stages, &mut self.record, self.session)?,
+            None => Vec::new(),
+        };
         self.record.close()?;
-        Ok(self.where_to_look(Outcome::default().figure("stages", reports), stages))
+        let outcome = Outcome::default().figure("stages", reports);
+        Ok(self.where_to_look(outcome, stages, &pages))
     }
 
     fn run_stage(&mut self, stage: &Stage, key: &str) -> Result<Value> {
@@ -168,8 +233,11 @@ impl Chain<'_> {
         self.record.make_way(&stage.command.files()?)?;
         let report = stage.command.run(self.session)?;
         // What a file names may have changed while the stage ran.
-        self.record
-            .note(key, &stage.command.files()?, &report.inside)?;
+        self.record.note(
+            key,
+            (&stage.command.files()?, &report.inside),
+            begun.elapsed().as_secs_f64(),
+        )?;
         let mut text = format!("{:<10} {:.1} s", stage.name, begun.elapsed().as_secs_f64());
         for line in &report.lines {
             text += &format!("\n           {line}");
@@ -248,6 +316,26 @@ impl Chain<'_> {
             .figure("stages", reports))
     }
 
+    fn overview_of(&self, stage: Stage) -> Result<StageOverview> {
+        let key = Record::key(&stage.words, self.session.seed());
+        let finished = self.record.finished(&key).unwrap_or_default();
+        let of_output = |output: &PathBuf| {
+            let mut written = finished.outputs.iter();
+            written.find(|(path, _)| path.starts_with(output))
+        };
+        let ids = stage.outputs.iter().filter_map(of_output);
+        Ok(StageOverview {
+            command_line: self.command_line(&stage),
+            seed: self.session.seed(),
+            reads: stage.command.files()?.reads,
+            seconds: finished.seconds,
+            ids: ids.map(|(path, id)| (path.clone(), id.clone())).collect(),
+            name: stage.name,
+            command: stage.command,
+            outputs: stage.outputs,
+        })
+    }
+
     /// The command of a stage as a line for a shell.
     fn command_line(&self, stage: &Stage) -> String {
         let words: Vec<_> = stage.words.iter().map(|word| quoted_word(word)).collect();
@@ -255,13 +343,19 @@ impl Chain<'_> {
     }
 
     /// Names what a person wants to open: the outputs of the last stages.
-    fn where_to_look(&self, mut outcome: Outcome, stages: &[Stage]) -> Outcome {
+    fn where_to_look(&self, mut outcome: Outcome, stages: &[Stage], pages: &[PathBuf]) -> Outcome {
         for output in stages.iter().flat_map(|stage| &stage.outputs) {
             outcome = outcome.wrote(&self.folder.join(output));
         }
         for stage in stages.iter().filter(|stage| stage.words[0] == "render") {
             let sheet = self.folder.join(&stage.output).join("contact.png");
             outcome = outcome.line(format!("look at {}", sheet.display()));
+        }
+        for page in pages {
+            let page = self.folder.join(page);
+            outcome = outcome
+                .line(format!("open {} in a browser", page.display()))
+                .wrote(&page);
         }
         outcome
     }
