@@ -201,17 +201,25 @@ fn wrong_inputs_are_refused(folder: &Path) {
         &["no page of this program"],
     );
     let text = fs::read(folder.join("ball.map.ply")).unwrap();
-    let header = String::from_utf8_lossy(&text).replace("property float nz", "property float mz");
-    let cut = header.find("end_header").unwrap();
-    let mut without = header[..cut].as_bytes().to_vec();
-    let body = text.windows(11).position(|w| w == b"end_header\n").unwrap();
-    without.extend(&text[body..]);
+    let without_faces = changed_header(&text, "element face 1280", "element face 0");
+    let vertices = without_faces.len() - 1280 * 13;
+    fs::write(folder.join("empty.map.ply"), &without_faces[..vertices]).unwrap();
+    let words = ["view", "ball.sample", "empty.map.ply", "-o", "a.html"];
+    refused(&words, 1, &["empty.map.ply", "no triangle"]);
+    let without = changed_header(&text, "property float nz", "property float mz");
     fs::write(folder.join("flat.map.ply"), without).unwrap();
     refused(
         &["view", "ball.sample", "flat.map.ply", "-o", "a.html"],
         1,
         &["flat.map.ply", "nz"],
     );
+}
+
+/// A PLY with other words in its header.
+fn changed_header(ply: &[u8], from: &str, to: &str) -> Vec<u8> {
+    let end = ply.windows(11).position(|w| w == b"end_header\n").unwrap();
+    let header = String::from_utf8_lossy(&ply[..end]).replace(from, to);
+    [header.as_bytes(), &ply[end..]].concat()
 }
 
 #[test]
@@ -229,7 +237,7 @@ fn one_view_and_another_sample() {
             "1",
         ];
         let words = [
-            "bake", "--preset", "weave", "--size", "8", "--seed", seed, "-o", name,
+            "bake", "--preset", "weave", "--size", "16", "--seed", seed, "-o", name,
         ];
         let words: Vec<&str> = words.into_iter().chain(sets).collect();
         succeed(at, &words);

@@ -1,11 +1,12 @@
 //! What there is to report of: the products of a scene's stages, or what lies in a folder.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::btf::sample::Sample;
 use crate::cli::info::kind::Kind;
-use crate::cli::run::{self, Overview};
+use crate::cli::run::overview::{Overview, overview};
 use crate::cli::session::Session;
 use crate::cli::view::name_of;
 use crate::error::{Error, Result};
@@ -72,16 +73,17 @@ impl Products {
     }
 
     fn of_scene(scene: &Path, session: &Session) -> Result<Self> {
-        let overview = run::overview(scene, session)?;
+        let overview = overview(scene, session)?;
         let mut found = Self {
             title: overview.name.clone(),
             ..Self::default()
         };
         let reads = overview.stages.iter().flat_map(|stage| &stage.reads);
         let writes = overview.stages.iter().flat_map(|stage| &stage.outputs);
+        let mut seen = BTreeSet::new();
         let paths: Vec<PathBuf> = writes
             .chain(reads)
-            .filter(|path| path.exists())
+            .filter(|path| path.exists() && seen.insert(*path))
             .cloned()
             .collect();
         found.take(paths.into_iter())?;

@@ -1,12 +1,14 @@
 //! `mesotex run`: a scene file → every stage in order, skipping what is done.
 //!
 //! [`scene`] (from the [`document`]) says which stages there are, [`check`] holds them against the rules
-//! of their commands before the first one runs, [`record`] knows which are done.
+//! of their commands before the first one runs, [`record`] knows which are done. [`pages`] come last; [`overview`] is
+//! what they tell of the stages.
 
 mod check;
 mod document;
 pub mod faults;
 mod known_files;
+pub(in crate::cli) mod overview;
 mod pages;
 mod record;
 pub mod scene;
@@ -18,22 +20,18 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::cli::Command;
 use crate::cli::outcome::Outcome;
 pub use crate::cli::run::record::FORMAT as RECORD_FORMAT;
 
 use crate::cli::run::check::Stage;
-use crate::cli::run::faults::Faults;
+use crate::cli::run::overview::{command_line, enter, opened, quoted, read_text};
 use crate::cli::run::pages::Pages;
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::atomic::leftovers;
-use crate::format::guard::guarded;
-use crate::format::id::ContentId;
 use crate::format::lock::OutputLock;
-use crate::format::text;
 
 /// Run a whole scene, stage by stage; stages whose inputs and options did not change are skipped.
 ///
@@ -64,10 +62,10 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let text = text::read(&self.scene, LARGEST_SCENE)?.text;
+        let text = read_text(&self.scene)?;
         let folder = self.scene.parent().unwrap_or(Path::new("")).to_path_buf();
         enter(&folder)?;
-        let (scene, stages, record) = read(&self.scene, &text)?;
+        let (scene, stages, record) = opened(&self.scene, &text)?;
         let session = session.with_seed(self.common.seed.or(scene.seed));
         let is_damaged = record.is_damaged;
         let chain = Chain {
@@ -96,15 +94,12 @@ impl Arguments {
     }
 }
 
-/// The largest scene read, in bytes.
-const LARGEST_SCENE: u64 = 1 << 20;
-
 /// Says which stages a scene has and what they make; everything wrong with it is an error.
 pub fn describe(path: &Path, session: &Session) -> Result<Outcome> {
-    let text = text::read(path, LARGEST_SCENE)?.text;
+    let text = read_text(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     enter(&folder)?;
-    let (scene, stages, record) = read(path, &text)?;
+    let (scene, stages, record) = opened(path, &text)?;
     let session = session.with_seed(scene.seed);
     let chain = Chain {
         session: &session,
@@ -113,77 +108,6 @@ pub fn describe(path: &Path, session: &Session) -> Result<Outcome> {
         record,
     };
     chain.products(&scene, &stages)
-}
-
-/// What a scene's stages are, and what is known of those that were run.
-pub(in crate::cli) struct Overview {
-    /// The scene's name.
-    pub name: String,
-    /// Its stages, in order.
-    pub stages: Vec<StageOverview>,
-}
-
-/// A stage, and what is known of it.
-pub(in crate::cli) struct StageOverview {
-    /// What the user reads: the command, and for renderings their name.
-    pub name: String,
-    /// The command, parsed.
-    pub command: Command,
-    /// The command as a line for a shell.
-    pub command_line: String,
-    /// The seed.
-    pub seed: u64,
-    /// What it reads.
-    pub reads: Vec<PathBuf>,
-    /// What it writes.
-    pub outputs: Vec<PathBuf>,
-    /// How long it took.
-    pub seconds: Option<f64>,
-    /// The ids of what it wrote: of a folder, the first file.
-    pub ids: Vec<(PathBuf, ContentId)>,
-}
-
-/// Enters a scene's folder and says what its stages are; everything wrong with it is an error.
-pub(in crate::cli) fn overview(path: &Path, session: &Session) -> Result<Overview> {
-    let text = text::read(path, LARGEST_SCENE)?.text;
-    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    enter(&folder)?;
-    let (scene, stages, record) = read(path, &text)?;
-    let session = session.or_seed(scene.seed);
-    let chain = Chain {
-        session: &session,
-        folder,
-        fresh: false,
-        record,
-    };
-    let stages = stages.into_iter().map(|stage| chain.overview_of(stage));
-    Ok(Overview {
-        name: scene.name,
-        stages: stages.collect::<Result<_>>()?,
-    })
-}
-
-/// The scene, its stages, and what is known of earlier runs; all that is wrong with it is one error.
-fn read(path: &Path, text: &str) -> Result<(Scene, Vec<Stage>, Record)> {
-    guarded(path, || {
-        let mut faults = Faults::default();
-        let scene = Scene::parse(text, &mut faults);
-        let record = Record::open(&scene.output.join("run.json"))?;
-        let mut stages = Vec::new();
-        if !scene.name.is_empty() {
-            stages = check::stages(&scene, &record, &mut faults);
-        }
-        faults.into_result(path)?;
-        Ok((scene, stages, record))
-    })
-}
-
-/// Makes the paths of a scene relative to its file.
-fn enter(folder: &Path) -> Result<()> {
-    if folder.as_os_str().is_empty() {
-        return Ok(());
-    }
-    std::env::set_current_dir(folder).map_err(Error::io(folder, "enter"))
 }
 
 /// The stages of a scene on their way.
@@ -258,9 +182,9 @@ impl Chain<'_> {
                 true => outcome.line(format!("# {}: skipped, nothing changed", stage.name)),
                 false => outcome
                     .line(format!("# {}: would run", stage.name))
-                    .line(self.command_line(stage)),
+                    .line(command_line(stage, self.session.seed())),
             };
-            reports.push(json!({ "stage": stage.name, "skipped": is_done, "command": self.command_line(stage) }));
+            reports.push(json!({ "stage": stage.name, "skipped": is_done, "command": command_line(stage, self.session.seed()) }));
         }
         Ok(outcome.figure("stages", reports))
     }
@@ -316,32 +240,6 @@ impl Chain<'_> {
             .figure("stages", reports))
     }
 
-    fn overview_of(&self, stage: Stage) -> Result<StageOverview> {
-        let key = Record::key(&stage.words, self.session.seed());
-        let finished = self.record.finished(&key).unwrap_or_default();
-        let of_output = |output: &PathBuf| {
-            let mut written = finished.outputs.iter();
-            written.find(|(path, _)| path.starts_with(output))
-        };
-        let ids = stage.outputs.iter().filter_map(of_output);
-        Ok(StageOverview {
-            command_line: self.command_line(&stage),
-            seed: self.session.seed(),
-            reads: stage.command.files()?.reads,
-            seconds: finished.seconds,
-            ids: ids.map(|(path, id)| (path.clone(), id.clone())).collect(),
-            name: stage.name,
-            command: stage.command,
-            outputs: stage.outputs,
-        })
-    }
-
-    /// The command of a stage as a line for a shell.
-    fn command_line(&self, stage: &Stage) -> String {
-        let words: Vec<_> = stage.words.iter().map(|word| quoted_word(word)).collect();
-        format!("mesotex {} --seed {}", words.join(" "), self.session.seed())
-    }
-
     /// Names what a person wants to open: the outputs of the last stages.
     fn where_to_look(&self, mut outcome: Outcome, stages: &[Stage], pages: &[PathBuf]) -> Outcome {
         for output in stages.iter().flat_map(|stage| &stage.outputs) {
@@ -359,18 +257,4 @@ impl Chain<'_> {
         }
         outcome
     }
-}
-
-/// A word of a command line as a shell takes it whole; of an option, the value.
-fn quoted_word(word: &str) -> String {
-    match word.split_once('=') {
-        // The names of options are letters and dashes: others are refused before.
-        Some((name, value)) if name.starts_with("--") => format!("{name}={}", quoted(value)),
-        _ => quoted(word),
-    }
-}
-
-/// A text as a shell takes it whole.
-fn quoted(word: &str) -> String {
-    shlex::try_quote(word).map_or_else(|_| word.to_owned(), |word| word.into_owned())
 }

@@ -132,7 +132,7 @@ export class Picture {
     const seen = JSON.stringify([camera.eye, lowered, scattered && light.towards]);
     const lit = JSON.stringify([light.towards, environment, lowered, (scattered || common.hasBorder) && camera.eye]);
     if (seen !== this.listedSeen) {
-      this.fill(this.views, this.listViews, { ...common, count: views.length, skip: scattered ? 4 * LAYERS : 0 },
+      this.fill(this.views, this.listViews, { ...common, count: views.length, environment: 0, skip: scattered ? 4 * LAYERS : 0 },
         { ...tables, candidates: this.viewCandidates });
     }
     if (lit !== this.listedLit) {

@@ -44,15 +44,20 @@ const int COUNTED = 17;
 const int COUNTED = 5;
 #endif
 
-uint entries[ENTRIES];
+uint places[ENTRIES];
+float weights[ENTRIES];
 int used = 0;
+float sum = 0.0;
 
-// An entry has 16 bits for where the image lies and 16 for its weight, see shade.frag.
-void add(uint place, float weight) {
-  uint units = uint(min(weight, 3.99) * 16384.0 + 0.5);
-  if (units == 0u) return;
-  int at = used++ - skip;
-  if (at >= 0 && at < ENTRIES) entries[at] = place << 16 | units;
+// Adds an image by where it lies; weights count against the sum of `shares`.
+void add(uint place, float share, float scale) {
+  sum += share;
+  int at = used - skip;
+  if (share > 0.0) used++;
+  if (share > 0.0 && at >= 0 && at < ENTRIES) {
+    places[at] = place;
+    weights[at] = share * scale;
+  }
 }
 
 // Where an image lies: a view is a layer, a light a tile of it; of pairs 64 tiles are a layer.
@@ -66,12 +71,19 @@ uint placeOf(int index) {
 #endif
 }
 
+// An entry has 16 bits for where the image lies and 16 for its weight, see shade.frag. The even environment comes last.
+uint entry(int at, int count) {
+  if (at < count) return places[at] << 16 | max(1u, uint(min(weights[at] / sum, 3.99) * 16384.0 + 0.5));
+  if (at == count && environment > 0.0) return placeOf(environmentColumn) << 16 | uint(min(environment, 3.99) * 16384.0 + 0.5);
+  return 0u;
+}
+
 void finish() {
-  for (int i = max(0, used - skip); i < ENTRIES; i++) entries[i] = 0u;
-  list0 = uvec4(entries[0], entries[1], entries[2], entries[3]);
-  list1 = uvec4(entries[4], entries[5], entries[6], entries[7]);
-  list2 = uvec4(entries[8], entries[9], entries[10], entries[11]);
-  list3 = uvec4(entries[12], entries[13], entries[14], entries[15]);
+  int count = clamp(used - skip, 0, ENTRIES - 1);
+  list0 = uvec4(entry(0, count), entry(1, count), entry(2, count), entry(3, count));
+  list1 = uvec4(entry(4, count), entry(5, count), entry(6, count), entry(7, count));
+  list2 = uvec4(entry(8, count), entry(9, count), entry(10, count), entry(11, count));
+  list3 = uvec4(entry(12, count), entry(13, count), entry(14, count), entry(15, count));
 }
 
 float squaredChord(vec3 a, vec3 b) {
@@ -129,15 +141,11 @@ void weigh(vec3 view, vec3 towards) {
   for (int i = 0; i < count; i++) rank(distanceOf(i, view, towards));
   float reach = count < COUNTED ? PI : min(PI, REACH * nearest[COUNTED - 1]);
   bool takesAll = nearest[0] < SAME_DIRECTION;
-  float sum = 0.0;
-  for (int pass = 0; pass < 2; pass++) {
-    for (int i = 0; i < count; i++) {
-      float d = distanceOf(i, view, towards);
-      if (d >= reach || takesAll && d > nearest[0]) continue;
-      float weight = takesAll ? 1.0 : fading(d, reach);
-      if (pass == 0) sum += weight;
-      else add(placeOf(i), weight / sum * min(towards.z / max(texelFetch(pairs, ivec2(i, 1), 0).z, 1e-6), LARGEST_RATIO));
-    }
+  for (int i = 0; i < count; i++) {
+    float d = distanceOf(i, view, towards);
+    if (d >= reach || takesAll && d > nearest[0]) continue;
+    float light = texelFetch(pairs, ivec2(i, 1), 0).z;
+    add(placeOf(i), takesAll ? 1.0 : fading(d, reach), min(towards.z / max(light, 1e-6), LARGEST_RATIO));
   }
 }
 
@@ -194,18 +202,14 @@ void weigh(vec3 wanted) {
   mat3 moments = mat3(s, sx, sy, sx, sxx + steady, sxy, sy, sxy, syy + steady);
   plane = inverse(moments / s) * vec3(1.0, 0.0, 0.0);
 #endif
-  float sum = 0.0;
-  for (int pass = 0; pass < 2; pass++) {
-    for (int i = 0; i < width; i++) {
-      vec4 other = texelFetch(candidates, ivec2(i, row), 0);
-      if (other.w < 0.0) break;
-      float chord = squaredChord(wanted, other.xyz);
-      if (chord > chords || takesAll && chord > nearest[0]) continue;
-      vec3 bx = member(wanted, other.xyz, chord, reach, takesAll, first, second);
-      float weight = max(0.0, bx.x * dot(plane, vec3(1.0, bx.yz)) - lowered * largest);
-      if (pass == 0) sum += weight;
-      else add(placeOf(int(other.w)), weight / sum * scaleOf(wanted, other.xyz));
-    }
+  for (int i = 0; i < width; i++) {
+    vec4 other = texelFetch(candidates, ivec2(i, row), 0);
+    if (other.w < 0.0) break;
+    float chord = squaredChord(wanted, other.xyz);
+    if (chord > chords || takesAll && chord > nearest[0]) continue;
+    vec3 bx = member(wanted, other.xyz, chord, reach, takesAll, first, second);
+    float share = max(0.0, bx.x * dot(plane, vec3(1.0, bx.yz)) - lowered * largest);
+    add(placeOf(int(other.w)), share, scaleOf(wanted, other.xyz));
   }
 }
 
@@ -230,7 +234,6 @@ void main() {
   if (!unseen) weigh(normalize(view));
 #elif ROLE == LIGHTS
   if (towards.z > 0.0) weigh(towards);
-  if (environment > 0.0) add(placeOf(environmentColumn), environment);
 #else
   if (!unseen && towards.z > 0.0) weigh(normalize(view), towards);
 #endif
