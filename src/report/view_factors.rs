@@ -29,7 +29,7 @@ const CHANNELS: usize = 3;
 const DIRECTION_STEP: f32 = 32767.0;
 /// How much coarser the step becomes where the bytes are too many.
 const COARSER: f64 = 1.3;
-/// The largest error that a page is made with.
+/// The largest error that a page is made with where none as large is asked for.
 const LARGEST_ERROR: f64 = 0.5;
 
 /// How good and how small factors are to be.
@@ -102,19 +102,7 @@ pub fn view_factors(
         } else {
             0.0
         };
-        let packed = packed(&groups).map_err(Error::io(Path::new("the page"), "compress"))?;
-        if packed.len() <= limits.bytes {
-            return Ok(ViewFactors {
-                size: images.size,
-                halvings: images.halvings,
-                step,
-                groups,
-                directions: images.directions,
-                error,
-                packed,
-            });
-        }
-        if error > LARGEST_ERROR {
+        if error > limits.error.max(LARGEST_ERROR) {
             let found = format!(
                 "{} images of {} × {} texels",
                 images.count(),
@@ -126,6 +114,18 @@ pub fn view_factors(
                 .advice(
                     "crop it, or take fewer directions (mesotex import --help), or a smaller mesh",
                 ));
+        }
+        let packed = packed(&groups).map_err(Error::io(Path::new("the page"), "compress"))?;
+        if packed.len() <= limits.bytes {
+            return Ok(ViewFactors {
+                size: images.size,
+                halvings: images.halvings,
+                step,
+                groups,
+                directions: images.directions,
+                error,
+                packed,
+            });
         }
         step *= COARSER * (packed.len() as f64 / limits.bytes as f64).powf(0.25);
     }
@@ -320,7 +320,7 @@ fn step_for(spectra: &[Spectrum], columns: usize, error: f64, total: f64) -> f64
             low = middle;
         }
     }
-    // Weak eigentextures rounded to a few values lose a little more than is expected of them.
+    // No number of an eigentexture is larger than its singular value: all fit 16 bits.
     let strongest = spectra.iter().filter_map(|s| s.energies.first());
     let largest = strongest.fold(0.0_f64, |a, &b| a.max(b)).sqrt();
     low.max(largest / f64::from(i16::MAX))
@@ -386,4 +386,96 @@ fn packed(groups: &[Group]) -> io::Result<Vec<u8>> {
         numbers::append_planes(&mut bytes, &folded);
     }
     numbers::gzip(&bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::btf::direction::Direction;
+    use crate::btf::direction_set::DirectionSet as Named;
+    use crate::btf::sample::{DType, Layout};
+    use crate::format::id::ContentId;
+
+    /// Smooth images with a little structure, 4 views by 6 lights.
+    struct Made(Description);
+
+    fn directions(name: &str) -> Vec<Direction> {
+        name.parse::<Named>().unwrap().directions().unwrap()
+    }
+
+    fn made() -> Made {
+        Made(Description {
+            format: "mesotex-btf".into(),
+            version: 1,
+            name: "made".into(),
+            width: 9,
+            height: 8,
+            channels: 3,
+            dtype: DType::F4,
+            texel_mm: None,
+            layout: Layout::Product,
+            views: directions("fibonacci:4"),
+            lights: directions("fibonacci:6"),
+            pairs: None,
+            tileable: true,
+            id: ContentId::of_bytes(b"made"),
+            source: serde_json::Value::Null,
+        })
+    }
+
+    impl ImageSource for Made {
+        fn description(&self) -> &Description {
+            &self.0
+        }
+
+        fn read_images(&self, images: Range<usize>, out: &mut [f32]) -> Result<()> {
+            let length = out.len() / images.len();
+            for (at, value) in out.iter_mut().enumerate() {
+                let (image, number) = (images.start + at / length, at % length);
+                let phase = 0.7 * image as f32 + 0.31 * number as f32;
+                *value = 0.3 + 0.2 * phase.sin() + 0.05 * (3.1 * phase * phase).cos();
+            }
+            Ok(())
+        }
+    }
+
+    fn factored(error: f64, bytes: usize, texels: u64) -> Result<ViewFactors> {
+        let limits = Limits {
+            error,
+            bytes,
+            texels,
+        };
+        view_factors(&made(), &limits, Progress::silent())
+    }
+
+    #[test]
+    fn an_error_is_kept_and_less_of_it_takes_more_bytes() {
+        let [fine, coarse] = [0.01, 0.1].map(|error| factored(error, 1 << 20, 1 << 20).unwrap());
+        assert!(
+            fine.error < 0.012 && coarse.error < 0.12,
+            "{} {}",
+            fine.error,
+            coarse.error
+        );
+        assert!(fine.packed.len() > coarse.packed.len());
+        assert_eq!((fine.groups.len(), fine.groups[0].images), (4, 6));
+        assert_eq!(fine.directions.each_ref().map(Vec::len), [4, 6]);
+    }
+
+    #[test]
+    fn too_few_bytes_cost_accuracy_and_then_are_refused() {
+        let fine = factored(0.01, 1 << 20, 1 << 20).unwrap();
+        let squeezed = factored(0.01, fine.packed.len() / 2, 1 << 20).unwrap();
+        assert!(squeezed.error > fine.error && squeezed.packed.len() <= fine.packed.len() / 2);
+        let error = factored(0.01, 10, 1 << 20).unwrap_err().to_string();
+        assert!(error.contains("24 images of 9 × 8 texels"), "{error}");
+    }
+
+    #[test]
+    fn grids_are_halved_until_they_fit() {
+        let small = factored(0.01, 1 << 20, 24 * 20).unwrap();
+        assert_eq!((small.size, small.halvings), ([5, 4], 1));
+        let (pixels, size) = halved(&[1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 9.0, 8.0, 7.0], [3, 1]);
+        assert_eq!((pixels, size), (vec![2.0, 3.0, 4.0, 9.0, 8.0, 7.0], [2, 1]));
+    }
 }
