@@ -3,16 +3,20 @@
 use divan::{Bencher, counter::ItemsCount};
 use glam::{DVec2, DVec3};
 use mesotex::btf::bake::presets::Preset;
-use mesotex::btf::bake::{BakeOptions, bake};
+use mesotex::btf::bake::{BakeOptions, Samples, bake};
 use mesotex::progress::Progress;
 
 fn main() {
     divan::main();
 }
 
-/// 128 × 128 texels, 60 views × 60 lights, hard shadows, one sample a texel.
-#[divan::bench(args = [Preset::Weave, Preset::Bark], sample_count = 3, sample_size = 1)]
-fn whole_bake(bencher: Bencher, preset: Preset) {
+/// 128 × 128 texels, 60 views × 60 lights, hard shadows, some samples per texel.
+#[divan::bench(
+    args = [(Preset::Weave, 1), (Preset::Bark, 1), (Preset::Bark, 4)],
+    sample_count = 3,
+    sample_size = 1
+)]
+fn whole_bake(bencher: Bencher, (preset, samples): (Preset, u32)) {
     let Ok(material) = preset.material(128, 1, &Progress::silent()) else {
         return;
     };
@@ -20,17 +24,13 @@ fn whole_bake(bencher: Bencher, preset: Preset) {
         return;
     };
     let target = folder.path().join("x.sample");
+    let options = BakeOptions {
+        samples: Samples::Fixed(samples),
+        ..BakeOptions::default()
+    };
     bencher
-        .counter(ItemsCount::new(128_usize * 128 * 3600))
-        .bench_local(|| {
-            bake(
-                &material,
-                &BakeOptions::default(),
-                &target,
-                &Progress::silent(),
-            )
-            .is_ok()
-        });
+        .counter(ItemsCount::new(128_usize * 128 * 3600 * samples as usize))
+        .bench_local(|| bake(&material, &options, &target, &Progress::silent()).is_ok());
 }
 
 /// Rays from the viewer, one a texel of 128 × 128.

@@ -9,7 +9,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mesotex::btf::bake::{BakeOptions, Preset, bake};
+use mesotex::btf::bake::{BakeOptions, Preset, Samples, bake};
 use mesotex::btf::sample::Sample;
 use mesotex::error::{Error, Result};
 use mesotex::exemplar::{KnnOptions, neighbor_table, space};
@@ -32,7 +32,11 @@ fn main() -> Result<()> {
     };
     let path = folder.join("weave.sample");
     let material = Preset::Weave.material(64, 0, &quiet)?;
-    bake(&material, &BakeOptions::default(), &path, &quiet)?;
+    let options = BakeOptions {
+        samples: Samples::Fixed(1),
+        ..BakeOptions::default()
+    };
+    bake(&material, &options, &path, &quiet)?;
     let sample = Sample::open(&path)?;
     let found = analyze(&sample, &TextonOptions::default(), quiet)?.vocabulary;
     let textons = folder.join("weave.textons.npz");

@@ -10,7 +10,7 @@
 
 use std::path::PathBuf;
 
-use mesotex::btf::bake::{BakeOptions, Preset, bake};
+use mesotex::btf::bake::{BakeOptions, Preset, Samples, bake};
 use mesotex::btf::sample::Sample;
 use mesotex::error::{Error, Result};
 use mesotex::progress::Progress;
@@ -24,7 +24,11 @@ fn main() -> Result<()> {
     let quiet = Progress::silent();
     let path = folder.join("weave.sample");
     let material = Preset::Weave.material(64, 0, &quiet)?;
-    bake(&material, &BakeOptions::default(), &path, &quiet)?;
+    let options = BakeOptions {
+        samples: Samples::Fixed(1),
+        ..BakeOptions::default()
+    };
+    bake(&material, &options, &path, &quiet)?;
 
     let options = TextonOptions {
         textons: 100,

@@ -125,6 +125,25 @@ impl TexelGrid {
         })
     }
 
+    /// The coordinate so many texels right of the grid's left border and below its upper one: wrapped when
+    /// tileable, else clamped to the borders.
+    #[must_use]
+    pub fn coordinate(self, right: f32, down: f32) -> TexCoord {
+        let (width, height) = (self.width as f32, self.height as f32);
+        let on = |value: f32, side: f32| match self.tileable {
+            true => {
+                let rest = value.rem_euclid(side);
+                // The remainder of a tiny negative number rounds up to the side itself.
+                if rest < side { rest } else { 0.0 }
+            }
+            false => value.clamp(0.0, side.next_down()),
+        };
+        TexCoord {
+            s: on(right, width),
+            t: height - on(down, height),
+        }
+    }
+
     /// The shortest way between two coordinates, `to − from`: wrapped when tileable.
     pub fn difference(self, from: TexCoord, to: TexCoord) -> (f32, f32) {
         let (ds, dt) = (to.s - from.s, to.t - from.t);

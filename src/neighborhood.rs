@@ -1,5 +1,5 @@
 //! Neighbourhoods: where the samples round a texel or a site lie, and what they weigh. The one definition
-//! of the square window, and of the texels whose window is whole.
+//! of the square window, and of the texels whose windows lie on the grid.
 //!
 //! Offsets are whole texels (drow, dcol); positions are real, x along s and y along t, so that offset
 //! (drow, dcol) lies at (dcol, −drow).
@@ -141,21 +141,10 @@ impl Neighborhood {
     }
 
     /// Whether every sample of a texel's windows lies on the grid and on its parent's.
-    pub fn is_whole(&self, grid: TexelGrid, texel: TexelIndex) -> bool {
+    pub fn fits(&self, grid: TexelGrid, texel: TexelIndex) -> bool {
         let coarse = &self.coarse_offsets;
         is_on_grid(grid, texel, &self.offsets)
             && (coarse.is_empty() || is_on_grid(grid.coarser(), grid.parent(texel), coarse))
-    }
-
-    /// Which texels are whole: every window sample, coarse ones included, is on the grid. At a level with
-    /// fewer than `k` such texels every texel counts as whole.
-    pub fn whole_texels(&self, grid: TexelGrid, k: usize) -> Vec<bool> {
-        let texels = (0..grid.len() as u32).map(TexelIndex);
-        let whole: Vec<bool> = texels.map(|texel| self.is_whole(grid, texel)).collect();
-        if whole.iter().filter(|&&whole| whole).count() < k {
-            return vec![true; grid.len()];
-        }
-        whole
     }
 }
 

@@ -12,7 +12,7 @@ use glam::Vec3;
 use mesotex::btf::bake::brdf::Diffuse;
 use mesotex::btf::bake::material::Material;
 use mesotex::btf::bake::presets::Preset;
-use mesotex::btf::bake::{BakeOptions, bake};
+use mesotex::btf::bake::{AngularFilter, BakeOptions, Baked, Samples, bake};
 use mesotex::btf::sample::{DType, Sample};
 use mesotex::error::Error;
 use mesotex::grid::TexelGrid;
@@ -55,16 +55,36 @@ fn options(views: &str, lights: &str) -> BakeOptions {
         views: views.parse().unwrap(),
         lights: lights.parse().unwrap(),
         dtype: DType::F4,
+        samples: Samples::Fixed(1),
         ..BakeOptions::default()
     }
 }
 
 fn baked(material: &Material, options: &BakeOptions) -> (tempfile::TempDir, Sample) {
+    let (folder, sample, _) = reported(material, options);
+    (folder, sample)
+}
+
+/// A sample and what its bake said.
+fn reported(material: &Material, options: &BakeOptions) -> (tempfile::TempDir, Sample, Baked) {
     let folder = tempfile::tempdir().unwrap();
     let target = folder.path().join("x.sample");
-    bake(material, options, &target, &Progress::silent()).unwrap();
+    let baked = bake(material, options, &target, &Progress::silent()).unwrap();
     let sample = Sample::open(&target).unwrap();
-    (folder, sample)
+    (folder, sample, baked)
+}
+
+/// Σ |difference| / Σ wanted over all images of two samples.
+fn relative_error(found: &Sample, wanted: &Sample) -> f64 {
+    let (mut off, mut all) = (0.0, 0.0);
+    for image in 0..wanted.image_count() {
+        let (found, wanted) = (found.image(image).unwrap(), wanted.image(image).unwrap());
+        for i in 0..wanted.len() {
+            off += f64::from((found.get(i) - wanted.get(i)).abs());
+            all += f64::from(wanted.get(i));
+        }
+    }
+    off / all
 }
 
 fn mean(sample: &Sample, view: usize, light: usize) -> f64 {
@@ -90,7 +110,8 @@ fn a_flat_lambertian_plane_is_albedo_cosine_over_pi() {
             "--dtype",
             dtype,
         ];
-        let words = [&words[..], &["--views", "bonn81", "--lights", "bonn151"]].concat();
+        let sets = ["--views", "bonn81", "--lights", "bonn151", "--samples", "1"];
+        let words = [&words[..], &sets].concat();
         succeed(folder.path(), &words);
         let sample = Sample::open(&folder.path().join("x.sample")).unwrap();
         for image in 0..sample.image_count() {
@@ -150,7 +171,12 @@ fn what_stands_above_the_mean_plane_moves_with_the_view() {
     material.albedo = (0..SIDE * SIDE)
         .map(|i| Vec3::splat(color(i % SIDE)))
         .collect();
-    let (_folder, sample) = baked(&material, &options("rings:45:1", "rings:0:1"));
+    // Four samples lie round the texel's centre evenly: their mean is the centre's value.
+    let four = BakeOptions {
+        samples: Samples::Fixed(4),
+        ..options("rings:45:1", "rings:0:1")
+    };
+    let (_folder, sample) = baked(&material, &four);
     // Seen from +x at 45° (tan = 1): z = 2 is met two texels further towards the viewer.
     let value = |col: u32| {
         sample.image(0).unwrap().get((5 * SIDE + col) as usize * 3) * std::f32::consts::PI
@@ -173,7 +199,7 @@ fn a_white_furnace_is_white() {
         .collect();
     let lights = 300;
     let furnace = BakeOptions {
-        samples: 12,
+        samples: Samples::Fixed(32),
         bounces: 16,
         ..options("rings:0:1,35:1:20,60:1:200", &format!("fibonacci:{lights}"))
     };
@@ -192,7 +218,7 @@ fn view_and_light_may_be_exchanged() {
         .unwrap();
     let directions = "rings:0:1,25:2:10,50:3:40";
     let exchange = BakeOptions {
-        samples: 16,
+        samples: Samples::Fixed(16),
         ..options(directions, directions)
     };
     let (_folder, sample) = baked(&material, &exchange);
@@ -209,43 +235,39 @@ fn view_and_light_may_be_exchanged() {
 #[test]
 fn the_same_bytes_at_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
-    let mut ids = Vec::new();
-    for threads in ["1", "2", "8"] {
-        let words = [
-            "bake", "--preset", "scales", "--size", "20", "-o", "x.sample", "--seed", "7",
-        ];
-        let random = [
-            "--bounces",
-            "3",
-            "--light-diameter",
-            "5",
-            "--samples",
-            "3",
-            "--json",
-        ];
-        let sets = [
-            "--views",
-            "fibonacci:5",
-            "--lights",
-            "fibonacci:6",
-            "--threads",
-            threads,
-        ];
-        let text = succeed(folder.path(), &[&words[..], &random, &sets].concat());
-        let report: serde_json::Value = serde_json::from_str(&text).unwrap();
-        ids.push(report["id"].as_str().unwrap().to_owned());
+    for samples in ["3", "auto --error 0.5"] {
+        let ids = ["1", "2", "8"].map(|threads| id_of_random_bake(folder.path(), samples, threads));
+        assert!(ids.iter().all(|id| *id == ids[0]), "{samples}: {ids:?}");
     }
-    assert!(ids.iter().all(|id| *id == ids[0]), "{ids:?}");
+}
+
+fn id_of_random_bake(folder: &Path, samples: &str, threads: &str) -> String {
+    let words = format!(
+        "bake --preset scales --size 20 -o x.sample --seed 7 --bounces 3 --light-diameter 5 --json \
+         --samples {samples} --views fibonacci:5 --lights fibonacci:6 --threads {threads}"
+    );
+    let words: Vec<&str> = words.split(' ').collect();
+    let report: serde_json::Value = serde_json::from_str(&succeed(folder, &words)).unwrap();
+    report["id"].as_str().unwrap().to_owned()
 }
 
 #[test]
 fn an_interrupted_bake_goes_on_to_the_same_bytes() {
+    for samples in [Samples::Fixed(1), Samples::Auto] {
+        // More lights than `auto` decides by, so that a run of them holds only a part of those.
+        let options = BakeOptions {
+            bounces: 1,
+            samples,
+            error: (samples == Samples::Auto).then_some(0.5),
+            ..options("fibonacci:5", "fibonacci:17")
+        };
+        interrupt_and_go_on(&options);
+    }
+}
+
+fn interrupt_and_go_on(options: &BakeOptions) {
     let material = Preset::Weave.material(16, 1, &Progress::silent()).unwrap();
-    let options = BakeOptions {
-        bounces: 1,
-        ..options("fibonacci:9", "fibonacci:7")
-    };
-    let (_whole_folder, whole) = baked(&material, &options);
+    let (_whole_folder, whole) = baked(&material, options);
     let folder = tempfile::tempdir().unwrap();
     let target = folder.path().join("x.sample");
     let (stop, seen) = (AtomicBool::new(false), AtomicUsize::new(0));
@@ -256,14 +278,14 @@ fn an_interrupted_bake_goes_on_to_the_same_bytes() {
     };
     let interrupted = bake(
         &material,
-        &options,
+        options,
         &target,
         &Progress::new(&listener, Some(&stop)),
     );
     assert!(matches!(interrupted, Err(Error::Interrupted)));
     assert!(!target.exists());
-    let rest = bake(&material, &options, &target, &Progress::silent()).unwrap();
-    assert!((1..63).contains(&rest.resumed), "{}", rest.resumed);
+    let rest = bake(&material, options, &target, &Progress::silent()).unwrap();
+    assert!((1..85).contains(&rest.resumed), "{}", rest.resumed);
     assert_eq!(&rest.description, whole.description());
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
@@ -284,7 +306,7 @@ fn soft_shadows_have_a_penumbra_and_keep_the_irradiance() {
     let distinct = |diameter: f64| {
         let soft = BakeOptions {
             light_diameter: diameter,
-            samples: 64,
+            samples: Samples::Fixed(64),
             ..options("rings:0:1", "rings:45:1:180")
         };
         let (_folder, sample) = baked(&material, &soft);
@@ -330,11 +352,45 @@ fn what_cannot_be_baked_is_refused_and_nothing_is_left() {
         "albedo = [1, 1, 1]\nmetallic = 1.0\nroughness = 0.0",
     )
     .unwrap();
+    let matte = inputs.path().join("matte.toml");
+    fs::write(&matte, "albedo = [1, 1, 1]").unwrap();
+    let matte = matte.to_str().unwrap();
     let csv = inputs.path().join("bad.csv");
     fs::write(&csv, "theta_deg,phi_deg\n95,0\n").unwrap();
     let (shiny, csv) = (shiny.to_str().unwrap(), csv.to_str().unwrap());
-    let cases: [(&[&str], i32, &str); 9] = [
+    let cases: [(&[&str], i32, &str); 16] = [
         (&["--preset", "weave", "--samples", "0"], 2, "--samples: 0"),
+        (&["--preset", "weave", "--samples", "some"], 2, "or auto"),
+        (
+            &["--preset", "weave", "--error", "0.1"],
+            2,
+            "--samples auto",
+        ),
+        (
+            &["--preset", "weave", "--samples", "auto", "--error", "0"],
+            2,
+            "above 0, below 1",
+        ),
+        (
+            &["--preset", "weave", "--clamp", "--dtype", "f4"],
+            2,
+            "--dtype f2",
+        ),
+        (&[matte, "--angular-filter", "on"], 2, "roughness"),
+        (
+            &[
+                "--preset",
+                "weave",
+                "--angular-filter",
+                "on",
+                "--views",
+                "fibonacci:5",
+                "--lights",
+                "rings:0:1",
+            ],
+            2,
+            "at least 6",
+        ),
         (
             &["--preset", "weave", "--light-diameter", "nan"],
             2,
@@ -366,7 +422,20 @@ fn what_cannot_be_baked_is_refused_and_nothing_is_left() {
                 "rings:0:1",
             ],
             1,
-            "f4",
+            "the highlight at row 0, column 0",
+        ),
+        (
+            &[
+                shiny,
+                "--size",
+                "4",
+                "--views",
+                "rings:0:1",
+                "--lights",
+                "rings:0:1",
+            ],
+            1,
+            "--min-roughness 0.04 makes highlights less bright, --dtype f4 holds them, --clamp",
         ),
     ];
     for (words, code, says) in cases {
@@ -389,4 +458,182 @@ fn an_output_that_is_an_input_is_refused() {
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("also an input"));
     assert!(folder.path().join("flat.toml").is_file());
+}
+
+#[test]
+fn looking_straight_down_is_like_looking_nearly_so() {
+    for preset in [Preset::Bark, Preset::Cobbles] {
+        let material = preset.material(48, 3, &Progress::silent()).unwrap();
+        for samples in [1, 4] {
+            let views = BakeOptions {
+                samples: Samples::Fixed(samples),
+                ..options("rings:0:1,0.2:1", "rings:20:3,50:3")
+            };
+            let (_folder, sample) = baked(&material, &views);
+            let (mut off, mut all) = (0.0, 0.0);
+            for light in 0..6 {
+                let (straight, tilted) = (
+                    sample.image(light).unwrap(),
+                    sample.image(6 + light).unwrap(),
+                );
+                for i in 0..straight.len() {
+                    off += f64::from((straight.get(i) - tilted.get(i)).abs());
+                    all += f64::from(straight.get(i));
+                }
+            }
+            // With a sample on the vertices of the height field: 12 to 42 %.
+            assert!(off / all < 0.02, "{preset:?}, {samples}: {}", off / all);
+        }
+    }
+}
+
+#[test]
+fn default_samples_halve_the_error_of_one() {
+    let material = Preset::Cobbles
+        .material(32, 3, &Progress::silent())
+        .unwrap();
+    let bake = |samples| {
+        let some = BakeOptions {
+            samples,
+            ..options("fibonacci:4", "fibonacci:5")
+        };
+        baked(&material, &some)
+    };
+    let (_a, truth) = bake(Samples::Fixed(64));
+    let (_b, one) = bake(Samples::Fixed(1));
+    let (_c, default) = bake(BakeOptions::default().samples);
+    let (one, default) = (
+        relative_error(&one, &truth),
+        relative_error(&default, &truth),
+    );
+    assert!(default <= 0.5 * one, "{default} {one}");
+}
+
+#[test]
+fn auto_takes_the_samples_that_an_error_needs() {
+    let material = Preset::Cobbles
+        .material(20, 3, &Progress::silent())
+        .unwrap();
+    let bake = |samples, error| {
+        let some = BakeOptions {
+            samples,
+            error,
+            ..options("fibonacci:3", "fibonacci:20")
+        };
+        reported(&material, &some)
+    };
+    let (_a, truth, _) = bake(Samples::Fixed(512), None);
+    let mut taken = 4.0;
+    for wanted in [0.05, 0.02] {
+        let (_b, sample, report) = bake(Samples::Auto, Some(wanted));
+        let left = relative_error(&sample, &truth);
+        assert!(left < wanted, "{left} {wanted}");
+        // What is said of the error is measured at a few places.
+        let said = report.error_left.unwrap();
+        assert!((0.5..2.0).contains(&(said / left)), "{said} {left}");
+        assert!(
+            report.samples > taken && report.samples < 200.0,
+            "{report:?}"
+        );
+        assert_eq!(report.view_rays as f64, (report.samples * 1200.0).round());
+        taken = report.samples;
+    }
+    let (_c, _, plain) = bake(Samples::Fixed(4), None);
+    assert_eq!((plain.error_left, plain.samples), (None, 4.0));
+}
+
+/// A mirror with bumps of a random height, from none to visible ones.
+fn bumpy_mirror(seed: u64, roughness: f32) -> Material {
+    let mut random = mesotex::random::stream(seed, "mirror", 0, 0);
+    let highest = 10.0_f32.powf(random.gen_range(-4.5..-1.5));
+    let bumps = (0..144).map(|_| random.gen_range(0.0..highest)).collect();
+    let mut material = white(12, bumps);
+    material.roughness = Some(vec![roughness; 144]);
+    material.metallic = Some(vec![1.0; 144]);
+    material
+}
+
+/// The oracle is the bake in single precision: what it holds beyond half precision is found before a bake in half
+/// precision, and nothing else is.
+#[test]
+fn what_half_precision_cannot_hold_is_found_before_the_bake() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut outcomes = [0, 0];
+    for seed in 0..60 {
+        let roughness = [0.01, 0.02, 0.03, 0.04, 0.06, 0.2][seed as usize % 6];
+        let material = bumpy_mirror(seed, roughness);
+        let single = BakeOptions {
+            samples: Samples::Fixed(1 + seed as u32 % 2),
+            angular_filter: AngularFilter::Off,
+            ..options("rings:0:1", "rings:0:1,20:6,50:9")
+        };
+        let (_folder, sample) = baked(&material, &single);
+        let brightest = (0..16)
+            .flat_map(|light| {
+                let image = sample.image(light).unwrap();
+                (0..image.len()).map(move |i| image.get(i))
+            })
+            .fold(0.0, f32::max);
+        let half = BakeOptions {
+            dtype: DType::F2,
+            ..single
+        };
+        let target = folder.path().join(format!("{seed}.sample"));
+        let result = bake(&material, &half, &target, &Progress::silent());
+        assert_eq!(
+            result.is_err(),
+            brightest > 65_504.0,
+            "{seed}: {brightest} {result:?}"
+        );
+        outcomes[usize::from(result.is_err())] += 1;
+        if let Err(error) = result {
+            assert!(error.to_string().contains("the highlight at"), "{error}");
+            assert!(!target.exists());
+            let clamping = BakeOptions {
+                clamp: true,
+                ..half
+            };
+            let report = bake(&material, &clamping, &target, &Progress::silent()).unwrap();
+            assert!(report.clamped > 0);
+        }
+    }
+    assert!(outcomes.iter().all(|&count| count > 5), "{outcomes:?}");
+}
+
+/// Of a lobe as wide as the spacing of the lights, the lights' images hold the energy. A narrower one falls between them,
+/// or is counted for the whole cell of a light.
+#[test]
+fn filtered_highlights_keep_their_energy_between_the_lights() {
+    let mut mirror = white(16, vec![0.0; 256]);
+    mirror.roughness = Some(vec![0.1; 256]);
+    mirror.metallic = Some(vec![1.0; 256]);
+    let energies = |angular_filter| -> Vec<f64> {
+        let filtered = BakeOptions {
+            angular_filter,
+            ..options("rings:5:3,20:8,40:12", "fibonacci:200")
+        };
+        let (_folder, sample, report) = reported(&mirror, &filtered);
+        assert_eq!(
+            report.widened_to.is_some(),
+            angular_filter != AngularFilter::Off
+        );
+        let of_view = |view| {
+            (0..200)
+                .map(|light| mean(&sample, view, light))
+                .sum::<f64>()
+        };
+        (0..23)
+            .map(|view| 2.0 * PI / 200.0 * of_view(view))
+            .collect()
+    };
+    let off_by = |energies: &[f64]| {
+        let off: f64 = energies.iter().map(|energy| (energy - 1.0).abs()).sum();
+        off / energies.len() as f64
+    };
+    let (exact, filtered) = (
+        off_by(&energies(AngularFilter::Off)),
+        off_by(&energies(AngularFilter::Auto)),
+    );
+    assert!(exact > 0.5 && filtered < 0.1, "{exact} {filtered}");
+    assert_eq!(energies(AngularFilter::On), energies(AngularFilter::Auto));
 }

@@ -150,7 +150,7 @@ fn textons_come_to_texture_maps_with_one_command() {
         .save(at.join("albedo.png"))
         .unwrap();
     for line in [
-        "bake --preset weave --size 16 --views fibonacci:5 --lights fibonacci:5 -o w.sample",
+        "bake --preset weave --size 16 --samples 1 --views fibonacci:5 --lights fibonacci:5 -o w.sample",
         "textons w.sample -o w.textons.npz --textons 12 --levels 2",
         "gram w.textons.npz -o w.space.npz",
         "knn w.space.npz -o w.knn.npz --k 3 --neighborhood 3",
@@ -179,7 +179,7 @@ fn textons_come_to_texture_maps_with_one_command() {
     // A sample that the atlas was not made from.
     run(
         at,
-        "bake --preset weave --size 16 --views fibonacci:4 --lights fibonacci:5 -o v.sample",
+        "bake --preset weave --size 16 --samples 1 --views fibonacci:4 --lights fibonacci:5 -o v.sample",
     );
     let words = ["bake-maps", "v.sample", "t.atlas", "-o", "x"];
     assert!(refuse(at, &words, 1).contains("--force"));

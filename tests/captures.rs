@@ -248,7 +248,7 @@ fn info_tells_every_kind() {
     write(
         "scene.toml",
         "name = \"small\"\n[bake]\nmaterial = \"m.toml\"\nsize = 16\nviews = \"rings:0:1\"\n\
-         lights = \"rings:0:1\"\n[mesh]\ninput = \"a.obj\"\n[textons]\n[synth]\n[[render]]\n",
+         lights = \"rings:0:1\"\nsamples = 1\n[mesh]\ninput = \"a.obj\"\n[textons]\n[synth]\n[[render]]\n",
     );
     write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let kind = |path: &str| {
@@ -304,7 +304,7 @@ fn info_tells_what_a_run_left() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path();
     let scene = "name = \"s\"\n[bake]\npreset = \"weave\"\nsize = 32\nviews = \"rings:0:1\"\n\
-        lights = \"rings:0:1,40:3\"\n[textons]\ntextons = 8\nimages = 4\nlevels = 2\n[mesh]\ninput = \"m.obj\"\n\
+        lights = \"rings:0:1,40:3\"\nsamples = 1\n[textons]\ntextons = 8\nimages = 4\nlevels = 2\n[mesh]\ninput = \"m.obj\"\n\
         vertices = 200\n[synth]\nlevels = 2\n[[render]]\nframes = 1\nsize = \"32x32\"\n";
     fs::write(root.join("scene.toml"), scene).unwrap();
     let mesh = mesotex::mesh::builtin::kettlebell(300);

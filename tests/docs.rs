@@ -64,13 +64,18 @@ fn commands(page: &Path) -> Vec<String> {
     commands
 }
 
-/// The words after `mesotex` of a command this test runs; `None` for other programs.
+/// The words after `mesotex` of a command this test runs; `None` for other programs. A bake takes one sample unless it
+/// says otherwise.
 fn words_of(command: &str) -> Option<Vec<String>> {
     let command = command.split(" #").next().unwrap_or_default();
     let rest = command
         .strip_prefix("cargo run --release -- ")
         .or_else(|| command.strip_prefix("mesotex "))?;
-    Some(cut_down(rest.split_whitespace()))
+    let mut words = cut_down(rest.split_whitespace());
+    if words[0] == "bake" && !words.iter().any(|word| word == "--samples") {
+        words.extend(["--samples", "1"].map(str::to_owned));
+    }
+    Some(words)
 }
 
 fn cut_down<'a>(words: impl Iterator<Item = &'a str>) -> Vec<String> {

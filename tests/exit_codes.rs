@@ -22,7 +22,7 @@ fn prepared() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     for words in [
-        "bake --preset weave --size 32 --views fibonacci:5 --lights fibonacci:5 -o a.sample",
+        "bake --preset weave --size 32 --views fibonacci:5 --lights fibonacci:5 --samples 1 -o a.sample",
         "textons a.sample -o a.textons.npz --textons 20 --levels 1",
         "gram a.textons.npz -o a.space.npz",
         "knn a.space.npz -o a.knn.npz",
@@ -76,7 +76,7 @@ fn prepared() -> tempfile::TempDir {
 #[test]
 fn the_exit_code_says_who_must_act() {
     let folder = prepared();
-    let bake = "--size 16 --views fibonacci:2 --lights fibonacci:2 -o b.sample";
+    let bake = "--size 16 --views fibonacci:2 --lights fibonacci:2 --samples 1 -o b.sample";
     let synth = "synth a.space.npz a.knn.npz";
     let render = "render a.sample a.map.ply -o b --size 32x32";
     let cases = [

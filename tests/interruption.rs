@@ -112,6 +112,8 @@ fn hints_name_what_the_command_keeps() {
         "weave",
         "--size",
         "32",
+        "--samples",
+        "1",
         "--views",
         "fibonacci:5",
     ];

@@ -25,6 +25,8 @@ const COMMANDS: [(&[&str], &[&str]); 6] = [
             "bark",
             "--size",
             "48",
+            "--samples",
+            "1",
             "--views",
             "fibonacci:12",
             "--lights",
@@ -101,7 +103,7 @@ const COMMANDS: [(&[&str], &[&str]); 6] = [
     ),
 ];
 
-const SCENE: &str = "name = \"r\"\n[bake]\npreset = \"weave\"\nsize = 32\nviews = \"fibonacci:9\"\nlights = \"fibonacci:9\"\n\
+const SCENE: &str = "name = \"r\"\n[bake]\npreset = \"weave\"\nsize = 32\nviews = \"fibonacci:9\"\nlights = \"fibonacci:9\"\nsamples = 1\n\
     [textons]\ntextons = 16\nimages = 20\nlevels = 2\n[knn]\nk = 3\n[mesh]\ninput = \"k.obj\"\nvertices = 2000\n[synth]\nk = 3\n\
     [[render]]\nsize = \"64x48\"\nsweep = \"light-azimuth\"\nframes = 3\n";
 
@@ -119,6 +121,8 @@ fn inputs() -> &'static Path {
             "weave",
             "--size",
             "32",
+            "--samples",
+            "1",
             "--views",
             "fibonacci:9",
             "--lights",

@@ -69,7 +69,7 @@ fn the_table_carries_what_synthesis_needs() {
     );
     assert_eq!(fine.neighborhood.coarse_offsets.len(), 9);
     assert!(coarse.neighborhood.coarse_offsets.is_empty());
-    let whole = fine.whole(space.levels[0].grid);
+    let whole = table.whole_texels(0, space.levels[0].grid);
     for (texel, row) in fine.neighbors.outer_iter().enumerate() {
         assert_eq!(row[0] as usize, texel);
         assert!(row.iter().skip(1).all(|&neighbor| whole[neighbor as usize]));
@@ -88,6 +88,8 @@ fn impossible_tables_are_refused() {
         ("--k 0", "1 to 4096"),
         ("--k 17", "level 1"),
         ("--candidates 0", "1 to 1048576"),
+        ("--margin 4", "at most 3, or `full`"),
+        ("--margin some", "neither `full` nor a number"),
     ] {
         let output = run(
             folder.path(),

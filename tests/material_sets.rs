@@ -18,7 +18,17 @@ fn mesotex(folder: &Path, words: &[&str]) -> Output {
 }
 
 fn bake(folder: &Path, material: &str, more: &[&str]) -> Output {
-    let words = ["bake", material, "-o", "x.sample", "--size", "16", "--json"];
+    let words = [
+        "bake",
+        material,
+        "-o",
+        "x.sample",
+        "--size",
+        "16",
+        "--samples",
+        "1",
+        "--json",
+    ];
     let directions = ["--views", "rings:0:1,40:2", "--lights", "rings:0:1,50:3"];
     mesotex(folder, &[&words[..], &directions, more].concat())
 }
@@ -300,6 +310,8 @@ fn the_report_names_every_file_and_every_default() {
         "x.sample",
         "--size",
         "16",
+        "--samples",
+        "1",
         "--views",
         "rings:0:1",
     ];
@@ -492,15 +504,30 @@ fn glossy_materials_are_warned_of_and_made_rougher_on_request() {
     fs::write(folder.path().join("m.toml"), recipe).unwrap();
     let directions = ["--views", "12x5", "--lights", "12x5"];
     let baked = |more: &[&str]| {
-        let words = ["bake", "m.toml", "-o", "x.sample", "--size", "16", "--json"];
+        let words = [
+            "bake",
+            "m.toml",
+            "-o",
+            "x.sample",
+            "--size",
+            "16",
+            "--samples",
+            "1",
+            "--json",
+        ];
         mesotex(folder.path(), &[&words[..], &directions, more].concat())
     };
+    let exact = ["--angular-filter", "off", "--dtype", "f4"];
     let warned = |report: &Value| report["warnings"].to_string().contains("--min-roughness");
-    let glossy = report(&baked(&[]));
+    let glossy = report(&baked(&exact));
     assert!(warned(&glossy), "{glossy}");
     assert!(glossy["light_in_brightest_hundredth"].as_f64().unwrap() > 0.8);
-    let rougher = report(&baked(&["--min-roughness", "0.4"]));
+    let rougher = report(&baked(&[&exact[..], &["--min-roughness", "0.4"]].concat()));
     assert!(!warned(&rougher), "{rougher}");
+    let filtered = report(&baked(&[]));
+    assert!(!warned(&filtered), "{filtered}");
+    assert!(filtered["widened_to_roughness"].as_f64().unwrap() > 0.2);
+    baked(&["--min-roughness", "0.4"]);
     let info = report(&mesotex(folder.path(), &["info", "x.sample", "--json"]));
     let least = info["source"]["min-roughness"].as_f64().unwrap();
     assert!((least - 0.4).abs() < 1e-6);

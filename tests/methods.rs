@@ -178,6 +178,10 @@ fn what_a_method_does_not_use_is_refused() {
         "torus.obj --method adaptive --crease 20",
         "--crease: given for --method adaptive",
     );
+    refused(
+        "--grid 40x40 --method wei-levoy --polish 1",
+        "--polish: given with --method wei-levoy",
+    );
     refused("--grid 40x40 --noise 0.1", "--distance-floor 0.1");
     refused("--grid 40x40 --mends 1", "--repair-rounds 1");
     refused("--grid 40x40 --evenness 1", "--reuse-penalty 1");

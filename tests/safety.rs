@@ -8,7 +8,7 @@ use std::path::Path;
 use program::{files, mesotex, refuse, succeed, write_capture, write_obj};
 use tempfile::TempDir;
 
-const BAKE: [&str; 9] = [
+const BAKE: [&str; 10] = [
     "bake",
     "--preset",
     "weave",
@@ -18,6 +18,7 @@ const BAKE: [&str; 9] = [
     "fibonacci:3",
     "--lights",
     "fibonacci:3",
+    "--samples=1",
 ];
 
 fn bake(folder: &Path, output: &str) -> String {
@@ -337,7 +338,7 @@ fn a_replacement_that_was_killed_is_mended_by_the_next_run_and_by_info() {
     fs::rename(&sample, &aside).unwrap();
     refuse(
         root.path(),
-        &[&BAKE[..], &["-o", "x.sample", "--samples", "0"]].concat(),
+        &[&BAKE[..], &["-o", "x.sample", "--bounces", "1001"]].concat(),
         2,
     );
     bake(root.path(), "x.sample");

@@ -101,6 +101,18 @@ fn a_picture_becomes_an_exemplar_and_a_flat_map() {
 }
 
 #[test]
+fn a_polished_map_is_the_same_at_any_number_of_threads() {
+    let folder = prepared();
+    let map = |words: &str| {
+        succeeds(folder.path(), &format!("{SYNTH} -o m.map.ply {words}"));
+        fs::read(folder.path().join("m.map.ply")).unwrap()
+    };
+    let polished = map("--polish 1 --threads 1");
+    assert!(polished == map("--polish 1 --threads 2"));
+    assert!(polished != map("--threads 2"));
+}
+
+#[test]
 fn maps_are_the_same_at_any_thread_count_and_differ_by_seed() {
     let folder = prepared();
     let map = |name: &str, more: &str| {

@@ -11,7 +11,7 @@ here (class Coated), from docs/bake.md, not taken from the program.
     export DRJIT_LIBLLVM_PATH=/path/to/libLLVM.so     # a recent LLVM, 15 or later
     python3 tools/compare_bake.py --preset weave
     python3 tools/compare_bake.py material.toml --size 128
-    python3 tools/compare_bake.py folder/ --bounces 4  # mean radiance with interreflections
+    python3 tools/compare_bake.py folder/ --bounces 4 --samples 16  # mean radiance with interreflections
     python3 tools/compare_bake.py folder/ --speed      # view rays per second of both
 
 Exits 1 when a tolerance of docs/bake.md is not met.
@@ -46,7 +46,7 @@ def arguments():
     parser.add_argument("--largest-theta", type=float, default=60.0, help="degrees")
     parser.add_argument("--divisions", type=int, default=4, help="mesh cells along a patch")
     parser.add_argument("--bounces", type=int, default=0)
-    parser.add_argument("--samples", type=int, default=16, help="paths a texel, with --bounces")
+    parser.add_argument("--samples", type=int, default=4, help="per texel; raise it with --bounces")
     parser.add_argument("--speed", action="store_true")
     parser.add_argument("--seed", type=int, default=1)
     return parser.parse_args()
@@ -73,7 +73,8 @@ def bake(args, folder, views, lights, extra=()):
     command = [args.program, "bake", "-o", sample, "--surface", surface, "--json"]
     command += ["--preset", args.preset] if args.preset else [args.material]
     command += ["--depth", str(args.depth)] if args.depth else []
-    command += ["--size", str(args.size), "--views", views, "--lights", lights, "--dtype", "f4", *extra]
+    command += ["--size", str(args.size), "--views", views, "--lights", lights, "--dtype", "f4"]
+    command += ["--samples", str(args.samples), "--angular-filter", "off", *extra]
     report = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     description = json.load(open(os.path.join(sample, "btf.json")))
     radiance = np.load(os.path.join(sample, "radiance.npy"), mmap_mode="r")
@@ -219,17 +220,30 @@ def make_scene(mesh, light):
     )
 
 
-def view_rays(shape, views, highest, samples=1, seed=0):
+def sample_places(count):
+    """Where in a texel samples look through, from its centre: van der Corput and Sobol, shifted (docs/bake.md)."""
+    reversed_bits = lambda i: int(f"{i:032b}"[::-1], 2)
+
+    def sobol(i):
+        bits, direction = 0, 1 << 31
+        while i:
+            bits ^= direction if i & 1 else 0
+            i, direction = i >> 1, direction ^ direction >> 1
+        return bits
+
+    points = np.array([[reversed_bits(i), sobol(i)] for i in range(count)]) / 2.0**32
+    return (points + (0.53 if count == 1 else 0.5 / count)) % 1.0 - 0.5
+
+
+def view_rays(shape, views, highest, samples):
     """Rays through every texel of the mean plane, view after view."""
     rows, columns = shape
     row, col = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
     on_plane = np.stack([col, rows - 1 - row, np.zeros_like(row)], -1).reshape(-1, 3).astype(np.float64)
-    random = np.random.default_rng(seed)
     origins, directions = [], []
     for view in np.asarray(views, dtype=np.float64):
         place = np.repeat(on_plane, samples, 0)
-        if samples > 1:
-            place[:, :2] += random.uniform(-0.5, 0.5, (len(place), 2))
+        place[:, :2] += np.tile(sample_places(samples), (len(on_plane), 1))
         origins.append(place + view * ((highest + 1.0) / view[2]))
         directions.append(np.broadcast_to(-view, place.shape))
     origins, directions = np.concatenate(origins), np.concatenate(directions)
@@ -261,18 +275,17 @@ def compare(args, folder):
     views, lights = os.path.join(folder, "views.csv"), os.path.join(folder, "lights.csv")
     write_directions(views, random_directions(args.pairs, args.largest_theta, args.seed))
     write_directions(lights, random_directions(args.pairs, args.largest_theta, args.seed + 1))
-    extra = ["--bounces", str(args.bounces), "--samples", str(args.samples)] if args.bounces else []
+    extra = ["--bounces", str(args.bounces)] if args.bounces else []
     description, radiance, _, heights, (positions, faces) = setup(args, folder, views, lights, extra)
     mesh = load_mesh(positions, faces, mi.load_dict({"type": "coated"}))
     integrator = mi.load_dict({"type": "path", "max_depth": 2 + args.bounces, "rr_depth": 1000})
-    samples = args.samples if args.bounces else 1
     medians, agreements, means = [], [], []
     print("pair  theta_v theta_l  median_difference  shadow_agreement  mean_ratio")
     for pair in range(args.pairs):
         view, light = description["views"][pair], description["lights"][pair]
         scene = make_scene(mesh, light)
-        rays = view_rays(heights.shape, [view], float(heights.max()), samples, args.seed)
-        wanted = radiance_of(integrator, scene, rays, args.seed).reshape(-1, samples, 3).mean(1)
+        rays = view_rays(heights.shape, [view], float(heights.max()), args.samples)
+        wanted = radiance_of(integrator, scene, rays, args.seed).reshape(-1, args.samples, 3).mean(1)
         found = np.asarray(radiance[pair, pair]).reshape(-1, 3)
         lit = (wanted.max(1) > 0) & (found.max(1) > 0)
         difference = np.abs(found - wanted)[lit].sum(1) / np.maximum(wanted[lit].sum(1), 1e-9)
@@ -307,7 +320,7 @@ def speed(args, folder):
     lights = description["lights"]
     mesh = load_mesh(positions, faces, mi.load_dict({"type": "coated"}))
     integrator = mi.load_dict({"type": "path", "max_depth": 2})
-    rays = view_rays(heights.shape, description["views"], float(heights.max()))
+    rays = view_rays(heights.shape, description["views"], float(heights.max()), args.samples)
     scenes = [make_scene(mesh, light) for light in lights[::10]]
     radiance_of(integrator, scenes[0], rays)  # compiles
     theirs = []
@@ -317,7 +330,7 @@ def speed(args, folder):
             radiance_of(integrator, scene, rays)
         scale = len(lights) / len(scenes)
         theirs.append((scale * (time.perf_counter() - begun[0]), scale * (cpu_seconds(resource.RUSAGE_SELF) - begun[1])))
-    count = heights.size * len(description["views"]) * len(lights)
+    count = heights.size * args.samples * len(description["views"]) * len(lights)
     wall, cpu = (tuple(min(run[i] for run in runs) for runs in (runs, theirs)) for i in (0, 1))
     for name, i in (("mesotex", 0), ("mitsuba", 1)):
         print(f"{name}: {wall[i]:.2f} s ({cpu[i]:.2f} s of processor) for {count / 1e6:.1f} M view rays, {count / wall[i] / 1e6:.2f} M a second")

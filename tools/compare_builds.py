@@ -31,7 +31,7 @@ def run(mesotex, words):
     return time.monotonic() - begun
 
 
-BAKE = ["bake", "--preset", "weave", "--size", "64", "--views", "12x5", "--lights", "12x5"]
+BAKE = ["bake", "--preset", "weave", "--size", "64", "--views", "12x5", "--lights", "12x5", "--samples", "1"]
 
 
 def make_inputs(options):

@@ -85,7 +85,7 @@ def offsets(step):
     return np.stack(np.meshgrid(along, -along), -1).reshape(-1, 2).astype(float)
 
 
-def patch_distance(image, sites, windows):
+def patch_distance(image, sites, windows, steps=STEPS):
     points, normals, axes, coords, texel = sites
     others = np.cross(normals, axes)
     tree = cKDTree(points)
@@ -93,7 +93,7 @@ def patch_distance(image, sites, windows):
     height, width = image.shape[:2]
     centers = np.stack(np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5), -1).reshape(-1, 1, 2)
     total = 0.0
-    for step in STEPS:
+    for step in steps:
         pattern = offsets(step)
         along = pattern[:, 0, None] * axes[chosen][:, None] + pattern[:, 1, None] * others[chosen][:, None]
         places = points[chosen][:, None] + texel * along
@@ -103,7 +103,7 @@ def patch_distance(image, sites, windows):
         whole = (far < 2.0 * texel).all(axis=1)
         found = looked_up(image, continued[whole]).reshape(whole.sum(), -1)
         wanted = looked_up(image, centers + pattern).reshape(len(centers), -1)
-        total += sliced_wasserstein(found, wanted) / len(STEPS)
+        total += sliced_wasserstein(found, wanted) / len(steps)
     return total
 
 

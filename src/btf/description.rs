@@ -19,8 +19,10 @@ pub const RADIANCE: &str = "radiance.npy";
 pub const DIRECTIONS: &str = "directions.npy";
 /// The eigentextures' array in a factored sample's folder.
 pub const EIGENTEXTURES: &str = "eigentextures.npy";
+/// The heights' array in a sample's folder, where the sample has heights.
+pub const HEIGHTS: &str = "height.npy";
 /// All arrays that a sample's folder may hold.
-pub const ARRAYS: [&str; 3] = [RADIANCE, DIRECTIONS, EIGENTEXTURES];
+pub const ARRAYS: [&str; 4] = [RADIANCE, DIRECTIONS, EIGENTEXTURES, HEIGHTS];
 
 /// The files of a sample's folder: the description, and the arrays that are there.
 pub fn files_of(folder: &Path) -> Vec<PathBuf> {

@@ -4,6 +4,8 @@
 //! | --- | --- |
 //! | [`sample`], [`writer`] | a sample in its folder, read in parts and written image by image |
 //! | [`description`], [`image_source`] | what a sample is of, and images that are read in runs |
+//! | [`height_map`] | how high the surface lies at every texel |
+//! | [`heights`] | the same, estimated from the images |
 //! | [`factored`] | samples whose images are products of factors |
 //! | [`direction`], [`direction_set`] | directions, and named sets of them |
 //! | [`bake`] | a sample ray-traced from height, colour and roughness |
@@ -19,6 +21,8 @@ pub mod direction;
 pub mod direction_set;
 pub mod factored;
 pub mod fits;
+pub mod height_map;
+pub mod heights;
 pub mod image_sets;
 pub mod image_source;
 pub mod import;
@@ -29,6 +33,7 @@ pub mod writer;
 pub use direction::Direction;
 pub use direction_set::DirectionSet;
 pub use factored::FactoredWriter;
+pub use height_map::HeightMap;
 pub use image_source::ImageSource;
 pub use sample::Sample;
 pub use writer::SampleWriter;

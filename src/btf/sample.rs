@@ -20,6 +20,7 @@ use crate::btf::description::{DIRECTIONS, EIGENTEXTURES};
 use crate::btf::factored::content_id;
 use crate::btf::factored::factors::Factors;
 use crate::btf::factored::products::Values;
+use crate::btf::height_map::HeightMap;
 use crate::btf::image_source::ImageSource;
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::is_set_aside;
@@ -166,6 +167,11 @@ impl Sample {
         }
     }
 
+    /// How high the surface lies at every texel, where that is known. It is read and checked whenever it is asked for.
+    pub fn heights(&self) -> Result<Option<HeightMap>> {
+        HeightMap::read(&self.path, self.grid())
+    }
+
     /// The factors of a factored sample.
     pub fn factors(&self) -> Option<&Factors> {
         match &self.radiance {
@@ -261,6 +267,10 @@ const IMAGES_PER_TASK: usize = 8;
 impl ImageSource for Sample {
     fn description(&self) -> &Description {
         &self.description
+    }
+
+    fn heights(&self) -> Result<Option<HeightMap>> {
+        Sample::heights(self)
     }
 
     fn read_images(&self, images: Range<usize>, out: &mut [f32]) -> Result<()> {

@@ -7,7 +7,10 @@ use std::path::{Path, PathBuf};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use crate::btf::description::{ARRAYS, DESCRIPTION, DType, Description, FORMAT, Layout, RADIANCE};
+use crate::btf::description::{
+    ARRAYS, DESCRIPTION, DType, Description, FORMAT, HEIGHTS, Layout, RADIANCE,
+};
+use crate::btf::height_map::HeightMap;
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::FolderInProgress;
 use crate::format::id::{ContentId, hash_file};
@@ -26,6 +29,7 @@ pub struct SampleWriter {
     array: BufWriter<File>,
     hasher: blake3::Hasher,
     images_written: usize,
+    heights: Option<HeightMap>,
     bytes: Vec<u8>,
 }
 
@@ -104,6 +108,7 @@ impl SampleWriter {
             array: BufWriter::with_capacity(1 << 20, file),
             hasher: blake3::Hasher::new(),
             images_written: 0,
+            heights: None,
             bytes: Vec::new(),
         }
     }
@@ -121,6 +126,11 @@ impl SampleWriter {
     /// What is being written; the id is not known yet.
     pub fn description(&self) -> &Description {
         &self.description
+    }
+
+    /// Gives the sample heights; they are written in the end.
+    pub fn set_heights(&mut self, heights: Option<HeightMap>) {
+        self.heights = heights;
     }
 
     /// Adds the next image: row-major (height, width, RGB), linear radiance.
@@ -197,6 +207,7 @@ impl SampleWriter {
         self.array
             .flush()
             .map_err(Error::io(&self.target, "write"))?;
+        write_heights(self.heights.as_ref(), &self.description, &self.folder)?;
         self.description.id = ContentId::of_hash(&self.hasher.finalize());
         json::write(&self.folder.member(DESCRIPTION), &self.description)?;
         let note = self.folder.member(UNFINISHED);
@@ -229,6 +240,29 @@ pub(crate) const SAMPLE_FOLDER: OwnFolder = OwnFolder {
 /// Says why a folder must not be replaced by a sample; `None` where it may.
 pub(super) fn objection_to_replacing(folder: &Path) -> std::io::Result<Option<String>> {
     SAMPLE_FOLDER.objection(folder)
+}
+
+/// Writes a sample's heights into its folder; one that a killed run left there is not kept.
+pub(super) fn write_heights(
+    heights: Option<&HeightMap>,
+    description: &Description,
+    folder: &FolderInProgress,
+) -> Result<()> {
+    let Some(heights) = heights else {
+        let left = folder.member(HEIGHTS);
+        return match left.exists() {
+            true => fs::remove_file(&left).map_err(Error::io(&left, "remove")),
+            false => Ok(()),
+        };
+    };
+    let (own, grid) = (heights.grid(), description.grid());
+    match [own.width, own.height] == [grid.width, grid.height] {
+        true => heights.write(folder.path()),
+        false => Err(
+            Error::data("heights", format!("{} × {} texels", own.width, own.height))
+                .expected(format!("{} × {}", grid.width, grid.height)),
+        ),
+    }
 }
 
 /// The head of `radiance.npy`.
@@ -292,6 +326,30 @@ mod tests {
                 written.id
             );
         }
+    }
+
+    #[test]
+    fn samples_carry_heights_of_their_own_size() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("x.sample");
+        let written = |heights: Option<HeightMap>| {
+            let mut writer = SampleWriter::create(&target, description(DType::F4)).unwrap();
+            writer.set_heights(heights);
+            writer.push(&[0.25; 18]).unwrap();
+            writer.push(&[0.5; 18]).unwrap();
+            writer.finish().map(|description| description.id)
+        };
+        let grid = description(DType::F4).grid();
+        let heights = HeightMap::new(grid, vec![0.5; 6]).unwrap();
+        let id = written(Some(heights.clone())).unwrap();
+        let sample = Sample::open(&target).unwrap();
+        assert_eq!(sample.heights().unwrap(), Some(heights));
+        assert_eq!(written(None).unwrap(), id);
+        assert_eq!(Sample::open(&target).unwrap().heights().unwrap(), None);
+        let small = crate::grid::TexelGrid { width: 2, ..grid };
+        let small = HeightMap::new(small, vec![0.0; 4]).unwrap();
+        let refused = written(Some(small)).unwrap_err().to_string();
+        assert!(refused.contains("2 × 2"), "{refused}");
     }
 
     #[test]

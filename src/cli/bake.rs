@@ -37,7 +37,7 @@ Examples:
   mesotex bake --preset weave --size 64 -o weave.sample
   mesotex bake --preset cobbles --views bonn81 --lights bonn81 -o cobbles.sample
   mesotex bake bark.toml --size 128 --views fibonacci:50 --lights fibonacci:50 -o bark.sample
-  mesotex bake Bricks075_2K-PNG/ --depth 0.03 --samples 4 -o bricks.sample
+  mesotex bake Bricks075_2K-PNG/ --depth 0.03 --samples auto --error 0.01 -o bricks.sample
 
 A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR beside it:
   height = \"height.png\"        # white is high
@@ -98,6 +98,12 @@ impl Arguments {
             outcome = outcome.wrote(path);
         }
         Ok(outcome)
+    }
+
+    /// Draws the relief that `sample` was baked from.
+    pub fn draw_relief(&self, sample: &Sample, path: &Path, session: &Session) -> Result<()> {
+        let (material, _) = self.material(session)?;
+        write_preview(&self.options.applied_to(material)?, sample, path)
     }
 
     /// What the command reads and writes.
@@ -166,7 +172,7 @@ impl Arguments {
             0 => found,
             images => found.line(format!("went on after {images} images")),
         };
-        outcome
+        let outcome = outcome
             .line(format!(
                 "{}: {width} × {height} texels, {views} views × {lights} lights",
                 material.name
@@ -175,7 +181,8 @@ impl Arguments {
                 "{} rays in {seconds:.2} s, {rate:.1} million a second",
                 baked.rays
             ))
-            .line(steepness.describe())
+            .line(steepness.describe());
+        with_quality(outcome, &self.options, baked)
             .figure("slope_mean_deg", steepness.mean_deg)
             .figure("slope_p95_deg", steepness.p95_deg)
             .figure("light_in_brightest_hundredth", baked.glare)
@@ -186,6 +193,7 @@ impl Arguments {
             .figure("lights", lights)
             .figure("resumed", baked.resumed)
             .figure("rays", baked.rays)
+            .figure("view_rays", baked.view_rays)
             .figure("seconds", seconds)
             .figure("id", description.id.to_string())
             .wrote(&self.output)
@@ -195,6 +203,37 @@ impl Arguments {
                 self.output.with_extension("textons.npz").display()
             ))
     }
+}
+
+/// Says how many samples texels took, what error they leave, and what was done to highlights.
+fn with_quality(outcome: Outcome, options: &BakeOptions, baked: &Baked) -> Outcome {
+    let mut outcome = outcome.figure("samples", baked.samples);
+    if let Some(left) = baked.error_left {
+        outcome = outcome
+            .line(format!(
+                "{:.1} samples per texel on average; the error left is {:.2} % of the radiance",
+                baked.samples,
+                100.0 * left
+            ))
+            .figure("error_left", left);
+    }
+    if let Some(roughness) = baked.widened_to {
+        outcome = outcome
+            .line(format!(
+                "highlights are no narrower than the spacing of the directions: roughness {roughness:.2} or more \
+                 (--angular-filter off keeps them)"
+            ))
+            .figure("widened_to_roughness", roughness);
+    }
+    if options.clamp {
+        outcome = outcome
+            .line(format!(
+                "{} numbers beyond half precision were clamped",
+                baked.clamped
+            ))
+            .figure("clamped", baked.clamped);
+    }
+    outcome
 }
 
 /// Says what every file of a material is used for, and what stands in for roles that no file plays.

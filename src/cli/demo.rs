@@ -48,6 +48,7 @@ impl Arguments {
             scene: scene.clone(),
             fresh: false,
             dry_run: false,
+            no_pages: false,
             common: self.common.clone(),
         };
         Ok(scene_run

@@ -21,6 +21,7 @@ pub use crate::cli::exemplar::describe::describe_channels;
 use crate::btf::direction::Direction;
 use crate::btf::sample::{DType, Description, Layout};
 use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
+use crate::cli::endings::check_stem;
 use crate::cli::exemplar::reading::ImageReader;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -50,6 +51,7 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
+        check_stem("output", &self.output)?;
         let _locks = self.files().claim()?;
         let outputs = self.outputs();
         let [sample_path, space_path, table_path] = &outputs;

@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use crate::btf::bonn::BonnExportOptions;
 use crate::btf::bonn::signature::Format as BonnFormat;
 use crate::btf::image_sets::ImageSet;
-use crate::btf::sample::files_of;
+use crate::btf::sample::{Sample, files_of};
 use crate::cli::export::fit::FitOptions;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -119,12 +119,32 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
         let _locks = self.files().claim()?;
-        match self.to.kind() {
+        let outcome = match self.to.kind() {
             Kind::ImageSet(set) => image_set::run(&self.sample, set, &self.output, session),
             Kind::Bonn(format) => {
                 bonn::run(&self.sample, format, &self.bonn, &self.output, session)
             }
             Kind::Ptm => fit::run(&self.sample, &self.fit, &self.output, session),
+        }?;
+        Ok(match self.heights_left_out()? {
+            Some(reason) => outcome.line(format!("the sample's heights are left out: {reason}")),
+            None => outcome,
+        })
+    }
+
+    /// Why a sample's heights are not in the file; `None` where they are, or where it has none.
+    fn heights_left_out(&self) -> Result<Option<&'static str>> {
+        let sample = Sample::open(&self.sample)?;
+        if sample.heights()?.is_none() {
+            return Ok(None);
         }
+        let is_sized = sample.description().texel_mm.is_some();
+        Ok(match (self.to, is_sized) {
+            (Target::Fmf, true) => None,
+            (Target::Fmf, false) => {
+                Some("the file holds millimetres, and the sample does not say how large a texel is")
+            }
+            _ => Some("the format has no place for them (fmf has)"),
+        })
     }
 }

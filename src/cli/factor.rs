@@ -9,6 +9,7 @@ use crate::btf::factored::residual::Residual;
 use crate::btf::factored::{Accuracy, FactorOptions, factorize};
 use crate::btf::sample::{self, DType, Description, Sample};
 use crate::btf::writer::SAMPLE_FOLDER;
+use crate::cli::info::kind::Kind;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -48,7 +49,7 @@ impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Files {
         Files::default()
-            .read([&self.sample])
+            .read_as(&[Kind::Sample], &self.sample)
             .read(&sample::files_of(&self.sample))
             .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER))
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
+use crate::cli::info::kind::Kind;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -33,7 +34,7 @@ impl Arguments {
     pub fn files(&self) -> Files {
         let archive = Product::File(Format::Archive);
         Files::default()
-            .read([&self.textons])
+            .read_as(&[Kind::Archive], &self.textons)
             .write("output", [&self.output], archive)
     }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
+use crate::cli::info::kind::Kind;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -39,7 +40,7 @@ impl Arguments {
     pub fn files(&self) -> Files {
         let archive = Product::File(Format::Archive);
         Files::default()
-            .read([&self.space])
+            .read_as(&[Kind::Archive], &self.space)
             .write("output", [&self.output], archive)
     }
 
@@ -66,8 +67,8 @@ impl Arguments {
         let mut levels = Vec::new();
         let all = table.levels.iter().zip(&space.levels).zip(searches);
         for (at, ((level, source), found)) in all.enumerate() {
-            let whole = level
-                .whole(source.grid)
+            let whole = table
+                .whole_texels(at, source.grid)
                 .iter()
                 .filter(|&&whole| whole)
                 .count();

@@ -13,6 +13,7 @@ use self::look::{draw, picture_files, picture_names};
 use self::oriented::Oriented;
 use self::report::{carried_outcome, describe_levels, warn_of_count, warn_of_scales};
 pub use self::report::{read_outcome, with_shape};
+use crate::cli::info::kind::MESHES;
 use crate::cli::machine::{self, Need};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -182,7 +183,7 @@ impl Arguments {
     pub fn files(&self) -> Result<Files> {
         let mesh = Product::File(Format::Mesh);
         let mut files = Files::default()
-            .read([&self.input])
+            .read_as(&MESHES, &self.input)
             .read(&companions(&self.input)?)
             .read(&self.surface.guide)
             .read(&self.surface.keys)

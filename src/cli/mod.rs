@@ -7,21 +7,27 @@
 mod atlas;
 mod bake;
 mod bake_maps;
+mod completions;
 mod demo;
+mod endings;
 mod exemplar;
 mod export;
 mod factor;
+mod failure;
 mod gram;
+mod heights;
 mod import;
 mod info;
 mod interruption;
 mod knn;
 mod machine;
+mod manual;
 mod mask;
 mod mesh;
 mod outcome;
 mod outputs;
 mod render;
+mod report;
 pub mod run;
 mod session;
 mod synth;
@@ -29,6 +35,7 @@ mod terminal;
 mod textons;
 mod transfer;
 mod vary;
+mod view;
 
 use std::process::ExitCode;
 
@@ -46,20 +53,43 @@ use crate::format::guard;
     name = "mesotex",
     version,
     propagate_version = true,
-    max_term_width = 100
+    max_term_width = 100,
+    after_help = EXAMPLES
 )]
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
 }
 
+/// What stands below the list of commands.
+const EXAMPLES: &str = "\
+Examples:
+  mesotex demo -o demo                                     everything below on built-in inputs
+  mesotex bake Bricks075_2K-PNG/ -o bricks.sample          a BTF from a folder of texture maps
+  mesotex import capture/ -o coin.sample                   a BTF from photographs or a measured file
+  mesotex textons bricks.sample -o bricks.textons.npz      its 3D textons
+  mesotex gram bricks.textons.npz -o bricks.space.npz      their dot products
+  mesotex knn bricks.space.npz -o bricks.knn.npz           the nearest neighbours of each texel
+  mesotex synth bricks.space.npz bricks.knn.npz bunny.obj -o bunny.map.ply
+  mesotex render bricks.sample bunny.map.ply -o frames --sweep light-azimuth --frames 48
+
+Sets of directions (--views, --lights):
+  12x5            12 azimuths at each of 5 polar angles, 15 to 75 degrees: 60 directions
+  bonn81, bonn151 the directions of the measured data sets of Bonn
+  fibonacci:N     N directions spread evenly over the hemisphere
+  rings:THETA:COUNT[:OFFSET],...   rings of COUNT directions at polar angle THETA
+  FILE.csv        a table with the columns theta_deg and phi_deg
+
+`mesotex COMMAND --help` explains a command. `mesotex man COMMAND` prints its manual page.";
+
 #[derive(Debug, Subcommand)]
-enum Command {
+pub(in crate::cli) enum Command {
     Demo(demo::Arguments),
     Bake(bake::Arguments),
     Import(import::Arguments),
     Factor(factor::Arguments),
     Export(export::Arguments),
+    Heights(heights::Arguments),
     Info(info::Arguments),
     Textons(textons::Arguments),
     Gram(gram::Arguments),
@@ -72,7 +102,11 @@ enum Command {
     Render(render::Arguments),
     BakeMaps(bake_maps::Arguments),
     Transfer(transfer::Arguments),
+    View(view::Arguments),
+    Report(report::Arguments),
     Run(run::Arguments),
+    Completions(completions::Arguments),
+    Man(manual::Arguments),
 }
 
 /// How to go on with a chain of stages after an interruption.
@@ -90,6 +124,7 @@ impl Command {
             Self::Import(arguments) => &arguments.common,
             Self::Factor(arguments) => &arguments.common,
             Self::Export(arguments) => &arguments.common,
+            Self::Heights(arguments) => &arguments.common,
             Self::Info(arguments) => &arguments.common,
             Self::Textons(arguments) => &arguments.common,
             Self::Gram(arguments) => &arguments.common,
@@ -102,7 +137,11 @@ impl Command {
             Self::Render(arguments) => &arguments.common,
             Self::BakeMaps(arguments) => &arguments.common,
             Self::Transfer(arguments) => &arguments.common,
+            Self::View(arguments) => &arguments.common,
+            Self::Report(arguments) => &arguments.common,
             Self::Run(arguments) => &arguments.common,
+            Self::Completions(arguments) => &arguments.common,
+            Self::Man(arguments) => &arguments.common,
         }
     }
 
@@ -111,6 +150,7 @@ impl Command {
         match self {
             Self::Bake(arguments) => arguments.check(),
             Self::Export(arguments) => arguments.check(),
+            Self::Heights(arguments) => arguments.options.validate(),
             Self::Textons(arguments) => arguments.options.validate(),
             Self::Knn(arguments) => arguments.options.validate(),
             Self::Exemplar(arguments) => arguments.check(),
@@ -121,12 +161,16 @@ impl Command {
             Self::Render(arguments) => arguments.check(),
             Self::BakeMaps(arguments) => arguments.check(),
             Self::Transfer(arguments) => arguments.check(),
+            Self::View(arguments) => arguments.check(),
+            Self::Report(arguments) => arguments.check(),
             Self::Demo(_)
             | Self::Import(_)
             | Self::Factor(_)
             | Self::Info(_)
             | Self::Gram(_)
-            | Self::Run(_) => Ok(()),
+            | Self::Run(_)
+            | Self::Completions(_)
+            | Self::Man(_) => Ok(()),
         }
     }
 
@@ -137,6 +181,7 @@ impl Command {
             Self::Import(arguments) => arguments.files(),
             Self::Factor(arguments) => Ok(arguments.files()),
             Self::Export(arguments) => Ok(arguments.files()),
+            Self::Heights(arguments) => Ok(arguments.files()),
             Self::Textons(arguments) => Ok(arguments.files()),
             Self::Gram(arguments) => Ok(arguments.files()),
             Self::Knn(arguments) => Ok(arguments.files()),
@@ -148,7 +193,11 @@ impl Command {
             Self::Render(arguments) => Ok(arguments.files()),
             Self::BakeMaps(arguments) => arguments.files(),
             Self::Transfer(arguments) => Ok(arguments.files()),
-            Self::Demo(_) | Self::Info(_) | Self::Run(_) => Ok(Files::default()),
+            Self::View(arguments) => Ok(arguments.files()),
+            Self::Report(arguments) => Ok(arguments.files()),
+            Self::Demo(_) | Self::Info(_) | Self::Run(_) | Self::Completions(_) | Self::Man(_) => {
+                Ok(Files::default())
+            }
         }
     }
 
@@ -162,6 +211,7 @@ impl Command {
             Self::Import(_)
             | Self::Factor(_)
             | Self::Export(_)
+            | Self::Heights(_)
             | Self::Info(_)
             | Self::Textons(_)
             | Self::Gram(_)
@@ -171,7 +221,11 @@ impl Command {
             | Self::Vary(_)
             | Self::Mesh(_)
             | Self::BakeMaps(_)
-            | Self::Transfer(_) => STAGE_IF_INTERRUPTED,
+            | Self::Transfer(_)
+            | Self::View(_)
+            | Self::Report(_)
+            | Self::Completions(_)
+            | Self::Man(_) => STAGE_IF_INTERRUPTED,
         }
     }
 
@@ -182,6 +236,7 @@ impl Command {
             Self::Import(arguments) => arguments.run(session),
             Self::Factor(arguments) => arguments.run(session),
             Self::Export(arguments) => arguments.run(session),
+            Self::Heights(arguments) => arguments.run(session),
             Self::Info(arguments) => arguments.run(session),
             Self::Textons(arguments) => arguments.run(session),
             Self::Gram(arguments) => arguments.run(session),
@@ -194,7 +249,11 @@ impl Command {
             Self::Render(arguments) => arguments.run(session),
             Self::BakeMaps(arguments) => arguments.run(session),
             Self::Transfer(arguments) => arguments.run(session),
+            Self::View(arguments) => arguments.run(session),
+            Self::Report(arguments) => arguments.run(session),
             Self::Run(arguments) => arguments.run(session),
+            Self::Completions(arguments) => Ok(arguments.run()),
+            Self::Man(arguments) => arguments.run(),
         }
     }
 }
@@ -202,10 +261,17 @@ impl Command {
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
     guard::silence();
-    let command = CommandLine::parse().command;
+    let words: Vec<String> = std::env::args_os()
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    let command = match CommandLine::try_parse() {
+        Ok(line) => line.command,
+        Err(error) => return failure::refuse(&error, &words),
+    };
+    let as_json = command.common().json;
     let session = match Session::new(command.common(), command.if_interrupted()) {
         Ok(session) => session,
-        Err(error) => return failure(&error),
+        Err(error) => return failure::fail(&error, as_json),
     };
     // In a thread of the pool: one that waits outside is put to sleep and woken for every step that
     // is done in parallel.
@@ -218,15 +284,6 @@ pub fn main() -> ExitCode {
             session.interruption().tell();
             ExitCode::from(session.interruption().exit_code())
         }
-        Err(error) => failure(&error),
+        Err(error) => failure::fail(&error, as_json),
     }
-}
-
-/// Prints an error; its exit code says who must act.
-fn failure(error: &Error) -> ExitCode {
-    terminal::print_error(error);
-    ExitCode::from(match error {
-        Error::Option { .. } | Error::Faults { usage: true, .. } => 2,
-        _ => 1,
-    })
 }

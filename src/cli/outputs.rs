@@ -8,6 +8,8 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::cli::endings;
+use crate::cli::info::kind::Kind;
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::repair;
 use crate::format::atomic::standing::Standing;
@@ -23,6 +25,8 @@ pub struct Files {
     pub reads: Vec<PathBuf>,
     /// What it writes.
     pub writes: Vec<Output>,
+    /// Inputs that must be of one kind.
+    pub kinds: Vec<(PathBuf, &'static [Kind])>,
 }
 
 /// One output of a command.
@@ -79,6 +83,14 @@ impl Files {
         self
     }
 
+    /// A file or folder that is read and must be of one of these kinds.
+    #[must_use]
+    pub fn read_as(mut self, kinds: &'static [Kind], path: &Path) -> Self {
+        self.reads.push(path.to_path_buf());
+        self.kinds.push((path.to_path_buf(), kinds));
+        self
+    }
+
     /// An output, where the option was given.
     #[must_use]
     pub fn write<'a>(
@@ -98,6 +110,7 @@ impl Files {
     /// nor is `made_first`; writes nothing. What stands at a path that is `vouched` for is known to be ours.
     pub fn check(&self, made_first: Option<&Path>, vouched: impl Fn(&Path) -> bool) -> Result<()> {
         for (place, output) in self.writes.iter().enumerate() {
+            endings::check(output)?;
             let folder = parent(&output.path);
             if !folder.is_dir() {
                 if made_first == Some(folder) {
@@ -186,9 +199,27 @@ impl Files {
         Ok(())
     }
 
+    /// Refuses inputs of another kind than is asked for. What is not there, or of no known kind, is left to its
+    /// reader, which knows more to say.
+    fn check_kinds(&self) -> Result<()> {
+        for (path, expected) in &self.kinds {
+            match Kind::of(path) {
+                Ok(found) if !expected.contains(&found) => {
+                    let names: Vec<_> = expected.iter().map(|kind| kind.name()).collect();
+                    return Err(Error::data("", found.name())
+                        .expected(names.join(" or "))
+                        .in_file(path));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
     /// Claims every output for this run: checks them, removes what killed runs left beside them, and
     /// locks them.
     pub fn claim(&self) -> Result<Vec<OutputLock>> {
+        self.check_kinds()?;
         self.check(None, |_| false)?;
         let mut locks = Vec::new();
         for output in &self.writes {

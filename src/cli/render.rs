@@ -1,6 +1,6 @@
 //! `mesotex render`.
 
-mod surface;
+pub(in crate::cli) mod surface;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,6 +10,7 @@ use clap::Args;
 
 use crate::btf::sample::{self, Sample};
 use crate::cli::atlas::{self, Look};
+use crate::cli::info::kind::Kind;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -181,9 +182,9 @@ impl Arguments {
             _ => None,
         };
         let mut files = Files::default()
-            .read([&self.sample])
+            .read_as(&[Kind::Sample], &self.sample)
             .read(&sample::files_of(&self.sample))
-            .read([&self.map])
+            .read_as(&[Kind::Map, Kind::Atlas, Kind::FaceMap], &self.map)
             .read(&atlas::files(&self.map))
             .read(table)
             .read(&self.options.camera_path)
@@ -207,7 +208,7 @@ impl Arguments {
     }
 
     fn write_vertex_colors(&self, inputs: &Inputs, file: &Path, session: &Session) -> Result<()> {
-        let colors = sequence::with_renderer(
+        let (colors, _) = sequence::with_renderer(
             inputs,
             &self.options,
             &session.progress(),
@@ -314,6 +315,11 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
         outcome = outcome.line(format!(
             "the sample laid out for shading: {mebibytes:.0} MiB {place}"
         ));
+    }
+    if let Some(parallax) = &report.parallax {
+        outcome = outcome
+            .line(parallax.describe())
+            .figure("parallax", parallax.heights.is_some());
     }
     if *kept > 0 {
         outcome = outcome.line(format!("{kept} frames kept"));

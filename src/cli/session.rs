@@ -26,7 +26,10 @@ pub struct Common {
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print the report as JSON on stdout.
+    /// Print on stderr each stage as it ends, with its time.
+    #[arg(long, short, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// Print the report, or the error, as JSON on stdout.
     #[arg(long)]
     pub json: bool,
 }
@@ -44,7 +47,7 @@ impl Session {
     /// Sets up threads, progress and signals; `hint` says how to go on after an interruption.
     pub fn new(common: &Common, hint: &'static str) -> Result<Self> {
         set_threads(common.threads)?;
-        let terminal = Terminal::new(common.quiet);
+        let terminal = Terminal::new(common.quiet, common.verbose);
         let interruption = Interruption::listen(&terminal, hint)?;
         let drawn = terminal.clone();
         Ok(Self {
@@ -66,6 +69,12 @@ impl Session {
         let mut session = self.clone();
         session.common.seed = seed;
         session
+    }
+
+    /// The same session with another seed where the user gave none.
+    #[must_use]
+    pub fn or_seed(&self, seed: Option<u64>) -> Self {
+        self.with_seed(self.common.seed.or(seed))
     }
 
     /// Where library calls report their progress.

@@ -15,6 +15,7 @@ use clap::Args;
 
 pub use crate::cli::synth::report::FORMAT as REPORT_FORMAT;
 
+use crate::cli::info::kind::{Kind, MESHES};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
@@ -36,6 +37,7 @@ use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::{Inputs, LevelMap};
+use crate::synthesis::level_choice::LevelChoice;
 use crate::synthesis::map::surface_map;
 use crate::synthesis::options::{Method, SynthesisOptions};
 use crate::synthesis::pattern_controls::PatternControls;
@@ -113,9 +115,11 @@ impl Arguments {
         let (space, table) = self.read_exemplar(&options)?;
         let started = Instant::now();
         let is_measured = self.report.is_some() || self.pictures.pictures.is_some();
-        let prepared = self
-            .target
-            .prepare((&space, &table), &options, is_measured, session)?;
+        let (target, exemplar) = (&self.target, (&space, &table));
+        let user = target.read_mesh(session)?;
+        let choice = target.choose_levels(exemplar, user.as_ref(), &options)?;
+        let options = with_levels(options, choice.as_ref());
+        let prepared = target.prepare(user, exemplar, &options, is_measured, session)?;
         let target = prepared.target;
         let done = target.sites.with(Job {
             arguments: self,
@@ -131,7 +135,7 @@ impl Arguments {
         let report = Report::new(
             &done.map,
             &options,
-            &plan,
+            (&plan, choice.map(|choice| choice.reason)),
             (circles, AtlasFigures::of(&target)),
             done.measured.quality,
             done.measured.agreement,
@@ -208,14 +212,14 @@ impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
         let mut files = Files::default()
-            .read([&self.space])
+            .read_as(&[Kind::Archive], &self.space)
             .read(self.table_path())
             .read(&self.target.surface.guide)
             .read(&self.target.surface.keys)
             .write("output", [&self.output], product::product_at(&self.output))
             .write("report", &self.report, Product::File(Format::Json));
         if let Some(mesh) = self.mesh_path() {
-            files = files.read([mesh]).read(&companions(mesh)?);
+            files = files.read_as(&MESHES, mesh).read(&companions(mesh)?);
         }
         Ok(self.faces.files(self.pictures.files(files)))
     }
@@ -316,6 +320,15 @@ impl Arguments {
             outcome = outcome.wrote(path);
         }
         outcome
+    }
+}
+
+/// Options with the levels that were chosen.
+fn with_levels(options: SynthesisOptions, choice: Option<&LevelChoice>) -> SynthesisOptions {
+    let levels = choice.map(|choice| choice.levels as u32);
+    SynthesisOptions {
+        levels: levels.or(options.levels),
+        ..options
     }
 }
 

@@ -1,25 +1,30 @@
-//! What a person sees while a command works: bars on stderr, none when it is piped; warnings;
-//! errors.
+//! What a person sees while a command works: bars on stderr, none when it is piped; with `--verbose` a line
+//! per stage; warnings; errors. Colours are for terminals only, and none where `NO_COLOR` is set.
 
 use std::io::{IsTerminal, Write};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
+use clap::builder::styling::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::Value;
 
-use crate::error::Error;
 use crate::progress::Event;
 
 /// The bar and the warnings of one run; clones share them.
 #[derive(Clone)]
 pub struct Terminal {
     quiet: bool,
+    verbose: bool,
     bar: ProgressBar,
+    /// The stage that runs, and since when.
+    stage: Arc<Mutex<Option<(String, Instant)>>>,
     warnings: Arc<Mutex<Vec<String>>>,
 }
 
 impl Terminal {
     /// Bars show when stderr is a terminal and nobody asked for quiet.
-    pub fn new(quiet: bool) -> Self {
+    pub fn new(quiet: bool, verbose: bool) -> Self {
         let visible = !quiet && std::io::stderr().is_terminal();
         let target = if visible {
             ProgressDrawTarget::stderr()
@@ -28,6 +33,8 @@ impl Terminal {
         };
         Self {
             quiet,
+            verbose,
+            stage: Arc::default(),
             bar: ProgressBar::with_draw_target(None, target),
             warnings: Arc::default(),
         }
@@ -40,18 +47,39 @@ impl Terminal {
                 self.bar.reset();
                 self.bar.set_style(style(total));
                 self.bar.set_length(total);
-                self.bar.set_message(stage);
+                self.bar.set_message(stage.clone());
+                *self.running() = Some((stage, Instant::now()));
             }
             Event::Advance(units) => self.bar.inc(units),
-            Event::End => self.bar.set_message(""),
+            Event::End => {
+                self.bar.set_message("");
+                self.tell_stage();
+            }
             Event::Warn(text) => self.warn(text),
+        }
+    }
+
+    fn running(&self) -> MutexGuard<'_, Option<(String, Instant)>> {
+        self.stage.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says how long the stage took that has ended.
+    fn tell_stage(&self) {
+        let Some((stage, start)) = self.running().take() else {
+            return;
+        };
+        if self.verbose {
+            let seconds = start.elapsed().as_secs_f64();
+            self.bar.suspend(|| {
+                let _ = writeln!(std::io::stderr(), "{stage}: {seconds:.2} s");
+            });
         }
     }
 
     fn warn(&self, text: String) {
         if !self.quiet {
             self.bar.suspend(|| {
-                let _ = writeln!(std::io::stderr(), "warning: {text}");
+                let _ = writeln!(anstream::stderr(), "{CAUTION}warning:{CAUTION:#} {text}");
             });
         }
         let mut warnings = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
@@ -81,15 +109,27 @@ fn style(total: u64) -> ProgressStyle {
         .progress_chars("=> ")
 }
 
+/// Red and bold, where the terminal shows it and nobody asked for none (`NO_COLOR`).
+const ALARM: Style = AnsiColor::Red.on_default().bold();
+/// The same for warnings.
+const CAUTION: Style = AnsiColor::Yellow.on_default().bold();
+
 /// Prints an error on stderr.
-pub fn print_error(error: &Error) {
-    let _ = writeln!(std::io::stderr(), "error: {error}");
+pub fn print_error(says: &str) {
+    let _ = writeln!(anstream::stderr(), "{ALARM}error:{ALARM:#} {says}");
+}
+
+/// Prints a report of a failed run on stdout, for a program.
+pub fn print_report(report: &Value) {
+    let _ = writeln!(std::io::stdout(), "{report:#}");
+}
+
+/// Prints the help or the version that was asked for, or what the parser itself says.
+pub fn print_help(message: &clap::Error) {
+    let _ = message.print();
 }
 
 /// Prints on stderr what stopped a run and how to go on.
 pub fn print_interruption(signal: &str, hint: &str) {
-    let _ = writeln!(
-        std::io::stderr(),
-        "error: interrupted by {signal}\n  hint: {hint}"
-    );
+    print_error(&format!("interrupted by {signal}\n  hint: {hint}"));
 }

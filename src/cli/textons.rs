@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::btf::sample::{self, Sample};
+use crate::cli::info::kind::Kind;
 use crate::cli::machine::{self, Need};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -54,7 +55,7 @@ impl Arguments {
     pub fn files(&self) -> Files {
         let picture = Product::File(Format::Picture);
         Files::default()
-            .read([&self.sample])
+            .read_as(&[Kind::Sample], &self.sample)
             .read(&sample::files_of(&self.sample))
             .write("output", [&self.output], Product::File(Format::Archive))
             .write("report", &self.report, Product::File(Format::Json))

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::{default_row, feature_rows};
+use crate::exemplar::margin::Margin;
 use crate::exemplar::space::SpaceLevel;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
@@ -140,22 +141,22 @@ impl DenseWindows {
     }
 }
 
-/// Which texels are whole: every texel that their samples blend is on the grid. At a level without any, all
-/// count as whole. `turns` as in [`DenseWindows::of_picture`].
-pub fn whole_texels(grid: TexelGrid, template: &Template, turns: Option<&[Vec2]>) -> Vec<bool> {
+/// Which texels are whole: those that the margin of a neighbour table of `k` neighbours leaves. Where it is of whole
+/// windows, every texel that the samples blend is on the grid. `turns` as in [`DenseWindows::of_picture`].
+pub fn whole_texels(
+    (grid, k): (TexelGrid, usize),
+    margin: Margin,
+    template: &Template,
+    turns: Option<&[Vec2]>,
+) -> Vec<bool> {
     let upright = samples(template, Vec2::X);
-    let is_whole = |texel: usize| {
-        let (row, col) = place(grid, texel);
-        let turned = turns.map(|turns| samples(template, turns[texel]));
+    margin.whole_texels(grid, k, |texel| {
+        let (row, col) = place(grid, texel.index());
+        let turned = turns.map(|turns| samples(template, turns[texel.index()]));
         let samples = turned.as_ref().unwrap_or(&upright).iter();
         let mut counting = samples.flat_map(Bilinear::counting);
         counting.all(|([drow, dcol], _)| grid.texel_at(row + drow, col + dcol).is_some())
-    };
-    let whole: Vec<bool> = (0..grid.len()).map(is_whole).collect();
-    match whole.contains(&true) {
-        true => whole,
-        false => vec![true; grid.len()],
-    }
+    })
 }
 
 /// The samples of a template whose x axis points along a unit vector (s, t).
@@ -227,17 +228,14 @@ mod tests {
             positions: vec![Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.5)],
             ..Template::default()
         };
-        let whole = whole_texels(level.grid, &template, None);
+        let full = |grid, turns| whole_texels((grid, 1), Margin::Full, &template, turns);
+        let whole = full(level.grid, None);
         for (texel, whole) in whole.into_iter().enumerate() {
             let (row, col) = (texel / 9, texel % 9);
             assert_eq!(whole, row >= 2 && col <= 7, "{row} {col}");
         }
         let tile = ramp(true).0;
-        assert!(
-            whole_texels(tile.grid, &template, None)
-                .iter()
-                .all(|&whole| whole)
-        );
+        assert!(full(tile.grid, None).iter().all(|&whole| whole));
     }
 
     #[test]
@@ -271,7 +269,7 @@ mod tests {
         }
         let open = ramp(false).0;
         let diagonal = vec![Vec2::new(0.6, 0.8); open.grid.len()];
-        let whole = whole_texels(open.grid, &template, Some(&diagonal));
+        let whole = whole_texels((open.grid, 1), Margin::Full, &template, Some(&diagonal));
         // The corners of the window lie 1.4 away.
         assert!(whole[2 * 9 + 2] && !whole[9 + 1] && !whole[9 + 4]);
     }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::exemplar::margin::Margin;
 use crate::grid::TexelGrid;
 
 /// The least separation of listed neighbours, as a share of the level's shorter side.
@@ -50,6 +51,10 @@ pub struct KnnOptions {
     /// level. Default: 5 % of the level's shorter side, at least 1.
     #[arg(long, value_name = "N")]
     pub min_separation: Option<u32>,
+    /// Texels nearer than this to the border of a sample that does not tile are neither listed nor picked by synthesis;
+    /// `full`: those whose windows cross the border are not.
+    #[arg(long, default_value_t = Self::default().margin, value_name = "N|full")]
+    pub margin: Margin,
     /// How neighbours are searched.
     #[arg(long, value_enum, default_value_t = Self::default().search)]
     pub search: Search,
@@ -70,6 +75,7 @@ impl Default for KnnOptions {
             neighborhood: 7,
             coarse_neighborhood: 3,
             min_separation: None,
+            margin: Margin::default(),
             search: Search::Auto,
             candidates: 100,
             transition_tolerance: None,

@@ -58,7 +58,7 @@ impl<'a> ExemplarLevel<'a> {
     ) -> Self {
         let listed = &table.levels[level];
         let neighborhood = &listed.neighborhood;
-        let whole = neighborhood.whole_texels(space.levels[level].grid, table.k);
+        let whole = table.whole_texels(level, space.levels[level].grid);
         Self {
             neighbors: listed.neighbors.as_slice().unwrap_or_default(),
             listed: table.k,

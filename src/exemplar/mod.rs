@@ -9,6 +9,7 @@
 //! | [`controls`] | masks, transitions and orientations beside the features |
 //! | [`requirements`] | what a method asks of a space |
 //! | [`neighbor_table`], [`knn_options`] | the nearest texels of every texel, their file and options |
+//! | [`margin`] | which texels may be listed as neighbours and picked by synthesis |
 //! | [`level_distances`], [`window_distance`], [`diagonal_sums`], [`texel_block`] | the distances of all neighbourhoods, exactly |
 //! | [`two_level`] | the search through the parent level |
 //! | [`separated_neighbors`], [`neighbor_list`] | which neighbours are listed, row by row |
@@ -21,9 +22,11 @@ pub mod controls;
 pub(crate) mod dense_windows;
 mod diagonal_sums;
 pub(crate) mod embedding;
+pub mod feature_size;
 pub mod knn_options;
 pub(crate) mod level;
 mod level_distances;
+pub mod margin;
 mod neighbor_list;
 pub mod neighbor_table;
 pub mod plain_images;
@@ -41,6 +44,7 @@ pub mod windows;
 pub use channels::{Channel, ChannelKind, Channels};
 pub use controls::{ControlKind, Controls};
 pub use knn_options::KnnOptions;
+pub use margin::Margin;
 pub use neighbor_table::{NeighborTable, TableLevel};
 pub use plain_images::{ChannelImage, space_of_images};
 pub use space::{Features, Space, SpaceLevel};

@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::exemplar::controls::ControlKind;
 use crate::exemplar::knn_options::{KnnOptions, Search, WIDEST, check_tolerance};
 use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
+use crate::exemplar::margin::Margin;
 use crate::exemplar::neighbor_list::{Rows, assemble};
 use crate::exemplar::separated_neighbors::{Band, Choice};
 use crate::exemplar::space::Space;
@@ -65,20 +66,14 @@ pub struct NeighborTable {
     pub k: usize,
     /// Whether neighbourhoods wrap round the sample's border.
     pub tileable: bool,
+    /// Which texels are whole.
+    pub margin: Margin,
     /// Listed texels' transitions differ by less than this (Zhang 2003 eq. 1); `None`: any are listed.
     pub transition_tolerance: Option<f64>,
     /// This table's own id.
     pub id: ContentId,
     /// The id of the space it was made from.
     pub space: ContentId,
-}
-
-impl TableLevel {
-    /// Which texels of the level are whole: the ones listed as others' neighbours, and the ones
-    /// synthesis may pick.
-    pub fn whole(&self, grid: TexelGrid) -> Vec<bool> {
-        self.neighborhood.whole_texels(grid, self.neighbors.ncols())
-    }
 }
 
 /// How the table of a level was made.
@@ -123,6 +118,9 @@ pub fn build_and_measure(
     progress: Progress<'_>,
 ) -> Result<(NeighborTable, Vec<LevelSearch>)> {
     options.validate()?;
+    if let Some(finest) = space.levels.first() {
+        options.margin.check(finest.grid)?;
+    }
     if options.transition_tolerance.is_some() {
         let levels = 0..space.levels.len();
         let checked = levels.map(|at| {
@@ -144,6 +142,7 @@ pub fn build_and_measure(
         levels,
         k: options.k as usize,
         tileable: space.tileable(),
+        margin: options.margin,
         transition_tolerance: options.transition_tolerance,
         id: ContentId::of_bytes(&[]),
         space: space.id.clone(),
@@ -161,7 +160,8 @@ fn build_level(
     let (fine_width, coarse_width) = options.widths(at + 1 < space.levels.len());
     let neighborhood = Neighborhood::square(fine_width, coarse_width);
     let min_separation = options.separation(grid, at);
-    let whole = neighborhood.whole_texels(grid, options.k as usize);
+    let fits = |texel| neighborhood.fits(grid, texel);
+    let whole = options.margin.whole_texels(grid, options.k as usize, fits);
     let search = options.search_at(grid, at + 1 < space.levels.len());
     progress.begin(format!("neighbours, level {at}"), 0);
     let task = LevelTask {
@@ -285,6 +285,8 @@ struct Meta {
     version: u32,
     k: usize,
     tileable: bool,
+    #[serde(default = "without_margin")]
+    margin: Margin,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     transition_tolerance: Option<f64>,
     levels: Vec<LevelMeta>,
@@ -292,6 +294,11 @@ struct Meta {
     space: ContentId,
     #[serde(skip_serializing)]
     id: Option<ContentId>,
+}
+
+/// The rule of tables that state no margin.
+fn without_margin() -> Margin {
+    Margin::Full
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -310,6 +317,13 @@ impl NeighborTable {
         levels.map(|level| level.neighborhood.clone()).collect()
     }
 
+    /// Which texels of a level are whole: the ones listed as others' neighbours, and the ones synthesis may pick.
+    pub fn whole_texels(&self, level: usize, grid: TexelGrid) -> Vec<bool> {
+        let neighborhood = &self.levels[level].neighborhood;
+        let fits = |texel| neighborhood.fits(grid, texel);
+        self.margin.whole_texels(grid, self.k, fits)
+    }
+
     /// Writes the file; the table takes the id of what was written.
     pub fn write(&mut self, path: &Path, options: &KnnOptions) -> Result<()> {
         let meta = Meta {
@@ -317,6 +331,7 @@ impl NeighborTable {
             version: VERSION,
             k: self.k,
             tileable: self.tileable,
+            margin: self.margin,
             transition_tolerance: self.transition_tolerance,
             levels: self.levels.iter().map(TableLevel::meta).collect(),
             options: serde_json::to_value(options)
@@ -379,6 +394,7 @@ impl NeighborTable {
             levels,
             k: meta.k,
             tileable: meta.tileable,
+            margin: meta.margin,
             transition_tolerance: meta.transition_tolerance,
             id,
             space: meta.space,

@@ -25,7 +25,7 @@ use gltf::accessor::Accessor;
 use gltf::mesh::{Mode, Primitive, Semantic};
 
 pub use crate::format::gltf::material::{AlphaMode, GltfMaterial};
-pub use crate::format::gltf::writing::{GltfMesh, write};
+pub use crate::format::gltf::writing::{GltfMesh, VertexAttribute, write};
 
 use crate::error::{Error, Result};
 use crate::format::gltf::accessors::Accessors;

@@ -17,6 +17,8 @@ pub const MESH_MARK: &str = "mesotex 1";
 pub const PICTURE_MARK: [&str; 2] = ["Software", "mesotex"];
 /// The XML that marks `.btf` files.
 pub const BTF_MARK: &str = "<btf writer=\"mesotex\"/>";
+/// The element that marks pages.
+pub const PAGE_MARK: &str = "<meta name=\"generator\" content=\"mesotex\">";
 /// What stands behind the last coefficient of PTM files, where readers do not look.
 pub const PTM_MARK: &[u8] = b"mesotex\n";
 /// The member that every archive of ours has.
@@ -29,8 +31,10 @@ const START: u64 = 1 << 16;
 pub enum Format {
     /// `.npz`.
     Archive,
-    /// PLY, OBJ or GLB.
+    /// PLY, or OBJ.
     Mesh,
+    /// GLB.
+    Model,
     /// PNG.
     Picture,
     /// OpenEXR.
@@ -41,6 +45,8 @@ pub enum Format {
     Btf,
     /// Polynomial texture map.
     Ptm,
+    /// HTML.
+    Page,
 }
 
 impl Format {
@@ -49,11 +55,13 @@ impl Format {
         match self {
             Self::Archive => ".npz archive",
             Self::Mesh => "mesh",
+            Self::Model => "GLB",
             Self::Picture => "picture",
             Self::Frame => "frame",
             Self::Json => "JSON file",
             Self::Btf => ".btf file",
             Self::Ptm => "PTM",
+            Self::Page => "page",
         }
     }
 }
@@ -67,10 +75,11 @@ pub fn is_ours(path: &Path, format: Format) -> io::Result<bool> {
     }
     Ok(match format {
         Format::Archive => start.starts_with(b"PK") && has_member(path, ARCHIVE_MARK)?,
-        Format::Mesh => is_our_mesh(&start),
+        Format::Mesh | Format::Model => is_our_mesh(&start),
         Format::Picture => start.starts_with(b"\x89PNG") && contains(&start, &picture_mark()),
         Format::Frame => start.starts_with(&[0x76, 0x2f, 0x31, 1]) && contains(&start, b"mesotex:"),
         Format::Btf => start.starts_with(b"!") && contains(&start, BTF_MARK.as_bytes()),
+        Format::Page => contains(&start, PAGE_MARK.as_bytes()),
         Format::Ptm => start.starts_with(b"PTM_") && ends_with(path, PTM_MARK)?,
         Format::Json => matches!(start.trim_ascii_start().first(), Some(b'{' | b'[')),
     })
@@ -163,7 +172,7 @@ mod tests {
         for (name, format) in [
             ("a.ply", Format::Mesh),
             ("a.obj", Format::Mesh),
-            ("a.glb", Format::Mesh),
+            ("a.glb", Format::Model),
             ("a.png", Format::Picture),
             ("a.npz", Format::Archive),
         ] {

@@ -9,7 +9,9 @@ use crate::btf::factored::Factors;
 use crate::btf::sample::Sample;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::light::Light;
+use crate::render::nearest::Weighting;
 use crate::render::options::RenderOptions;
+use crate::render::parallax::Parallax;
 use crate::render::plan::PlannedFrame;
 use crate::render::renderer::Shading;
 use crate::render::values::{Layer, Sweep};
@@ -32,6 +34,11 @@ const TRIANGLE: u64 = 150;
 const REACHED: u64 = 4;
 const WEIGHTED: u64 = 130;
 const WEIGHTED_LIGHTS: u64 = 8;
+/// Bytes of a texel's height: as the surface, and as each view sees it, coarser levels included.
+const SURFACE_HEIGHT: u64 = 24;
+const SEEN_HEIGHT: u64 = 6;
+/// Bytes by which a list of quadratic weights is longer.
+const LONGER_LIST: u64 = 72;
 /// Bytes that are filled at a time when the sample laid out for shading goes to disk.
 const SLAB: u64 = 256 << 20;
 /// The program, and working memory of its threads.
@@ -55,11 +62,22 @@ pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
     }
     let mut bytes = width * height * pixel + PROGRAM;
     if many && options.shading == Shading::Pixel {
-        bytes += KEPT_POINT * (width * height).min(KEPT_PIXELS);
+        bytes += (KEPT_POINT + 3 * longer_list(options)) * (width * height).min(KEPT_PIXELS);
     }
     // Weights are listed for what asks more than once: pixels, or frames to come.
     let listed = many || options.shading == Shading::Pixel;
-    bytes + surface_bytes(map, lights(options), listed) + plan_bytes(options)
+    let weighted = match listed {
+        true => WEIGHTED + longer_list(options),
+        false => 0,
+    };
+    bytes + surface_bytes(map, lights(options), weighted) + plan_bytes(options)
+}
+
+fn longer_list(options: &RenderOptions) -> u64 {
+    match options.weights {
+        Weighting::Quadratic => LONGER_LIST,
+        Weighting::Continuous | Weighting::InverseAngle => 0,
+    }
 }
 
 /// Whether frames may differ in their cameras.
@@ -82,17 +100,22 @@ pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
         true => all,
         false => SLAB,
     };
-    table + sample.factors().map_or(0, Factors::bytes)
+    table + sample.factors().map_or(0, Factors::bytes) + relief_bytes(options, sample)
 }
 
-fn surface_bytes(map: &SurfaceTextonMap, lights: u64, listed: bool) -> u64 {
+/// Bytes of what views see of the heights that they may be blended over.
+fn relief_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
+    if options.parallax == Parallax::Off {
+        return 0;
+    }
+    let texels = sample.grid().len() as u64;
+    texels * (SURFACE_HEIGHT + SEEN_HEIGHT * sample.description().views.len() as u64)
+}
+
+/// Bytes of the surface, of which each vertex keeps `weighted` per light that has lists.
+fn surface_bytes(map: &SurfaceTextonMap, lights: u64, weighted: u64) -> u64 {
     let vertices = map.mesh.positions.len() as u64;
-    let weighted = if listed {
-        lights.min(WEIGHTED_LIGHTS)
-    } else {
-        0
-    };
-    let of_lights = REACHED * lights + WEIGHTED * weighted;
+    let of_lights = REACHED * lights + weighted * lights.min(WEIGHTED_LIGHTS);
     vertices * (VERTEX + of_lights) + TRIANGLE * map.mesh.triangles.len() as u64
 }
 

@@ -4,7 +4,7 @@
 //! cameras and lights ([`plan`]); [`raster`] finds what each sample of the image sees; colour is
 //! shaded at vertices ([`vertex_shading`]) or in pixels ([`pixel_shading`]), from the sample laid
 //! out texel by texel ([`texel_table`]), weighted by nearness of directions ([`nearest`],
-//! [`radiance`]) and dimmed where shadow rays say so ([`occlusion`]); the [`renderer`] resolves it
+//! [`radiance`]), with their [`parallax`] where the sample has heights, and dimmed where shadow rays say so ([`occlusion`]); the [`renderer`] resolves it
 //! to a [`frame`], and [`sequence`] writes a sweep of them. `texel_baking` shades the texels of a texture map
 //! instead of pixels; [`held_out`] measures how well a sample's directions predict each other.
 
@@ -23,6 +23,7 @@ pub(crate) mod memory;
 pub mod nearest;
 mod occlusion;
 pub mod options;
+pub mod parallax;
 pub mod path_file;
 mod pixel_shading;
 pub mod plan;
@@ -32,12 +33,13 @@ pub mod raster;
 pub mod renderer;
 mod seen_points;
 pub mod sequence;
-mod sides;
+pub(crate) mod sides;
 mod surroundings;
 pub mod texel_baking;
 pub mod texel_table;
 mod tone;
 pub mod values;
+mod vertex_frame;
 mod vertex_lights;
 mod vertex_shading;
 mod vertex_shadows;

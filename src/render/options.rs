@@ -10,6 +10,7 @@ use crate::format::image::SourceEncoding;
 use crate::render::compass::UpAxis;
 use crate::render::frame_range::{FramePattern, FrameRange, LAST_FRAME, Shard};
 use crate::render::nearest::Weighting;
+use crate::render::parallax::Parallax;
 use crate::render::radiance::Texels;
 use crate::render::raster::Samples;
 use crate::render::renderer::{Shading, Shadows};
@@ -97,6 +98,10 @@ pub struct RenderOptions {
     /// How values between texels are found.
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
     pub texels: Texels,
+    /// Read each view's images where they show the point that is seen, over the sample's heights, before they are
+    /// blended.
+    #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
+    pub parallax: Parallax,
     /// Coarser levels of the sample for distant surfaces.
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
     pub mip: Mip,
@@ -266,6 +271,7 @@ impl Default for RenderOptions {
             shadows: Shadows::default(),
             weights: Weighting::default(),
             texels: Texels::default(),
+            parallax: Parallax::default(),
             mip: Mip::default(),
             up: UpAxis::default(),
             camera_azimuth: 0.0,

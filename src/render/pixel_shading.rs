@@ -16,7 +16,8 @@ use crate::render::radiance::Blend;
 use crate::render::raster::Hit;
 use crate::render::seen_points::{SeenPoint, SeenPoints};
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
-use crate::render::vertex_shading::{Axes, Scene};
+use crate::render::vertex_frame::Axes;
+use crate::render::vertex_shading::Scene;
 
 /// Where a pixel's lights are found to be hidden.
 #[derive(Clone, Copy, Debug)]
@@ -109,6 +110,7 @@ fn shade_point<T: Stored>(
     for ((corner, seen), &vertex) in corners.iter_mut().zip(&point.corners).zip(triangle) {
         let vertex = vertex as usize;
         radiance.begin_known(&mut corner.blend, seen.view, points.weights(seen));
+        corner.blend.set_reach(scene.reach(vertex));
         corner.seen = 0.0;
         corner.irradiance = Vec4::ZERO;
         let axes = Axes::of_vertex(map, vertex).turned(point.turned);
@@ -126,12 +128,12 @@ fn shade_point<T: Stored>(
         }
     }
     let mut shaded = Shaded::default();
-    let read = corners.iter().zip(&point.corners).zip(triangle);
+    let read = corners.iter_mut().zip(&point.corners).zip(triangle);
     for (((corner, seen), &vertex), share) in read.zip(hit.barycentric()) {
         if corner.seen == 0.0 || share <= 0.0 {
             continue;
         }
-        let texture = radiance.at(table, seen.coord, seen.detail, &corner.blend);
+        let texture = radiance.at(table, seen.coord, seen.detail, &mut corner.blend);
         let color = match scene.cover {
             Some(cover) => cover.mixed(vertex as usize, texture, corner.irradiance),
             None => texture,

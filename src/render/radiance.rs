@@ -7,12 +7,14 @@
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
+use crate::btf::HeightMap;
 use crate::btf::sample::Sample;
 use crate::error::Result;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
 use crate::progress::Progress;
 use crate::render::nearest::{DirectionSet, PairSet, Scratch, Weight, Weighting, lifted};
+use crate::render::parallax::{Place, ReadList, Relief};
 use crate::render::texel_table::{Allowance, AnyTable, Stored, TexelTable};
 
 /// How values between texel centres are found.
@@ -33,9 +35,9 @@ pub struct Radiance {
     directions: Directions,
     /// The sample, texel by texel.
     pub table: AnyTable,
-    weighting: Weighting,
     texels: Texels,
     grid: TexelGrid,
+    relief: Option<Relief>,
 }
 
 #[derive(Debug)]
@@ -63,14 +65,17 @@ impl Radiance {
         let (views, lights) = (&description.views, &description.lights);
         let (directions, images) = match &description.pairs {
             None => {
-                let (views, lights) = (DirectionSet::new(views), DirectionSet::new(lights));
+                let (views, lights) = (
+                    DirectionSet::new(views, weighting),
+                    DirectionSet::new(lights, weighting),
+                );
                 let stride = description.lights.len() as u32;
                 let of_view = |&view: &u32| lights.kept().iter().map(move |l| view * stride + l);
                 let images: Vec<u32> = views.kept().iter().flat_map(of_view).collect();
                 (Directions::Product { views, lights }, images)
             }
             Some(pairs) => {
-                let pairs = PairSet::new(views, lights, pairs);
+                let pairs = PairSet::new(views, lights, pairs, weighting)?;
                 let images = pairs.kept().to_vec();
                 (Directions::Pairs(pairs), images)
             }
@@ -78,10 +83,36 @@ impl Radiance {
         Ok(Self {
             directions,
             table: AnyTable::build(sample, &images, mip, allowance, progress)?,
-            weighting,
             texels,
             grid: sample.grid(),
+            relief: None,
         })
+    }
+
+    /// Blends views with their parallax over the heights of a sample; plainly where there are `None`. A scattered
+    /// sample has no views to blend.
+    #[must_use]
+    pub fn with_heights(mut self, heights: Option<&HeightMap>) -> Self {
+        let levels = self.levels();
+        self.relief = match (&self.directions, heights) {
+            (Directions::Product { views, .. }, Some(heights)) => {
+                Some(Relief::new(heights, views.directions(), levels))
+            }
+            _ => None,
+        };
+        self
+    }
+
+    /// Whether views are blended with their parallax.
+    pub fn has_parallax(&self) -> bool {
+        self.relief.is_some()
+    }
+
+    fn levels(&self) -> usize {
+        match &self.table {
+            AnyTable::Half(table) => table.levels.len(),
+            AnyTable::Single(table) => table.levels.len(),
+        }
     }
 
     /// The sample's texels.
@@ -91,11 +122,7 @@ impl Radiance {
 
     /// Whether one texel holds all that a coordinate needs, whatever its footprint.
     pub fn reads_one_texel(&self) -> bool {
-        let levels = match &self.table {
-            AnyTable::Half(table) => table.levels.len(),
-            AnyTable::Single(table) => table.levels.len(),
-        };
-        self.texels == Texels::Nearest && levels == 1
+        self.texels == Texels::Nearest && self.levels() == 1 && self.relief.is_none()
     }
 
     /// Distinct views and lights; distinct pairs, twice, for a scattered sample.
@@ -135,6 +162,9 @@ pub struct Blend {
     /// light lies lower than any sampled one.
     lit: f32,
     beyond: f32,
+    /// How far from a coordinate images may be read, in texels; of no use without heights.
+    reach: f32,
+    list: ReadList,
 }
 
 impl Blend {
@@ -143,6 +173,12 @@ impl Blend {
         self.view = view;
         self.columns.clear();
         (self.lit, self.beyond) = (0.0, 0.0);
+    }
+
+    /// Says how far from a coordinate images may be read, in texels, where views are blended with their parallax.
+    #[inline(always)]
+    pub fn set_reach(&mut self, reach: f32) {
+        self.reach = reach;
     }
 
     /// Whether no light falls on the point.
@@ -180,14 +216,9 @@ impl Radiance {
     /// The weights of a view above the horizon.
     #[inline(always)]
     pub fn view_weights(&self, view: DVec3, scratch: &mut Scratch, out: &mut Vec<Weight>) {
-        match (&self.directions, self.weighting) {
-            (Directions::Product { views, .. }, Weighting::Continuous) => {
-                views.continuous::<false>(view.as_vec3().to_array(), scratch, out);
-            }
-            (Directions::Product { views, .. }, Weighting::InverseAngle) => {
-                views.inverse_angle::<false>(view, scratch, out);
-            }
-            (Directions::Pairs(_), _) => {
+        match &self.directions {
+            Directions::Product { views, .. } => views.weigh::<false>(view, scratch, out),
+            Directions::Pairs(_) => {
                 let (index, weight) = (0, 1.0);
                 out.clear();
                 out.push(Weight { index, weight });
@@ -207,10 +238,9 @@ impl Radiance {
             Directions::Product { .. } => {
                 self.light_weights(light, &mut blend.scratch, &mut found);
             }
-            Directions::Pairs(pairs) => match self.weighting {
-                Weighting::Continuous => pairs.continuous(blend.view, light, &mut found),
-                Weighting::InverseAngle => pairs.inverse_angle(blend.view, light, &mut found),
-            },
+            Directions::Pairs(pairs) => {
+                pairs.weigh(blend.view, light, &mut blend.scratch, &mut found);
+            }
         }
         self.add_weighted::<T>(blend, light, &found, irradiance);
         blend.found = found;
@@ -219,15 +249,9 @@ impl Radiance {
     /// The weights of a light above the horizon of a product sample, whatever the view.
     #[inline(always)]
     pub fn light_weights(&self, light: DVec3, scratch: &mut Scratch, out: &mut Vec<Weight>) {
-        let Directions::Product { lights, .. } = &self.directions else {
-            out.clear();
-            return;
-        };
-        match self.weighting {
-            Weighting::Continuous => {
-                lights.continuous::<true>(light.as_vec3().to_array(), scratch, out);
-            }
-            Weighting::InverseAngle => lights.inverse_angle::<true>(light, scratch, out),
+        match &self.directions {
+            Directions::Product { lights, .. } => lights.weigh::<true>(light, scratch, out),
+            Directions::Pairs(_) => out.clear(),
         }
     }
 
@@ -280,18 +304,71 @@ impl Radiance {
         table: &TexelTable<T>,
         coord: TexCoord,
         detail: f32,
-        blend: &Blend,
+        blend: &mut Blend,
     ) -> Vec4 {
         let last = (table.levels.len() - 1) as f32;
         let detail = detail.clamp(0.0, last);
         let (level, mix) = (detail as usize, detail.fract());
-        let finer = self.on_level(table, level, coord, blend);
+        let finer = self.of_level(table, level, coord, blend);
         if mix > 0.0 {
-            let coarser = self.on_level(table, level + 1, coord, blend);
+            let coarser = self.of_level(table, level + 1, coord, blend);
             finer + (coarser - finer) * mix
         } else {
             finer
         }
+    }
+
+    #[inline(always)]
+    fn of_level<T: Stored>(
+        &self,
+        table: &TexelTable<T>,
+        level: usize,
+        coord: TexCoord,
+        blend: &mut Blend,
+    ) -> Vec4 {
+        match &self.relief {
+            Some(relief) => self.with_parallax(relief, table, level, coord, blend),
+            None => self.on_level(table, level, coord, &blend.rows, &blend.columns),
+        }
+    }
+
+    /// The blended value where each view's images are read at the texels that show what the view sees.
+    #[inline(always)]
+    fn with_parallax<T: Stored>(
+        &self,
+        relief: &Relief,
+        table: &TexelTable<T>,
+        level: usize,
+        coord: TexCoord,
+        blend: &mut Blend,
+    ) -> Vec4 {
+        let place = Place {
+            coord: match self.texels {
+                Texels::Nearest => self.grid.centre(self.grid.texel_nearest(coord)),
+                Texels::Bilinear => coord,
+            },
+            level,
+            view: blend.view.as_vec3(),
+            reach: blend.reach,
+        };
+        let Blend {
+            rows,
+            columns,
+            list,
+            ..
+        } = blend;
+        list.find(relief, &place, rows);
+        let (numbers, row_length) = (&table.levels[level], self.row_length());
+        let mut sum = Vec4::ZERO;
+        for read in list.reads() {
+            let line = &numbers.texel(read.texel)[read.view as usize * row_length..];
+            sum += blend_row(line, columns) * (read.share * T::UNDO[1]);
+        }
+        let sum = match list.plain() {
+            [] => sum,
+            plain => sum + self.on_level(table, level, coord, plain, columns),
+        };
+        sum.max(Vec4::ZERO)
     }
 
     #[inline(always)]
@@ -300,7 +377,8 @@ impl Radiance {
         table: &TexelTable<T>,
         level: usize,
         coord: TexCoord,
-        blend: &Blend,
+        rows: &[Weight],
+        columns: &[Column],
     ) -> Vec4 {
         let shrink = 1.0 / (1u32 << level.min(31)) as f32;
         let finest = self.grid;
@@ -313,7 +391,7 @@ impl Radiance {
         let level = &table.levels[level];
         if self.texels == Texels::Nearest {
             let texel = nearest_texel(level.grid, row.floor(), column.floor());
-            return self.blend_texel(level.texel(texel), blend);
+            return self.blend_rows(level.texel(texel), rows, columns);
         }
         let (top, left) = ((row - 0.5).floor(), (column - 0.5).floor());
         let (down, right) = (row - 0.5 - top, column - 0.5 - left);
@@ -322,33 +400,50 @@ impl Radiance {
             let share = (1.0 - down - i + 2.0 * i * down) * (1.0 - right - j + 2.0 * j * right);
             if share > 0.0 {
                 let texel = nearest_texel(level.grid, top + i, left + j);
-                sum += share * self.blend_texel(level.texel(texel), blend);
+                sum += share * self.blend_rows(level.texel(texel), rows, columns);
             }
         }
         sum
     }
 
     /// Sums the rows' and columns' images at one texel, given its numbers; red to blue, the fourth
-    /// means nothing.
+    /// means nothing. Weights may be negative; the sum is clamped at 0.
     #[inline(always)]
     pub fn blend_texel<T: Stored>(&self, numbers: &[T], blend: &Blend) -> Vec4 {
-        let row_length = match &self.directions {
+        self.blend_rows(numbers, &blend.rows, &blend.columns)
+    }
+
+    #[inline(always)]
+    fn blend_rows<T: Stored>(&self, numbers: &[T], rows: &[Weight], columns: &[Column]) -> Vec4 {
+        let row_length = self.row_length();
+        let mut total = Vec4::ZERO;
+        for row in rows {
+            let line = &numbers[row.index as usize * row_length..];
+            total += blend_row(line, columns) * (row.weight * T::UNDO[1]);
+        }
+        total.max(Vec4::ZERO)
+    }
+
+    /// Numbers of a row of a texel: RGB per light of a view, or none where all pairs are one row.
+    #[inline(always)]
+    fn row_length(&self) -> usize {
+        match &self.directions {
             Directions::Product { lights, .. } => 3 * lights.len(),
             Directions::Pairs(_) => 0,
-        };
-        let mut total = Vec4::ZERO;
-        for row in &blend.rows {
-            let line = &numbers[row.index as usize * row_length..];
-            let mut sum = Vec4::ZERO;
-            for column in &blend.columns {
-                if let Some(&four) = line[column.offset as usize..].first_chunk::<4>() {
-                    sum += column.weight * T::widen(four);
-                }
-            }
-            total += sum * (row.weight * T::UNDO[1]);
         }
-        total
     }
+}
+
+/// Sums the columns' images of one row of a texel's numbers.
+#[inline(always)]
+fn blend_row<T: Stored>(line: &[T], columns: &[Column]) -> Vec4 {
+    let mut sum = Vec4::ZERO;
+    for column in columns {
+        if let Some(&four) = line[column.offset as usize..].first_chunk::<4>() {
+            sum += column.weight * T::widen(four);
+        }
+    }
+    sum
 }
 
 /// The texel at a row and column: wrapped when tileable, else clamped to the border.

@@ -22,6 +22,7 @@ use crate::render::frame::{Frame, GeometryLayers};
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::Light;
 use crate::render::occlusion::Occluders;
+use crate::render::parallax::PatchReach;
 use crate::render::pixel_shading::{self, Visibility, Workspace, ray_visibility};
 use crate::render::radiance::Radiance;
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
@@ -78,6 +79,7 @@ pub struct Renderer<'a> {
     radiance: &'a Radiance,
     manner: Manner,
     cover: Option<&'a Cover>,
+    patches: Option<PatchReach>,
     progress: Progress<'a>,
     has_border: bool,
     bounds: Bounds,
@@ -131,6 +133,7 @@ impl<'a> Renderer<'a> {
             radiance,
             manner,
             cover: None,
+            patches: radiance.has_parallax().then(|| PatchReach::of_map(map)),
             progress,
             has_border,
             bounds,
@@ -225,6 +228,7 @@ impl<'a> Renderer<'a> {
             has_border: self.has_border,
             shows_inside: self.has_border,
             soft_rays: self.manner.soft_rays,
+            patches: self.patches.as_ref(),
             cover: self.cover,
             side: None,
             progress: self.progress,
@@ -407,6 +411,11 @@ impl<'a> Renderer<'a> {
                     (Vec4::from_array(*pixel) + (shaded.color * *share).with_w(*share)).to_array();
             }
         })
+    }
+
+    /// Whether views are blended with their parallax.
+    pub(super) fn has_parallax(&self) -> bool {
+        self.radiance.has_parallax()
     }
 
     /// Who may ask to stop.

@@ -12,7 +12,8 @@ use crate::grid::TexCoord;
 use crate::render::fragment::{Pieces, point};
 use crate::render::nearest::{Scratch, Weight, lifted};
 use crate::render::raster::{Hit, SurfaceBuffer};
-use crate::render::vertex_shading::{Axes, Scene};
+use crate::render::vertex_frame::Axes;
+use crate::render::vertex_shading::Scene;
 
 /// Pixels whose points are kept at most: a quarter of a kilobyte each.
 const KEPT: usize = 1 << 20;

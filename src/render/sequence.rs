@@ -24,6 +24,7 @@ use crate::render::cover::Cover;
 use crate::render::frame::{Frame, LayerGroup};
 use crate::render::light::Origin;
 use crate::render::options::RenderOptions;
+use crate::render::parallax::{Decision, Parallax};
 use crate::render::plan::{PlannedFrame, of_options, plan};
 use crate::render::radiance::Radiance;
 use crate::render::renderer::{Manner, Renderer};
@@ -79,6 +80,8 @@ pub struct Report {
     pub table_bytes: usize,
     /// Whether the table was mapped from disk.
     pub table_mapped: bool,
+    /// Whether views are blended with their parallax, and why; `None` when no frame was made.
+    pub parallax: Option<Decision>,
 }
 
 /// Options that no pixel depends on.
@@ -109,6 +112,7 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
         inputs,
         options,
         header_options: header_options(options)?,
+        heights: heights_id(inputs.sample, options)?,
     };
     let mut report = Report::default();
     job.refuse_foreign_files(&frames)?;
@@ -122,21 +126,21 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
 }
 
 /// Prepares a renderer and hands it over with the first frame of the plan; for callers that want
-/// pixels or vertex colours in memory.
+/// pixels or vertex colours in memory. Says too whether views are blended with their parallax.
 pub fn with_renderer<R>(
     inputs: &Inputs,
     options: &RenderOptions,
     progress: &Progress,
     work: impl FnOnce(&mut Renderer, &[PlannedFrame]) -> Result<R>,
-) -> Result<R> {
+) -> Result<(R, Decision)> {
     options.validate()?;
     check_pair(inputs)?;
     let bounds = Bounds::of(&inputs.map.mesh)?;
     let frames = plan(options, &bounds, inputs.map.header.origin, progress)?;
-    let radiance = lay_out(inputs, options, progress)?;
+    let (radiance, parallax) = lay_out(inputs, options, progress)?;
     let renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
     let mut renderer = renderer.over(inputs.cover);
-    work(&mut renderer, &frames)
+    Ok((work(&mut renderer, &frames)?, parallax))
 }
 
 /// Refuses a map that was made for another sample.
@@ -162,7 +166,12 @@ fn check_pair(inputs: &Inputs) -> Result<()> {
     )
 }
 
-fn lay_out(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Result<Radiance> {
+fn lay_out(
+    inputs: &Inputs,
+    options: &RenderOptions,
+    progress: &Progress,
+) -> Result<(Radiance, Decision)> {
+    let parallax = Decision::of(inputs.sample, options.parallax, options.weights, progress)?;
     let allowance = Allowance {
         bytes: options.table_memory.saturating_mul(1 << 20),
         folder: inputs.folder.to_path_buf(),
@@ -182,7 +191,8 @@ fn lay_out(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Res
              of either, pictures change little as that one turns"
         ));
     }
-    Ok(radiance)
+    let radiance = radiance.with_heights(parallax.heights.as_ref());
+    Ok((radiance, parallax))
 }
 
 fn manner(options: &RenderOptions) -> Manner {
@@ -202,6 +212,8 @@ struct Job<'a> {
     options: &'a RenderOptions,
     /// What the frames' headers say of the options.
     header_options: String,
+    /// The id of the sample's heights, where views may be blended over them.
+    heights: Option<ContentId>,
 }
 
 /// A frame on its way to disk.
@@ -291,7 +303,8 @@ impl Job<'_> {
         report: &mut Report,
         progress: &Progress,
     ) -> Result<()> {
-        let radiance = lay_out(self.inputs, self.options, progress)?;
+        let (radiance, parallax) = lay_out(self.inputs, self.options, progress)?;
+        report.parallax = Some(parallax);
         report.table_bytes = radiance.table.bytes();
         report.table_mapped = radiance.table.is_mapped();
         progress.begin("preparing the surface", 0);
@@ -383,6 +396,9 @@ impl Job<'_> {
             ),
             (HASH.into(), text(self.hash(frame))),
         ]);
+        if let Some(heights) = &self.heights {
+            attributes.insert("mesotex:heights".into(), text(heights.to_string()));
+        }
         if let Some(key) = frame.lights.first() {
             let (name, vector) = match key.origin {
                 Origin::Directional { towards } => ("lightDirection", towards),
@@ -414,12 +430,22 @@ impl Job<'_> {
             // Debug prints every number so that it reads back exactly.
             format!("{} {:?} {:?}", frame.number, frame.view, frame.lights),
         ];
-        for part in parts {
+        let heights = self.heights.iter().map(ToString::to_string);
+        for part in parts.into_iter().chain(heights) {
             hasher.update(part.as_bytes());
             hasher.update(&[0]);
         }
         ContentId::of_hash(&hasher.finalize()).to_string()
     }
+}
+
+/// The id of a sample's heights, where frames may depend on them.
+fn heights_id(sample: &Sample, options: &RenderOptions) -> Result<Option<ContentId>> {
+    if options.parallax == Parallax::Off {
+        return Ok(None);
+    }
+    let heights = sample.heights()?;
+    Ok(heights.map(|map| ContentId::of_bytes(bytemuck::cast_slice(map.heights()))))
 }
 
 /// The options that pixels depend on, as JSON; files by the id of their content.

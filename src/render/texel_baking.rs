@@ -13,6 +13,7 @@ use crate::render::cover::Cover;
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::Light;
 use crate::render::occlusion::Departure;
+use crate::render::parallax::PatchReach;
 use crate::render::pixel_shading::{Workspace, shade_hit};
 use crate::render::plan::PlannedFrame;
 use crate::render::raster::Hit;
@@ -34,6 +35,8 @@ pub struct OwnPoints<'a> {
     pub facets: &'a [Vec3],
     /// A plain colour below the texture, where it is transparent; with an entry per point.
     pub cover: Option<&'a Cover>,
+    /// Pairs of points that lie side by side on the surface, each once.
+    pub neighbors: &'a [[u32; 2]],
 }
 
 impl Renderer<'_> {
@@ -82,7 +85,11 @@ impl Renderer<'_> {
         texel: f64,
     ) -> Result<Vec<[f32; 3]>> {
         let progress = self.progress();
+        let patches = self
+            .has_parallax()
+            .then(|| PatchReach::of_edges(points.map, points.neighbors));
         let whole = Scene {
+            patches: patches.as_ref(),
             map: points.map,
             cover: points.cover,
             side: Some(texel),

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use crate::render::known_weights::{KnownWeights, Lists, UNKNOWN};
 use crate::render::light::{Light, Origin};
 use crate::render::nearest::{Scratch, Weight};
-use crate::render::vertex_shading::{Axes, Scene, Site};
+use crate::render::vertex_frame::Axes;
+use crate::render::vertex_shading::{Scene, Site};
 
 /// Vertices of one task.
 const CHUNK: usize = 1 << 12;

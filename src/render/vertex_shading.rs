@@ -4,7 +4,7 @@
 //! Vertices are shaded in the order of their texels, so that one texel's images, read once, serve
 //! all its vertices.
 
-use glam::{DVec3, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
@@ -17,9 +17,11 @@ use crate::render::cover::{Cover, received};
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
+use crate::render::parallax::PatchReach;
 use crate::render::radiance::{Blend, Radiance};
 use crate::render::sides::shows_inside;
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
+use crate::render::vertex_frame::Axes;
 
 /// A vertex to shade, with all that shading reads of the map.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +59,8 @@ pub struct Scene<'a> {
     pub soft_rays: u32,
     /// What is known of the lights at vertices.
     pub weights: KnownWeights<'a>,
+    /// How far images may be read from each vertex's coordinate, where views are blended with their parallax.
+    pub patches: Option<&'a PatchReach>,
     /// A plain colour below the texture, where it is transparent.
     pub cover: Option<&'a Cover>,
     /// The side of what is shaded, in mesh units, by which levels of the sample are chosen; a pixel's footprint
@@ -123,6 +127,12 @@ pub fn shade(scene: &Scene, reaches: &[&[f32]], sites: &[Site]) -> Vec<Vec4> {
 }
 
 impl Scene<'_> {
+    /// How far images may be read from a vertex's coordinate, in texels.
+    #[inline(always)]
+    pub fn reach(&self, vertex: usize) -> f32 {
+        self.patches.map_or(0.0, |patches| patches.of(vertex))
+    }
+
     /// Whether the inside of a triangle is seen at a point of it.
     #[inline(always)]
     pub fn turns(&self, triangle: u32, point: Vec3) -> bool {
@@ -207,6 +217,7 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
     let axes = Axes::new(site.normal, site.orientation).turned(site.turned);
     let view = axes.local(scene.view.towards_viewer(site.point.as_dvec3()));
     scene.radiance.begin(blend, view);
+    blend.set_reach(scene.reach(site.vertex as usize));
     for (index, light) in scene.lights.iter().enumerate() {
         let incidence = light.at(site.point);
         let local = axes.local(incidence.towards.as_dvec3());
@@ -249,52 +260,5 @@ impl Scene<'_> {
         let pixels = self.view.pixels_per_unit_at(depth) * texel;
         let footprint = 1.0 / (pixels * view_cosine.abs().max(0.125));
         footprint.log2().max(0.0) as f32
-    }
-}
-
-/// A vertex's frame in double precision.
-#[derive(Clone, Copy, Debug)]
-pub struct Axes {
-    /// s, t and n.
-    axes: [DVec3; 3],
-}
-
-impl Axes {
-    /// The frame of a vertex.
-    #[inline(always)]
-    pub fn of_vertex(map: &SurfaceTextonMap, vertex: usize) -> Self {
-        Self::new(map.normals[vertex], map.orientations[vertex])
-    }
-
-    #[inline(always)]
-    fn new(normal: Vec3, orientation: Vec3) -> Self {
-        let (n, s) = (normal.as_dvec3(), orientation.as_dvec3());
-        Self {
-            axes: [s, n.cross(s), n],
-        }
-    }
-
-    /// The frame of the other side, where `inside` is seen.
-    #[inline(always)]
-    pub fn turned(mut self, inside: bool) -> Self {
-        if inside {
-            self.axes[2] = -self.axes[2];
-        }
-        self
-    }
-
-    /// A mesh-space direction in the frame, as a unit vector.
-    #[inline(always)]
-    pub fn local(&self, direction: DVec3) -> DVec3 {
-        let [s, t, n] = self.axes;
-        let local = DVec3::new(direction.dot(s), direction.dot(t), direction.dot(n));
-        local * (1.0 / local.length())
-    }
-
-    /// The offset of a point from the vertex, along s and t.
-    #[inline(always)]
-    pub fn offset(&self, from_vertex: Vec3) -> (f64, f64) {
-        let offset = from_vertex.as_dvec3();
-        (offset.dot(self.axes[0]), offset.dot(self.axes[1]))
     }
 }

@@ -1,6 +1,23 @@
-//! Pictures about pictures, from finished 8-bit images: [`contact_sheet`] puts thumbnails on one, with
-//! labels in [`lettering`], and [`animation`] makes them a looping GIF.
+//! What people look at: contact sheets and moving previews of frames, and pages for a browser.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`contact_sheet`], [`lettering`], [`animation`] | pictures of frames, labelled or moving |
+//! | [`viewer`] | the page of `mesotex view` |
+//! | [`summary`], [`embedded`] | the page of `mesotex report`, pictures as parts of it |
+//! | [`view_factors`], [`surface_columns`], `even_light` | a sample and a surface small enough for a page |
+//! | [`page`], [`numbers`] | templates filled in, numbers as text |
+//!
+//! `web/` has the templates, the style, the scripts and the shaders.
 
-pub(crate) mod animation;
-pub(crate) mod contact_sheet;
-mod lettering;
+pub mod animation;
+pub mod contact_sheet;
+pub mod embedded;
+mod even_light;
+pub mod lettering;
+pub mod numbers;
+pub mod page;
+pub mod summary;
+pub mod surface_columns;
+pub mod view_factors;
+pub mod viewer;

@@ -16,7 +16,7 @@ use crate::sites::level::Sites;
 use crate::synthesis::check::own_windows::{COHERENT_WIDTH, multiscale_levels, one_level};
 use crate::synthesis::check::site_levels::check_sites;
 use crate::synthesis::check::space_level::space_level;
-pub use crate::synthesis::check::table_plan::{Plan, complete};
+pub use crate::synthesis::check::table_plan::{Plan, complete, fitting_levels};
 use crate::synthesis::check::variant::{check_controls, variant_levels, variant_neighborhoods};
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::metric::of_level::gram;
@@ -259,7 +259,10 @@ mod tests {
         let (space, mut table) = fixtures::random_exemplar(1, 16, 2, true);
         change(&mut table);
         let checked = exemplar(&space, &table).and_then(|()| {
-            let options = SynthesisOptions::default();
+            let options = SynthesisOptions {
+                levels: Some(2),
+                ..SynthesisOptions::default()
+            };
             complete(&space, &table, &options).map(drop)
         });
         checked.unwrap_err().to_string()

@@ -8,6 +8,7 @@ use crate::exemplar::controls::MASK_LABELS;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::synthesis::options::{Method, SynthesisOptions};
+use crate::synthesis::polish;
 
 /// Bytes of a texel beside its neighbours and its vector: windows, projections, bounds.
 const TEXEL: u64 = 360;
@@ -17,6 +18,8 @@ const NEIGHBOR: u64 = 24;
 const DOT_PRODUCT: u64 = 24;
 /// Bytes of a site of a flat grid: its mesh, its coordinates on all levels, quality figures.
 const GRID_SITE: u64 = 260;
+/// Bytes of a site that is polished.
+const POLISHED_SITE: u64 = polish::SITE_BYTES;
 /// The program, and working memory of its threads.
 const PROGRAM: u64 = 16 << 20;
 
@@ -52,6 +55,14 @@ fn window_bytes(level: &SpaceLevel, options: &SynthesisOptions) -> u64 {
     let numbers = dimensions as u64 * samples(asked.color_window.widest())
         + u64::from(MASK_LABELS) * samples(asked.widest());
     2 * 4 * level.grid.len() as u64 * numbers
+}
+
+/// Bytes that polishing so many sites takes.
+pub fn polish_bytes(sites: u64, options: &SynthesisOptions) -> u64 {
+    match options.k_coherence.polish {
+        0 => 0,
+        _ => POLISHED_SITE * sites,
+    }
 }
 
 /// Bytes that a flat grid of so many sites takes while it is synthesized on.

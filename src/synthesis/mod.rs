@@ -16,8 +16,10 @@
 //! | how neighbourhoods are compared | [`metric`] |
 //! | which candidate is kept | [`keep`] |
 //! | the whole way, from files' contents to a map | [`map`]; what becomes of [controls](pattern_controls) |
+//! | how a finished map is mended, patch by patch | [`polish`] |
 //! | how good the result is | [`quality`], drawn in [`false_color`] |
 //! | textures on faces, which have no such sites: from a space to a face map, and how that is drawn | [`faces`] |
+//! | how many levels a mesh has by default | [`level_choice`] |
 //! | what can be asked, and whether it fits | [`options`] in their [ranges](option_ranges), [`check`], [`memory`] |
 //!
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
@@ -33,12 +35,14 @@ pub mod faces;
 pub(crate) mod false_color;
 pub mod inputs;
 mod keep;
+pub mod level_choice;
 pub(crate) mod map;
 pub(crate) mod memory;
 mod metric;
 mod option_ranges;
 pub mod options;
 pub(crate) mod pattern_controls;
+mod polish;
 pub(crate) mod quality;
 pub mod recipes;
 pub(crate) mod rule;

@@ -108,20 +108,5 @@ pub fn first_guess(fine: TexelGrid, coarser: &[TexCoord], parent: &Parent) -> Te
     let coarse_height = fine.coarser().height as f32;
     let s = 2.0 * (at.s - parent.x);
     let down = 2.0 * (coarse_height - (at.t - parent.y));
-    let (width, height) = (fine.width as f32, fine.height as f32);
-    if fine.tileable {
-        let wrapped = |value: f32, side: f32| {
-            let rest = value.rem_euclid(side);
-            // The remainder of a tiny negative number rounds up to the side itself.
-            if rest < side { rest } else { 0.0 }
-        };
-        return TexCoord {
-            s: wrapped(s, width),
-            t: height - wrapped(down, height),
-        };
-    }
-    TexCoord {
-        s: s.clamp(0.0, width.next_down()),
-        t: height - down.clamp(0.0, height.next_down()),
-    }
+    fine.coordinate(s, down)
 }

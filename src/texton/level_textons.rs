@@ -64,7 +64,7 @@ pub fn find(
         found.push(gram.cluster(at, options, report, progress)?);
     }
     for (at, found) in found.iter().enumerate() {
-        check_count(&found.clustering, at, options, progress)?;
+        tell_if_fewer(&found.clustering, at, options, progress);
     }
     Ok(found)
 }
@@ -227,27 +227,24 @@ fn best_of(
     best.ok_or_else(|| Error::option("restarts", "0", "at least 1"))
 }
 
-/// The finest level must have the textons that were asked for; coarser ones take what there is.
-fn check_count(
+/// Says where a level has fewer distinct texels than textons were asked for: it has as many textons. Coarser levels
+/// that have one for each of their few texels are not worth a word.
+fn tell_if_fewer(
     found: &Clustering,
     level: usize,
     options: &TextonOptions,
     progress: Progress<'_>,
-) -> Result<()> {
+) {
     let (asked, distinct) = (options.textons_at(level), found.counts.len());
     let every_texel = level > 0 && distinct == found.labels.len();
     if distinct == asked || every_texel {
-        return Ok(());
+        return;
     }
-    if level == 0 {
-        return Err(Error::option(
-            "textons",
-            format!("{asked}, but the sample has only {distinct} distinct texels"),
-            format!("at most {distinct}"),
-        ));
-    }
-    progress.warn(format!(
-        "level {level} has only {distinct} distinct texels; taking as many textons instead of {asked}"
-    ));
-    Ok(())
+    let what = match (level, distinct) {
+        (0, 1) => "all texels of the sample are alike; taking one texton".into(),
+        (0, _) => format!("the sample has only {distinct} distinct texels; taking as many textons"),
+        (_, 1) => format!("all texels of level {level} are alike; taking one texton"),
+        _ => format!("level {level} has only {distinct} distinct texels; taking as many textons"),
+    };
+    progress.warn(format!("{what} instead of {asked}"));
 }

@@ -43,6 +43,7 @@ pub mod surface_color;
 pub mod texel_sites;
 pub mod texture;
 pub mod transfer;
+pub mod vertex_model;
 
 pub use channel::SampleChannel;
 pub use texture::Texture;

@@ -218,6 +218,7 @@ fn write_mesh(
             normals: bytemuck::cast_slice(normals),
             triangles: &mesh.triangles,
             colors: None,
+            attributes: &[],
             uvs: Some(bytemuck::cast_slice(corner_uvs)),
             tangents: tangents.as_deref().map(|tangents| {
                 let tangents: &[[[f32; 4]; 3]] = bytemuck::cast_slice(tangents);

@@ -57,4 +57,17 @@ impl TexelSites {
             texels,
         }
     }
+
+    /// Pairs of texels that lie side by side in an atlas of this width, each once, by their places in the list.
+    pub fn neighbors(&self, width: u32) -> Vec<[u32; 2]> {
+        let place = |texel: u32| self.texels.binary_search(&texel).ok().map(|at| at as u32);
+        let pairs = self.texels.iter().enumerate().flat_map(|(at, &texel)| {
+            let is_last = (texel + 1).is_multiple_of(width);
+            let beside = (!is_last).then(|| place(texel + 1)).flatten();
+            let below = place(texel + width);
+            let found = [beside, below].into_iter().flatten();
+            found.map(move |other| [at as u32, other])
+        });
+        pairs.collect()
+    }
 }

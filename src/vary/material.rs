@@ -8,6 +8,7 @@ use std::f32::consts::PI;
 
 use ndarray::Array3;
 
+use crate::btf::height_map::HeightMap;
 use crate::btf::sample::{Description, Pixels, Sample};
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
@@ -284,6 +285,21 @@ impl Picks {
             }
         });
         made.collect()
+    }
+
+    /// The heights of a sample made of one per material; none where one has none.
+    pub fn sample_heights(&self, samples: &[&Sample]) -> Result<Option<HeightMap>> {
+        let heights = samples.iter().map(|sample| sample.heights());
+        let Some(heights) = heights.collect::<Result<Option<Vec<_>>>>()? else {
+            return Ok(None);
+        };
+        let numbers: Vec<&[f32]> = heights.iter().map(HeightMap::heights).collect();
+        let grid = TexelGrid {
+            width: self.output.1 as u32,
+            height: self.output.0 as u32,
+            tileable: false,
+        };
+        HeightMap::new(grid, self.gather(&numbers, 1)).map(Some)
     }
 
     /// One image of a sample made of one per material.

@@ -5,7 +5,7 @@ use std::path::Path;
 use mesotex::btf::bonn::color::{Color, ColorModel};
 use mesotex::btf::description::{Description, Layout};
 use mesotex::btf::sample::DType;
-use mesotex::btf::{Sample, SampleWriter};
+use mesotex::btf::{HeightMap, Sample, SampleWriter};
 use mesotex::format::id::ContentId;
 use serde_json::Value;
 
@@ -214,6 +214,30 @@ fn the_table_of_the_dome_comes_back() {
         let farthest = set.iter().zip(&dome).map(|(a, b)| a.angle_to(*b));
         assert!(farthest.fold(0.0, f64::max) < 1e-6);
     }
+}
+
+/// Millimetres in the file, halves of them; left out where a texel's size is not known, or the format has no place.
+#[test]
+fn heights_go_out_in_fmf_files_and_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.sample");
+    write_sample(&path);
+    let grid = Sample::open(&path).unwrap().grid();
+    let heights: Vec<f32> = (0..36).map(|at| at as f32 - 17.5).collect();
+    let map = HeightMap::new(grid, heights).unwrap();
+    map.write(&path).unwrap();
+    let run = |words: &[&str]| succeed(folder.path(), words);
+    let said = run(&[
+        "export", "a.sample", "--to", "fmf", "--rank", "4", "-o", "a.btf",
+    ]);
+    assert!(!said.contains("left out"), "{said}");
+    run(&["import", "a.btf", "-o", "b.sample"]);
+    let back = Sample::open(&folder.path().join("b.sample")).unwrap();
+    assert_eq!(back.heights().unwrap(), Some(map));
+    let said = run(&[
+        "export", "a.sample", "--to", "pvf", "--rank", "4", "-o", "b.btf",
+    ]);
+    assert!(said.contains("heights are left out"), "{said}");
 }
 
 fn small_description() -> Description {

@@ -9,7 +9,7 @@ use mesotex::btf::bonn::color::{Color, ColorModel};
 use mesotex::btf::bonn::header::Header;
 use mesotex::btf::bonn::scalar::Scalar;
 use mesotex::btf::bonn::{BonnImport, BonnOptions, Compression, ExtraHeader};
-use mesotex::btf::import::{Handedness, ImportOptions};
+use mesotex::btf::import::{Handedness, ImportOptions, Region};
 use mesotex::btf::sample::DType;
 use mesotex::progress::Progress;
 use tempfile::TempDir;
@@ -21,17 +21,25 @@ use crate::files::{
 
 /// The sample of a file's bytes, and the folder it lies in.
 fn import_with(bytes: &[u8], bonn: &BonnOptions) -> (Sample, TempDir) {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.btf");
-    fs::write(&path, bytes).unwrap();
-    let target = folder.path().join("a.sample");
     let options = ImportOptions {
         dtype: DType::F4,
         ..ImportOptions::default()
     };
+    import_with_options(bytes, bonn, &options)
+}
+
+fn import_with_options(
+    bytes: &[u8],
+    bonn: &BonnOptions,
+    options: &ImportOptions,
+) -> (Sample, TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.btf");
+    fs::write(&path, bytes).unwrap();
+    let target = folder.path().join("a.sample");
     let import = BonnImport {
         path: &path,
-        options: &options,
+        options,
         bonn,
         handedness: Handedness::Right,
         seed: 0,
@@ -228,6 +236,39 @@ fn fmf_of_every_signature_and_orientation() {
     }
 }
 
+/// Millimetres become texels above the mean height, in copied, expanded and cropped samples alike.
+#[test]
+fn heights_of_an_fmf_file_are_kept() {
+    let millimetres: Vec<f32> = (0..TEXELS).map(|at| 0.25 * at as f32).collect();
+    let heights = |header: &Header, columns: usize, bonn: &BonnOptions, crop: Option<Region>| {
+        let extra = ExtraHeader {
+            dynamic_range_reduction: 0,
+            height_map: Some((millimetres.clone(), columns as u32)),
+        };
+        let bytes = fmf("!FMF12FCE", header, Some((2, &extra)), Scalar::Half, false);
+        let mut options = ImportOptions::default();
+        options.preparation.crop = crop;
+        let (sample, _folder) = import_with_options(&bytes, bonn, &options);
+        sample.heights().unwrap()
+    };
+    let sized = header();
+    let mean = 0.25 * (TEXELS - 1) as f32 / 2.0;
+    let in_texels = |mm: &f32| (mm - mean) * sized.meta.pixels_per_mm;
+    let wanted: Vec<f32> = millimetres.iter().map(in_texels).collect();
+    let mut unsized_header = header();
+    unsized_header.meta.pixels_per_mm = 0.0;
+    for bonn in [BonnOptions::default(), expanded()] {
+        let kept = heights(&sized, WIDTH, &bonn, None).unwrap();
+        assert_eq!(kept.heights(), wanted);
+        let part = heights(&sized, WIDTH, &bonn, Some("3x2+1+1".parse().unwrap()));
+        let rows = [1, 2].map(|row| &wanted[row * WIDTH + 1..row * WIDTH + 4]);
+        assert_eq!(part.unwrap().heights(), rows.concat());
+        // Of another size, or without a texel's size.
+        assert_eq!(heights(&sized, HEIGHT, &bonn, None), None);
+        assert_eq!(heights(&unsized_header, WIDTH, &bonn, None), None);
+    }
+}
+
 /// The size of this header begins with the byte R, as a longer signature would go on.
 #[test]
 fn a_size_that_looks_like_a_signature_is_told_from_it() {
@@ -415,7 +456,7 @@ fn rotations_into_local_frames_are_undone() {
 /// The part of a file is the part of its sample.
 #[test]
 fn crops_of_every_kind_are_parts_of_the_whole() {
-    let region: mesotex::btf::import::Region = "3x2+1+1".parse().unwrap();
+    let region: Region = "3x2+1+1".parse().unwrap();
     for bytes in files::all() {
         let (whole, folder) = import_with(&bytes, &expanded());
         for expand in [true, false] {

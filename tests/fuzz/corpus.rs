@@ -191,6 +191,14 @@ pub fn array() -> Vec<u8> {
     bytes
 }
 
+/// The `height.npy` of a sample of 4 × 3 texels.
+pub fn heights() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let array = Array2::from_shape_fn((3, 4), |(r, c)| r as f32 - 0.5 * c as f32);
+    npy::encode(&mut bytes, array.view().into_dyn()).unwrap();
+    bytes
+}
+
 fn grid(side: u32) -> TexelGrid {
     TexelGrid {
         width: side,

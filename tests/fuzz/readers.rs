@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
+use mesotex::btf::HeightMap;
 use mesotex::btf::bake::maps::read_recipe;
 use mesotex::btf::direction::Direction;
 use mesotex::btf::direction_set::DirectionSet;
@@ -22,7 +23,7 @@ use mesotex::exemplar::space::{Space, from_vocabulary};
 use mesotex::exemplar::windows::Windows;
 use mesotex::format::guard::guarded;
 use mesotex::format::{compress, exr, image as images, json, npy};
-use mesotex::grid::TexCoord;
+use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::Level;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::maps::{AtlasMap, FaceMap};
@@ -390,6 +391,13 @@ fn product_readers() -> Vec<Reader> {
         .beside("a.sample/btf.json", described)
         .beside("a.sample/directions.npy", directions),
         reader(
+            "heights",
+            text,
+            "a.sample/height.npy",
+            vec![corpus::heights()],
+            use_heights,
+        ),
+        reader(
             "radiance",
             text,
             "a.sample/radiance.npy",
@@ -448,6 +456,16 @@ fn use_table(path: &Path) -> Result<()> {
         listed.whole(level.grid);
     }
     Ok(())
+}
+
+/// Reads the heights of a sample of 4 × 3 texels.
+fn use_heights(path: &Path) -> Result<()> {
+    let grid = TexelGrid {
+        width: 4,
+        height: 3,
+        tileable: true,
+    };
+    HeightMap::read(path.parent().unwrap(), grid).map(drop)
 }
 
 /// Opens the sample a file belongs to and reads all its images.

@@ -13,11 +13,11 @@ use crate::{PROGRAM, copy_of, files, small_files};
 /// Commands that write, and whether what they finished before the failure stays.
 const WRITERS: &[(&str, bool)] = &[
     (
-        "bake --preset weave --size 16 --views fibonacci:4 --lights fibonacci:4 -o o.sample",
+        "bake --preset weave --size 16 --samples 1 --views fibonacci:4 --lights fibonacci:4 -o o.sample",
         false,
     ),
     (
-        "bake --preset weave --size 16 --views fibonacci:2 --lights fibonacci:2 -o o.sample \
+        "bake --preset weave --size 16 --samples 1 --views fibonacci:2 --lights fibonacci:2 -o o.sample \
          --preview o.png --surface o.npz",
         true,
     ),
@@ -59,7 +59,7 @@ const WRITERS: &[(&str, bool)] = &[
 ];
 
 const SCENE: &str = "name = \"o\"\n[bake]\npreset = \"weave\"\nsize = 16\nviews = \"fibonacci:4\"\n\
-                     lights = \"fibonacci:4\"\n[textons]\ntextons = 8\nlevels = 2\n[knn]\nk = 3\n\
+                     lights = \"fibonacci:4\"\nsamples = 1\n[textons]\ntextons = 8\nlevels = 2\n[knn]\nk = 3\n\
                      neighborhood = 3\n[mesh]\ninput = \"m.ply\"\n[synth]\n[[render]]\nsize = \"32x24\"\n";
 
 /// Files a finished stage leaves on purpose when a later one fails: what a run goes on from.

@@ -53,6 +53,11 @@ const TRIED: &[Tried] = &[
         ],
     },
     Tried {
+        command: "bake --preset weave --samples auto -o o.sample",
+        quick: &[("--error", Numbers("*"))],
+        slow: &[],
+    },
+    Tried {
         command: "textons s.sample -o o.textons.npz --textons 8 --levels 2",
         quick: &[
             ("--textons", Counts("*")),
@@ -117,6 +122,7 @@ const TRIED: &[Tried] = &[
             ("--passes", Counts("*")),
             ("--repair-rounds", Counts("*")),
             ("--start-passes", Counts("*")),
+            ("--polish", Counts("*")),
         ],
     },
     Tried {
@@ -174,6 +180,7 @@ const SMALL: &[(&str, &str, &str)] = &[
     ("bake", "--size", "16"),
     ("bake", "--views", "fibonacci:2"),
     ("bake", "--lights", "fibonacci:2"),
+    ("bake", "--samples", "1"),
     ("render", "--size", "16x16"),
 ];
 

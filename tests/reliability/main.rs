@@ -39,7 +39,7 @@ fn small_files() -> &'static Path {
         let mesh = mesotex::mesh::builtin::kettlebell(400);
         mesotex::mesh::writing::write_mesh(&at.join("m.ply"), &mesh).unwrap();
         for line in [
-            "bake --preset weave --size 16 --views fibonacci:4 --lights fibonacci:4 -o s.sample",
+            "bake --preset weave --size 16 --samples 1 --views fibonacci:4 --lights fibonacci:4 -o s.sample",
             "textons s.sample -o s.textons.npz --textons 8 --levels 2",
             "gram s.textons.npz -o s.space.npz",
             "knn s.space.npz -o s.knn.npz --k 3 --neighborhood 3",

@@ -10,6 +10,14 @@ fn frames_alone_are_the_sweeps_frames() {
         &["light-azimuth", "--shading", "pixel", "--shadows", "pixel"],
         &["view-orbit", "--shading", "pixel", "--texels", "bilinear"],
         &["view-orbit", "--weights", "inverse-angle"],
+        &["view-orbit", "--weights", "quadratic"],
+        &[
+            "light-azimuth",
+            "--shading",
+            "pixel",
+            "--weights",
+            "quadratic",
+        ],
     ]
     .into_iter()
     .enumerate()

@@ -80,22 +80,27 @@ fn scattered_pairs_are_weighted_by_both_angles() {
             if view.z < 0.01 || light.z < 0.01 {
                 continue;
             }
-            let distance = |k: usize| {
-                angle(directions[k].0, view).hypot(angle(directions[k * 7 % 60].0, light))
+            let light_of = |k: usize| directions[k * 7 % 60].0;
+            let near = |k: usize| {
+                let d = angle(directions[k].0, view).hypot(angle(light_of(k), light));
+                let (a, b) = (log_map(directions[k].0, view), log_map(light_of(k), light));
+                (d, k, [a, b].concat())
             };
-            let mut all: Vec<(f64, usize)> = (0..60).map(|k| (distance(k), k)).collect();
-            all.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let nearest = (weights == "inverse-angle").then_some(16);
+            let all: Vec<Near> = (0..60).map(near).collect();
+            let weighted = match weights {
+                "continuous" => fit(&all, 17, false, 0.0),
+                _ => nearest(all.into_iter().map(|(d, k, _)| (d, k)).collect(), 16),
+            };
             let texel = sample
                 .grid()
                 .texel_holding(map.coords[vertex])
                 .unwrap()
                 .index();
             let mut wanted = [0.0; 3];
-            for (k, weight) in weights_of_sorted(&all, nearest, 17) {
-                let scale = match nearest {
-                    None => (light.z / directions[k * 7 % 60].0.z).min(2.0),
-                    Some(_) => (light.z / lowest).min(1.0),
+            for (k, weight) in weighted {
+                let scale = match weights {
+                    "continuous" => (light.z / light_of(k).z).min(2.0),
+                    _ => (light.z / lowest).min(1.0),
                 };
                 for (channel, wanted) in wanted.iter_mut().enumerate() {
                     *wanted += weight
@@ -111,4 +116,14 @@ fn scattered_pairs_are_weighted_by_both_angles() {
         }
         assert!(lit > 60, "{lit}");
     }
+}
+
+#[test]
+fn quadratic_weights_are_refused_for_scattered_pairs() {
+    let bench = Bench::new(|path| write_scattered(path, 60), |id| ball(12, [5, 4], id));
+    let error = bench.refuse(&["--size", "8x8", "--weights", "quadratic"], 2);
+    assert!(
+        error.contains("scattered pairs") && error.contains("`continuous`"),
+        "{error}"
+    );
 }

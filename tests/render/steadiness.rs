@@ -3,6 +3,7 @@
 use mesotex::progress::Progress;
 use mesotex::render::nearest::Weighting;
 use mesotex::render::options::RenderOptions;
+use mesotex::render::parallax::Parallax;
 use mesotex::render::renderer::Shadows;
 use mesotex::render::sequence::{Inputs, with_renderer};
 use mesotex::render::values::{ImageSize, Sweep};
@@ -10,7 +11,7 @@ use mesotex::render::values::{ImageSize, Sweep};
 use super::*;
 
 /// The largest change of any vertex between neighbouring frames of a quarter turn of the light.
-fn largest_change(bench: &Bench, weights: Weighting, frames_a_turn: u32) -> f32 {
+fn largest_change(bench: &Bench, options: &RenderOptions, frames_a_turn: u32) -> f32 {
     let (sample, map) = (
         Sample::open(&bench.sample).unwrap(),
         SurfaceTextonMap::read(&bench.map).unwrap(),
@@ -29,9 +30,8 @@ fn largest_change(bench: &Bench, weights: Weighting, frames_a_turn: u32) -> f32 
         frames: Some(format!("1-{}", frames_a_turn / 4 + 1).parse().unwrap()),
         size: ImageSize([8, 8]),
         light_elevation: 35.0,
-        weights,
         shadows: Shadows::None,
-        ..RenderOptions::default()
+        ..options.clone()
     };
     with_renderer(
         &inputs,
@@ -52,36 +52,58 @@ fn largest_change(bench: &Bench, weights: Weighting, frames_a_turn: u32) -> f32 
         },
     )
     .unwrap()
+    .0
 }
 
 /// How much smaller changes are with 720 frames a turn than with 360.
 fn ratio(lights: &str, weights: Weighting) -> f32 {
-    let bake = |path: &Path| {
-        let words = [
-            "bake",
-            "--preset",
-            "weave",
-            "--size",
-            "16",
-            "--views",
-            "fibonacci:10",
-            "--lights",
-            lights,
-            "-o",
-            text(path),
-        ];
+    let bench = Bench::new(baked("weave", lights), |id| ball(14, [16, 16], id));
+    let options = RenderOptions {
+        weights,
+        ..RenderOptions::default()
+    };
+    largest_change(&bench, &options, 720) / largest_change(&bench, &options, 360)
+}
+
+/// Bakes a preset under some lights.
+fn baked(preset: &str, lights: &str) -> impl FnOnce(&Path) -> ContentId {
+    move |path| {
+        let words = ["bake", "--preset", preset, "--size", "16", "--samples", "1"];
+        let directions = ["--views", "fibonacci:10", "--lights", lights];
+        let words = [&words[..], &directions[..], &["-o", text(path)]].concat();
         assert!(mesotex(&words).status.success());
         Sample::open(path).unwrap().id().clone()
+    }
+}
+
+/// A coherent map seen at an angle, so that texels are moved.
+#[test]
+fn parallax_keeps_sweeps_of_the_light_steady() {
+    let bench = Bench::new(baked("cobbles", "bonn81"), |id| {
+        square(8, [16, 16], 1.0 / 16.0, id)
+    });
+    let with = |weights, parallax| RenderOptions {
+        weights,
+        parallax,
+        camera_azimuth: -50.0,
+        ..RenderOptions::default()
     };
-    let bench = Bench::new(bake, |id| ball(14, [16, 16], id));
-    largest_change(&bench, weights, 720) / largest_change(&bench, weights, 360)
+    let change =
+        |weights, parallax, frames| largest_change(&bench, &with(weights, parallax), frames);
+    for weights in [Weighting::Continuous, Weighting::Quadratic] {
+        let [fine, coarse] = [720, 360].map(|frames| change(weights, Parallax::On, frames));
+        assert!(fine <= 0.6 * coarse, "{weights:?}: {fine}, {coarse}");
+        assert_ne!(coarse, change(weights, Parallax::Off, 360));
+    }
 }
 
 #[test]
-fn continuous_weights_halve_the_change_with_twice_the_frames() {
+fn fitted_weights_halve_the_change_with_twice_the_frames() {
     for lights in ["bonn81", "fibonacci:200"] {
-        let ratio = ratio(lights, Weighting::Continuous);
-        assert!(ratio <= 0.6, "{lights}: {ratio}");
+        for weights in [Weighting::Continuous, Weighting::Quadratic] {
+            let ratio = ratio(lights, weights);
+            assert!(ratio <= 0.6, "{lights}, {weights:?}: {ratio}");
+        }
     }
 }
 

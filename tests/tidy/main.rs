@@ -32,7 +32,7 @@ const ROOMS: [(&str, &[&str]); 12] = [
     ("synthesis", &["exemplar", "mesh", "sites", "maps"]),
     ("vary", &["btf", "exemplar", "sites", "synthesis"]),
     ("render", &["btf", "mesh", "maps"]),
-    ("report", &[]),
+    ("report", &["btf", "mesh", "maps", "render"]),
     (
         "cli",
         &[

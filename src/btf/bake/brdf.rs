@@ -64,7 +64,7 @@ pub struct Lobe {
 
 #[derive(Clone, Copy, Debug)]
 struct Specular {
-    alpha: f32,
+    alpha_squared: f32,
     normal_reflectance: Vec3,
     grazing_reflectance: f32,
     /// What the base sees of the light: (1 − F(θv))/(1 − F̄).
@@ -95,6 +95,12 @@ impl Lobe {
     /// Reflected radiance for unit irradiance at normal incidence from `light`: f · cos θ.
     #[inline(always)]
     pub fn radiance(&self, light: Vec3) -> Vec3 {
+        self.widened_radiance(light, 0.0)
+    }
+
+    /// [`radiance`](Self::radiance) with a highlight whose α² is at least `least_alpha_squared`.
+    #[inline(always)]
+    pub fn widened_radiance(&self, light: Vec3, least_alpha_squared: f32) -> Vec3 {
         let cos_light = self.normal.dot(light);
         let together = light.dot(self.view);
         let base = self.base * self.diffuse_factor(together, cos_light);
@@ -105,7 +111,8 @@ impl Lobe {
                 let length = (2.0 + 2.0 * together).max(1e-12).sqrt();
                 let cos_half = ((cos_light + self.cos_view) / length).clamp(0.0, 1.0);
                 let fresnel = specular.fresnel((0.5 * length).min(1.0));
-                let facets = specular.facets(cos_half, self.cos_view, cos_light);
+                let squared = specular.alpha_squared.max(least_alpha_squared);
+                let facets = facets(squared, cos_half, (self.cos_view, cos_light));
                 let let_in = Vec3::ONE - specular.fresnel(cos_light.clamp(0.0, 1.0));
                 base * let_in * specular.let_through + fresnel * facets
             }
@@ -113,10 +120,19 @@ impl Lobe {
         reflected * if cos_light > 0.0 { cos_light } else { 0.0 }
     }
 
-    /// [`radiance`](Self::radiance) of every light at once.
-    pub fn radiance_of_all(&self, lights: &Columns, radiance: &mut Columns) {
+    /// [`radiance`](Self::radiance) of every light at once, with highlights of at least so large an α², one per light;
+    /// `None`: as they are.
+    pub fn radiance_of_all(
+        &self,
+        lights: &Columns,
+        least_alpha_squared: Option<&[f32]>,
+        radiance: &mut Columns,
+    ) {
         radiance.resize(lights.len());
-        radiance_of_columns(self, lights, radiance);
+        match (least_alpha_squared, self.specular) {
+            (Some(least), Some(_)) => widened_radiance_of_columns(self, lights, least, radiance),
+            _ => radiance_of_columns(self, lights, radiance),
+        }
     }
 
     /// How the diffuse base departs from Lambert's: Oren and Nayar 1994, equation 30,
@@ -167,15 +183,16 @@ impl Lobe {
             return cosine;
         };
         let half = (direction + self.view).normalize_or_zero();
-        let visible = specular.distribution(self.normal.dot(half).max(0.0))
-            * smith(self.cos_view, specular.alpha)
+        let squared = specular.alpha_squared;
+        let visible = distribution(squared, self.normal.dot(half).max(0.0))
+            * smith(squared, self.cos_view)
             / (4.0 * self.cos_view.max(1e-6));
         share * visible + (1.0 - share) * cosine
     }
 
     /// A mirror direction about a visible facet (Dupuy and Benyoub 2023, spherical caps).
     fn sample_facets(&self, random: &mut Stream) -> Vec3 {
-        let alpha = self.specular.as_ref().map_or(1.0, |s| s.alpha);
+        let alpha = self.specular.map_or(1.0, |s| s.alpha_squared.sqrt());
         let (tangent, bitangent) = self.normal.any_orthonormal_pair();
         let local = |w: Vec3| Vec3::new(w.dot(tangent), w.dot(bitangent), w.dot(self.normal));
         let view = local(self.view);
@@ -250,10 +267,30 @@ fn radiance_of_columns(lobe: &Lobe, lights: &Columns, radiance: &mut Columns) {
     }
 }
 
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn widened_radiance_of_columns(
+    lobe: &Lobe,
+    lights: &Columns,
+    least: &[f32],
+    radiance: &mut Columns,
+) {
+    let lobe = *lobe;
+    let lights = lights.x.iter().zip(&lights.y).zip(&lights.z).zip(least);
+    let columns = radiance
+        .x
+        .iter_mut()
+        .zip(&mut radiance.y)
+        .zip(&mut radiance.z);
+    for ((((&x, &y), &z), &least), ((r, g), b)) in lights.zip(columns) {
+        let value = lobe.widened_radiance(Vec3::new(x, y, z), least);
+        (*r, *g, *b) = (value.x, value.y, value.z);
+    }
+}
+
 impl Specular {
     fn new(roughness: f32, normal_reflectance: Vec3, cos_view: f32) -> Self {
         let mut specular = Self {
-            alpha: (roughness * roughness).max(LEAST_ALPHA),
+            alpha_squared: (roughness * roughness).max(LEAST_ALPHA).powi(2),
             normal_reflectance,
             // Below 2 % no material reflects: fade to none (Lagarde and de Rousiers 2014).
             grazing_reflectance: (50.0 * normal_reflectance.max_element()).min(1.0),
@@ -274,29 +311,26 @@ impl Specular {
         self.normal_reflectance
             + (Vec3::splat(self.grazing_reflectance) - self.normal_reflectance) * weight
     }
+}
 
-    /// GGX, Walter 2007 equation 33.
-    #[inline(always)]
-    fn distribution(&self, cos_half: f32) -> f32 {
-        let squared = self.alpha * self.alpha;
-        let denominator = cos_half * cos_half * (squared - 1.0) + 1.0;
-        squared / (PI * denominator * denominator)
-    }
+/// GGX, Walter 2007 equation 33.
+#[inline(always)]
+fn distribution(alpha_squared: f32, cos_half: f32) -> f32 {
+    let denominator = cos_half * cos_half * (alpha_squared - 1.0) + 1.0;
+    alpha_squared / (PI * denominator * denominator)
+}
 
-    /// D·G / (4 cos θv cos θl), Heitz 2014 equation 99 with the cosines cancelled.
-    #[inline(always)]
-    fn facets(&self, cos_half: f32, cos_view: f32, cos_light: f32) -> f32 {
-        let squared = self.alpha * self.alpha;
-        let stretch = |cos: f32| (squared + (1.0 - squared) * cos * cos).sqrt();
-        let both = cos_light * stretch(cos_view) + cos_view * stretch(cos_light);
-        self.distribution(cos_half) * 0.5 / both.max(1e-9)
-    }
+/// D·G / (4 cos θv cos θl), Heitz 2014 equation 99 with the cosines cancelled.
+#[inline(always)]
+fn facets(alpha_squared: f32, cos_half: f32, (cos_view, cos_light): (f32, f32)) -> f32 {
+    let stretch = |cos: f32| (alpha_squared + (1.0 - alpha_squared) * cos * cos).sqrt();
+    let both = cos_light * stretch(cos_view) + cos_view * stretch(cos_light);
+    distribution(alpha_squared, cos_half) * 0.5 / both.max(1e-9)
 }
 
 /// Smith's G1 of GGX: the share of facets seen from `cos`.
-fn smith(cos: f32, alpha: f32) -> f32 {
-    let squared = alpha * alpha;
-    2.0 * cos / (cos + (squared + (1.0 - squared) * cos * cos).sqrt()).max(1e-9)
+fn smith(alpha_squared: f32, cos: f32) -> f32 {
+    2.0 * cos / (cos + (alpha_squared + (1.0 - alpha_squared) * cos * cos).sqrt()).max(1e-9)
 }
 
 fn cosine_weighted(random: &mut Stream) -> Vec3 {
@@ -412,17 +446,41 @@ mod tests {
     fn facets_are_normalised() {
         // ∫ D(h) (n·h) dω = 1 (Walter 2007 equation 4).
         for alpha in [0.05_f32, 0.3, 0.9] {
-            let specular = Specular::new(alpha.sqrt(), Vec3::ONE, 1.0);
             let steps = 200_000;
             let integral: f64 = (0..steps)
                 .map(|i| {
                     let cos = (i as f32 + 0.5) / steps as f32;
-                    f64::from(specular.distribution(cos) * cos * TAU)
+                    f64::from(distribution(alpha * alpha, cos) * cos * TAU)
                 })
                 .sum::<f64>()
                 / f64::from(steps);
             assert!((integral - 1.0).abs() < 1e-3, "{alpha}: {integral}");
         }
+    }
+
+    #[test]
+    fn widened_highlights_are_those_of_a_rougher_coat() {
+        let (narrow, wide) = (coated(0.2, 0.3), coated(0.5, 0.3));
+        let view = direction(0.6, 0.4);
+        let lights: Columns = (0..40)
+            .map(|i| direction(0.04 * i as f32, 0.2 * i as f32))
+            .collect();
+        let all = |reflection: &Reflection, least: f32| {
+            let (least, mut radiance) = (vec![least; 40], Columns::default());
+            let lobe = reflection.towards(Vec3::Z, view);
+            lobe.radiance_of_all(&lights, Some(&least), &mut radiance);
+            radiance
+        };
+        let (widened, rougher) = (all(&narrow, 0.5_f32.powi(4)), all(&wide, 0.0));
+        let lobe = narrow.towards(Vec3::Z, view);
+        for i in 0..40 {
+            let (a, b) = (widened.get(i), rougher.get(i));
+            assert!((a - b).length() <= 1e-5 * b.length(), "{i}: {a} {b}");
+            let alone = lobe.widened_radiance(lights.get(i), 0.5_f32.powi(4));
+            assert!((a - alone).length() <= 1e-5 * a.length());
+        }
+        // A coat that is rough enough stays as it is.
+        assert_eq!(all(&wide, 0.1_f32.powi(4)), rougher);
     }
 
     #[test]

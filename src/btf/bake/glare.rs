@@ -8,9 +8,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::btf::bake::brdf::Columns;
+use crate::btf::bake::directions::{Directions, View};
 use crate::btf::bake::lights::Lights;
-use crate::btf::bake::shade::{Scene, View};
-use crate::btf::sample::Description;
+use crate::btf::bake::shade::Scene;
 use crate::progress::Progress;
 
 /// Views that are tried at most, spread over all.
@@ -34,28 +34,31 @@ pub(super) struct Glare {
 
 impl Glare {
     /// Shades the texels that are tried.
-    pub(super) fn of(scene: &Scene, description: &Description, progress: &Progress) -> Self {
-        let views = spread(description.views.len(), VIEWS);
-        let texels = spread(description.grid().len(), TEXELS);
-        let lights = Lights::new(&description.lights);
-        let tries: Vec<(usize, usize)> = views
+    pub(super) fn of(scene: &Scene, directions: &Directions, progress: &Progress) -> Self {
+        let all_lights = |view: usize| {
+            let view = directions.view(view);
+            let all = (0..directions.lights.len()).collect();
+            (view, directions.lights(view, all))
+        };
+        let views: Vec<(View, Lights)> = spread(directions.views.len(), VIEWS)
+            .map(all_lights)
+            .collect();
+        let texels = spread(scene.material.grid.len(), TEXELS);
+        let tries: Vec<(&(View, Lights), usize)> = views
+            .iter()
             .flat_map(|view| texels.clone().map(move |texel| (view, texel)))
             .collect();
-        let width = description.width as usize;
-        let shaded = |&(view, texel): &(usize, usize)| {
-            let (mut sums, mut scratch) = (
-                vec![Vec3::ZERO; description.lights.len()],
+        let width = scene.material.grid.width as usize;
+        let shaded = |&((view, lights), texel): &(&(View, Lights), usize)| {
+            let (mut radiance, mut scratch) = (
+                vec![Vec3::ZERO; directions.lights.len()],
                 Columns::default(),
             );
             if !progress.is_interrupted() {
-                let view = View {
-                    index: view,
-                    direction: description.views[view],
-                };
                 let place = (texel / width, texel % width);
-                scene.shade_texel(view, place, &lights, (&mut sums, &mut scratch));
+                scene.shade_texel(*view, place, lights, (&mut radiance, &mut scratch));
             }
-            sums.into_iter().map(|sum| sum.element_sum())
+            radiance.into_iter().map(|color| color.element_sum())
         };
         let values: Vec<f32> = tries.par_iter().flat_map_iter(shaded).collect();
         Self {
@@ -69,8 +72,8 @@ impl Glare {
         (self.share > MOST && self.values >= LEAST_VALUES).then(|| {
             format!(
                 "{:.0} % of the light sits in 1 % of the values: highlights are narrower than the steps \
-                 between the lights and will sparkle; --min-roughness 0.2 widens them (or more lights, or \
-                 --light-diameter with --samples)",
+                 between the lights and will sparkle; --angular-filter on or --min-roughness 0.2 widens them \
+                 (or more lights, or --light-diameter with --samples)",
                 100.0 * self.share
             )
         })

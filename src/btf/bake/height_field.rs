@@ -5,7 +5,11 @@
 //! integral at texel centres; heights and lengths in texels; z = 0 is the mean height. Patch
 //! (i, j) spans the four texel centres from (i, j) to (i + 1, j + 1), wrapped.
 
+use std::borrow::Cow;
+
 use glam::{DVec2, DVec3};
+
+use crate::grid::TexelGrid;
 
 /// Within this of a patch's edge a point lies on the edge, in texels.
 const ON_EDGE: f64 = 1e-9;
@@ -45,9 +49,26 @@ impl HeightField {
     /// is z = 0.
     pub fn new(width: usize, height: usize, heights: &[f32]) -> Self {
         let mean = heights.iter().map(|&h| f64::from(h)).sum::<f64>() / heights.len() as f64;
+        Self::moved_down(width, height, heights, mean)
+    }
+
+    /// The surface over a sample's texels, moved so that its mean is z = 0. One that is not tileable is continued by
+    /// mirroring, so it has twice the rows and columns.
+    pub fn of_grid(grid: TexelGrid, heights: &[f32]) -> Self {
+        let (width, height, heights) = continued(grid, heights);
+        Self::new(width, height, &heights)
+    }
+
+    /// The same with heights above z = 0, left as they are.
+    pub fn above_plane(grid: TexelGrid, heights: &[f32]) -> Self {
+        let (width, height, heights) = continued(grid, heights);
+        Self::moved_down(width, height, &heights, 0.0)
+    }
+
+    fn moved_down(width: usize, height: usize, heights: &[f32], by: f64) -> Self {
         let at = |x: usize, y: usize| {
             let row = height - 1 - y % height;
-            (f64::from(heights[row * width + x % width]) - mean) as f32
+            (f64::from(heights[row * width + x % width]) - by) as f32
         };
         let corners: Vec<[f32; 4]> = (0..width * height)
             .map(|patch| {
@@ -130,6 +151,33 @@ impl HeightField {
             0.5 * (here.slope(within).y + over_y.slope(DVec2::new(within.x, other_v)).y),
         )
     }
+}
+
+/// Heights over a torus: those of a tileable grid, or of a grid and its mirror images.
+fn continued(grid: TexelGrid, heights: &[f32]) -> (usize, usize, Cow<'_, [f32]>) {
+    let (width, height) = (grid.width as usize, grid.height as usize);
+    if grid.tileable {
+        return (width, height, Cow::Borrowed(heights));
+    }
+    // Grid rows are counted upwards from the last row: it stays at y = 0.
+    let mirrored = (0..4 * width * height)
+        .map(|i| (i % (2 * width), 2 * height - 1 - i / (2 * width)))
+        .map(|(x, y)| heights[texel(grid, x, y)]);
+    (2 * width, 2 * height, mirrored.collect())
+}
+
+/// The texel at a column and an upward row of a surface over `grid`, however far it is continued.
+pub(super) fn texel(grid: TexelGrid, x: usize, y: usize) -> usize {
+    let fold = |index: usize, side: u32| {
+        let side = side as usize;
+        match grid.tileable {
+            true => index % side,
+            false if index % (2 * side) < side => index % (2 * side),
+            false => 2 * side - 1 - index % (2 * side),
+        }
+    };
+    let (col, up) = (fold(x, grid.width), fold(y, grid.height));
+    (grid.height as usize - 1 - up) * grid.width as usize + col
 }
 
 /// The patch that shares the edge at `place`, and the place there; the same patch off the edges.

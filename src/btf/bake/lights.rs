@@ -23,6 +23,10 @@ pub(super) struct Lights {
     pub(super) headings: Vec<Heading>,
     /// The same, coordinate by coordinate.
     pub(super) directions: Columns,
+    /// The least α² of highlights under each; `None`: as the material has them.
+    pub(super) least_alpha_squared: Option<Vec<f32>>,
+    /// Those by which `--samples auto` decides; none with a fixed number of samples.
+    pub(super) pilots: Vec<usize>,
 }
 
 /// Lights in one vertical half plane.
@@ -37,7 +41,8 @@ pub(super) struct Heading {
 
 /// A light with the frame of its disc.
 pub(super) struct Lamp {
-    direction: DVec3,
+    /// Towards the middle of the disc.
+    pub(super) direction: DVec3,
     tangent: DVec3,
     bitangent: DVec3,
 }
@@ -48,6 +53,8 @@ impl Lights {
             lamps: directions.iter().map(|&light| Lamp::new(light)).collect(),
             headings: headings(directions),
             directions: directions.iter().map(|light| light.0.as_vec3()).collect(),
+            least_alpha_squared: None,
+            pilots: Vec::new(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use glam::{DVec2, Vec3};
 
 use crate::btf::bake::brdf::{Coat, Diffuse, Reflection};
-use crate::btf::bake::height_field::{HeightField, SurfacePoint};
+use crate::btf::bake::height_field::{HeightField, SurfacePoint, texel};
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::grid::TexelGrid;
@@ -71,30 +71,12 @@ impl Material {
     /// The surface to trace. A material that is not tileable is continued by mirroring, so its surface
     /// has twice the rows and columns.
     pub fn surface(&self) -> HeightField {
-        let (width, height) = (self.grid.width as usize, self.grid.height as usize);
-        if self.grid.tileable {
-            return HeightField::new(width, height, &self.heights);
-        }
-        // Grid rows are counted upwards from the last row: it stays at y = 0.
-        let mirrored: Vec<f32> = (0..4 * width * height)
-            .map(|i| (i % (2 * width), 2 * height - 1 - i / (2 * width)))
-            .map(|(x, y)| self.heights[self.texel(x, y)])
-            .collect();
-        HeightField::new(2 * width, 2 * height, &mirrored)
+        HeightField::of_grid(self.grid, &self.heights)
     }
 
     /// The texel at a column and an upward row of the surface.
     fn texel(&self, x: usize, y: usize) -> usize {
-        let fold = |index: usize, side: u32| {
-            let side = side as usize;
-            match self.grid.tileable {
-                true => index % side,
-                false if index % (2 * side) < side => index % (2 * side),
-                false => 2 * side - 1 - index % (2 * side),
-            }
-        };
-        let (col, up) = (fold(x, self.grid.width), fold(y, self.grid.height));
-        (self.grid.height as usize - 1 - up) * self.grid.width as usize + col
+        texel(self.grid, x, y)
     }
 
     /// The reflection at a point of the surface: the maps, linear between texel centres.

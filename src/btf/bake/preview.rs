@@ -9,9 +9,11 @@ use std::path::Path;
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
+use crate::btf::bake::directions::View;
 use crate::btf::bake::lights::Lights;
 use crate::btf::bake::material::Material;
-use crate::btf::bake::shade::{Scene, View};
+use crate::btf::bake::sample_plan::SamplePlan;
+use crate::btf::bake::shade::Scene;
 use crate::btf::direction::Direction;
 use crate::btf::sample::Sample;
 use crate::error::Result;
@@ -117,8 +119,8 @@ fn panel(material: &Material, relief: bool) -> Canvas {
     let material = if relief { material } else { &flat };
     let scene = Scene {
         material,
-        surface: material.surface(),
-        samples: SAMPLES,
+        surface: &material.surface(),
+        plan: &SamplePlan::fixed(SAMPLES),
         bounces: 0,
         light_radius: 0.0,
         seed: 0,

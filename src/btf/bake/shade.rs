@@ -5,70 +5,110 @@
 //! lit by every light in turn (next event estimation at every point of the path).
 
 use std::f64::consts::TAU;
+use std::iter::Sum;
+use std::ops::AddAssign;
 
 use glam::{DVec2, DVec3, Vec3};
 use rand::Rng;
 
 use crate::btf::bake::brdf::{Columns, Lobe};
+use crate::btf::bake::directions::View;
 use crate::btf::bake::height_field::{HeightField, SurfacePoint};
 use crate::btf::bake::lights::Lights;
 use crate::btf::bake::material::Material;
-use crate::btf::direction::Direction;
+use crate::btf::bake::sample_plan::SamplePlan;
 use crate::random::{self, Stream};
 
 /// From this bounce on, dark paths end early at random (Russian roulette).
 const ROULETTE_FROM: u32 = 3;
 
+/// The step of the R2 sequence, even in any number: how far out on the lights' discs the next sample looks, as a share
+/// of their solid angle, and where round their middle, in turns.
+const DISC_STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
+
 /// All that the rays need to know.
+#[derive(Clone, Copy)]
 pub(super) struct Scene<'a> {
     pub(super) material: &'a Material,
-    pub(super) surface: HeightField,
-    pub(super) samples: u32,
+    pub(super) surface: &'a HeightField,
+    pub(super) plan: &'a SamplePlan,
     pub(super) bounces: u32,
     /// Half the angle that the light's disc is seen under, radians; 0: hard shadows.
     pub(super) light_radius: f64,
     pub(super) seed: u64,
 }
 
-/// A view among those of the bake.
-#[derive(Clone, Copy)]
-pub(super) struct View {
-    pub(super) index: usize,
-    pub(super) direction: Direction,
+/// What shading took.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Work {
+    /// View rays.
+    pub(super) samples: u64,
+    /// View, shadow and path rays.
+    pub(super) rays: u64,
+}
+
+impl AddAssign for Work {
+    fn add_assign(&mut self, other: Self) {
+        self.samples += other.samples;
+        self.rays += other.rays;
+    }
+}
+
+impl Sum for Work {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        let mut sum = Self::default();
+        all.for_each(|work| sum += work);
+        sum
+    }
 }
 
 impl Scene<'_> {
-    /// Adds the radiance of the texel at `row`, `col` to `sums`, one RGB a light; returns how many rays
-    /// were traced.
+    /// Puts the mean radiance of the texel at `row`, `col` into `radiance`, one RGB per light.
     pub(super) fn shade_texel(
         &self,
         view: View,
         (row, col): (usize, usize),
         lights: &Lights,
-        (sums, scratch): (&mut [Vec3], &mut Columns),
-    ) -> u64 {
+        (radiance, scratch): (&mut [Vec3], &mut Columns),
+    ) -> Work {
         let centre = DVec2::new(
             col as f64,
             self.material.grid.height as f64 - 1.0 - row as f64,
         );
         let texel = row * self.material.grid.width as usize + col;
         let mut random = self.random(view, texel);
-        let mut rays = 0;
-        for sample in 0..self.samples {
-            let on_plane = centre + in_texel(sample);
+        let mut disc = random
+            .as_mut()
+            .filter(|_| self.light_radius > 0.0)
+            .map(|random| DVec2::new(random.r#gen(), random.r#gen()));
+        let mut course = self.plan.course();
+        let (mut taken, mut rays) = (0, 0);
+        radiance.fill(Vec3::ZERO);
+        for &place in &self.plan.places {
             rays += 1;
-            let Some(seen) = self.surface.seen_through(on_plane, view.direction.0) else {
-                continue;
-            };
-            let disc = self.disc_place(sample, &mut random);
-            let path = Path {
-                seen,
-                towards: view.direction.0,
-                disc,
-            };
-            rays += self.follow(path, lights, &mut random, (sums, scratch));
+            if let Some(seen) = self.surface.seen_through(centre + place, view.direction.0) {
+                let towards = view.direction.0;
+                let path = Path {
+                    seen,
+                    towards,
+                    disc: disc.map(|at| self.disc_place(at)),
+                };
+                rays += self.follow(path, lights, &mut random, (radiance, scratch));
+            }
+            disc = disc.map(|at| (at + DISC_STEP).fract());
+            taken += 1;
+            if course
+                .as_mut()
+                .is_some_and(|course| course.is_done(taken, radiance, lights))
+            {
+                break;
+            }
         }
-        rays
+        radiance.iter_mut().for_each(|sum| *sum /= taken as f32);
+        Work {
+            samples: u64::from(taken),
+            rays,
+        }
     }
 
     /// The mean radiance of what is seen through a footprint of the mean plane under one light.
@@ -80,8 +120,8 @@ impl Scene<'_> {
         light: &Lights,
     ) -> Vec3 {
         let (mut sum, mut scratch) = ([Vec3::ZERO], Columns::default());
-        for sample in 0..self.samples {
-            let on_plane = centre + in_texel(sample) * footprint;
+        for &place in &self.plan.places {
+            let on_plane = centre + place * footprint;
             if let Some(seen) = self.surface.seen_through(on_plane, view.direction.0) {
                 let path = Path {
                     seen,
@@ -91,7 +131,7 @@ impl Scene<'_> {
                 self.follow(path, light, &mut None, (&mut sum, &mut scratch));
             }
         }
-        sum[0] / self.samples as f32
+        sum[0] / self.plan.places.len() as f32
     }
 
     /// A stream of its own for every view and texel, where anything is drawn at all.
@@ -100,14 +140,11 @@ impl Scene<'_> {
         drawn.then(|| random::stream(self.seed, "bake", view.index as u32, texel as u64))
     }
 
-    /// Where on the light's disc a sample looks: stratified over the samples, turned at random.
-    fn disc_place(&self, sample: u32, random: &mut Option<Stream>) -> Option<DVec2> {
-        let random = random.as_mut().filter(|_| self.light_radius > 0.0)?;
-        let stratum = (f64::from(sample) + random.r#gen::<f64>()) / f64::from(self.samples);
-        let cos = 1.0 - stratum * (1.0 - self.light_radius.cos());
-        let turn = TAU * random.r#gen::<f64>();
+    /// The place on the lights' discs so far out, as a share of their solid angle, and so many turns round.
+    fn disc_place(&self, at: DVec2) -> DVec2 {
+        let cos = 1.0 - at.x * (1.0 - self.light_radius.cos());
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        Some(DVec2::new(sin * turn.cos(), sin * turn.sin()))
+        sin * DVec2::from_angle(TAU * at.y)
     }
 
     /// Lights every point of a path.
@@ -158,7 +195,8 @@ impl Scene<'_> {
         lights: &Lights,
         (sums, radiance): (&mut [Vec3], &mut Columns),
     ) -> u64 {
-        lobe.radiance_of_all(&lights.directions, radiance);
+        let least = lights.least_alpha_squared.as_deref();
+        lobe.radiance_of_all(&lights.directions, least, radiance);
         let mut walks = 0;
         for heading in &lights.headings {
             let in_front = |&light: &usize| radiance.get(light) != Vec3::ZERO;
@@ -185,9 +223,11 @@ impl Scene<'_> {
         (sums, place): (&mut [Vec3], DVec2),
     ) -> u64 {
         let mut rays = 0;
-        for (lamp, sum) in lights.lamps.iter().zip(sums) {
+        let least = lights.least_alpha_squared.as_deref();
+        for (index, (lamp, sum)) in lights.lamps.iter().zip(sums).enumerate() {
             let (light, weight) = lamp.aim(place, self.light_radius);
-            let radiance = lobe.radiance(light.as_vec3());
+            let least = least.map_or(0.0, |least| least[index]);
+            let radiance = lobe.widened_radiance(light.as_vec3(), least);
             if radiance == Vec3::ZERO {
                 continue;
             }
@@ -205,14 +245,6 @@ struct Path {
     seen: SurfacePoint,
     towards: DVec3,
     disc: Option<DVec2>,
-}
-
-/// Where in the texel a sample looks through: its centre first, then the R2 sequence, an even
-/// spread for any number of samples.
-fn in_texel(sample: u32) -> DVec2 {
-    const PLASTIC: f64 = 1.324_717_957_244_746;
-    let step = DVec2::new(1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC));
-    (DVec2::splat(0.5) + f64::from(sample) * step).fract() - DVec2::splat(0.5)
 }
 
 /// Ends dark paths at random, and makes up for it in those that go on.

@@ -17,6 +17,17 @@ const TOUCHING: f64 = 1e-9;
 const MOST_LAPS: f64 = 256.0;
 
 impl HeightField {
+    /// The point of the surface over a place of the plane z = 0.
+    pub fn point_above(&self, on_plane: DVec2) -> SurfacePoint {
+        let (x, along_x) = wrapped(on_plane.x, self.width());
+        let (y, along_y) = wrapped(on_plane.y, self.height());
+        SurfacePoint {
+            x,
+            y,
+            within: DVec2::new(along_x - x as f64, along_y - y as f64),
+        }
+    }
+
     /// What a viewer in direction `towards` (z > 0) sees through the point `on_plane` of z = 0.
     pub fn seen_through(&self, on_plane: DVec2, towards: DVec3) -> Option<SurfacePoint> {
         let rise = self.highest() / towards.z;
@@ -474,6 +485,8 @@ mod tests {
         let seen = field.seen_through(DVec2::new(1.25, 3.5), towards).unwrap();
         let at = field.position(seen);
         assert!((at - DVec3::new(1.25, 3.5, 0.0)).length() < 1e-9, "{at}");
+        let above = field.position(field.point_above(DVec2::new(5.25, -0.5)));
+        assert!((above - DVec3::new(1.25, 3.5, 0.0)).length() < 1e-9);
         assert!(!field.occluded(seen, towards));
         assert!(!field.occluded(seen, DVec3::X));
         assert!(field.occluded(seen, DVec3::new(1.0, 0.0, -0.1).normalize()));

@@ -24,6 +24,7 @@ pub(super) fn expand(
     progress: Progress<'_>,
 ) -> Result<Description> {
     let mut writer = SampleWriter::create(target, images.description.clone())?;
+    writer.set_heights(images.heights.clone());
     each_image(images, progress, |image| writer.push(image))?;
     writer.finish()
 }
@@ -37,6 +38,7 @@ pub(super) fn expand_turned(
     progress: Progress<'_>,
 ) -> Result<Description> {
     let mut writer = SampleWriter::create(target, images.description.clone())?;
+    writer.set_heights(images.heights.clone());
     let io = |action| Error::io(target, action);
     let scratch = || NamelessWriter::create_in(parent(target)).map_err(io("write"));
     let mut by_image = scratch()?;

@@ -222,7 +222,10 @@ impl Job<'_> {
             Some(rank) => pair.best(rank)?,
             None => pair,
         };
-        let extra = ExtraHeader::default();
+        let extra = ExtraHeader {
+            height_map: self.height_map()?,
+            ..ExtraHeader::default()
+        };
         let content = FmfContent {
             header: self.header,
             extra: Some((2, &extra)),
@@ -233,6 +236,17 @@ impl Job<'_> {
         let signature = self.signature(Format::Fmf, true);
         encode(self.path, &signature, Written::Fmf(content))?;
         Ok((pair.rank(), whole))
+    }
+
+    /// The sample's heights in millimetres, and the number of columns; none where a texel's size is not known.
+    fn height_map(&self) -> Result<Option<(Vec<f32>, u32)>> {
+        let description = self.sample.description();
+        let (Some(heights), Some(mm)) = (self.sample.heights()?, description.texel_mm) else {
+            return Ok(None);
+        };
+        let in_mm = |&height: &f32| (f64::from(height) * mm) as f32;
+        let heights = heights.heights().iter().map(in_mm).collect();
+        Ok(Some((heights, description.width)))
     }
 
     fn write_pvf(&self) -> Result<Exported> {
@@ -268,6 +282,7 @@ impl Job<'_> {
         let images = BonnImages {
             scales: vec![FRAC_1_PI as f32; description.lights.len()],
             body: file.into_body()?,
+            heights: None,
             negative: AtomicU64::new(0),
             description,
         };

@@ -34,6 +34,8 @@ pub struct BonnFile {
     signature: Signature,
     header: Header,
     pub(super) content: Content,
+    /// Millimetres above any plane, one number per texel.
+    heights: Option<Vec<f32>>,
     notes: Vec<String>,
 }
 
@@ -60,7 +62,7 @@ impl BonnFile {
 
     fn read_as(signature: Signature, fields: &mut Fields, scratch: &Path) -> Result<Self> {
         fields.go_to(signature.text.len() as u64);
-        let mut notes = Vec::new();
+        let (mut notes, mut heights) = (Vec::new(), None);
         let (header, content) = match signature.format {
             Format::Bdi => {
                 let (header, texels) = bdi::read(fields, scratch, &mut notes)?;
@@ -80,9 +82,17 @@ impl BonnFile {
             Format::Fmf => {
                 let header = Header::read(fields, signature.has_rotations, &mut notes)?;
                 let (factors, extra) = fmf::read(fields, &header, signature.has_extra_header)?;
-                if let Some((heights, width)) = &extra.height_map {
-                    let rows = heights.len() / *width as usize;
-                    notes.push(format!("its height map of {width} × {rows} is not used"));
+                match extra.height_map {
+                    Some((map, width)) if width == header.width && map.len() == header.texels() => {
+                        heights = Some(map);
+                    }
+                    Some((map, width)) => notes.push(format!(
+                        "its height map of {width} × {} is not that of its {} × {} texels, and is left out",
+                        map.len() / width as usize,
+                        header.width,
+                        header.height
+                    )),
+                    None => {}
                 }
                 (header, Content::Factors(factors))
             }
@@ -97,6 +107,7 @@ impl BonnFile {
             signature,
             header,
             content,
+            heights,
             notes,
         })
     }
@@ -114,6 +125,11 @@ impl BonnFile {
     /// What the user should know.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// How high each texel lies over any plane, in millimetres.
+    pub fn heights(&self) -> Option<&[f32]> {
+        self.heights.as_deref()
     }
 
     /// The colour model and the largest number of components, where images are factors of all views.
@@ -159,6 +175,10 @@ impl BonnFile {
             Content::Bdi(texels) => Content::Bdi(texels.cropped(region)),
             part @ Content::PartOfPvf(_) => part,
         };
+        if let Some(heights) = &mut self.heights {
+            let kept = region.rows(width).flat_map(|row| heights[row].to_vec());
+            *heights = kept.collect();
+        }
         if self.header.rotations.len() > 1 {
             let rotations = &self.header.rotations;
             let kept = region.rows(width).flat_map(|row| rotations[row].to_vec());

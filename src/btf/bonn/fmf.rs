@@ -25,7 +25,7 @@ use crate::error::{Error, Result};
 pub struct ExtraHeader {
     /// 0: values as they are; any other: their logarithms.
     pub dynamic_range_reduction: u32,
-    /// Heights in millimetres, row-major, and the number of columns.
+    /// Heights in millimetres above their mean, row-major, and the number of columns.
     pub height_map: Option<(Vec<f32>, u32)>,
 }
 
@@ -76,10 +76,20 @@ fn read_extra(fields: &mut Fields) -> Result<ExtraHeader> {
             let mut heights = vec![0.0; texels as usize];
             Scalar::Half.decode(&bytes, &mut heights);
             check_heights(&heights)?;
+            level(&mut heights);
             extra.height_map = Some((heights, sides[0]));
         }
     }
     Ok(extra)
+}
+
+/// Moves heights so that their mean is 0: images are rectified on the plane of the mean height.
+fn level(heights: &mut [f32]) {
+    let sum: f64 = heights.iter().map(|&height| f64::from(height)).sum();
+    let mean = sum / heights.len() as f64;
+    for height in heights {
+        *height = (f64::from(*height) - mean) as f32;
+    }
 }
 
 fn check_heights(heights: &[f32]) -> Result<()> {

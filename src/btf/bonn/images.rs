@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::btf::bonn::body::Body;
 use crate::btf::description::Description;
+use crate::btf::height_map::HeightMap;
 use crate::btf::image_source::ImageSource;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -20,6 +21,8 @@ pub(super) struct BonnImages {
     pub(super) description: Description,
     /// Where they come from.
     pub(super) body: Box<dyn Body>,
+    /// How high each texel lies, where the file says so.
+    pub(super) heights: Option<HeightMap>,
     /// The factor of each light.
     pub(super) scales: Vec<f32>,
     /// Negative values met so far, which become 0.
@@ -95,6 +98,10 @@ impl BonnImages {
 impl ImageSource for BonnImages {
     fn description(&self) -> &Description {
         &self.description
+    }
+
+    fn heights(&self) -> Result<Option<HeightMap>> {
+        Ok(self.heights.clone())
     }
 
     fn read_images(&self, images: Range<usize>, out: &mut [f32]) -> Result<()> {

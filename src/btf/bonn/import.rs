@@ -19,6 +19,7 @@ use crate::btf::bonn::to_factored::FactorCopy;
 use crate::btf::description::{Description, FORMAT, Layout, VERSION};
 use crate::btf::direction::Direction;
 use crate::btf::factored::factorize::{Accuracy, FactorOptions, factorize};
+use crate::btf::height_map::HeightMap;
 use crate::btf::import::{Handedness, ImportOptions, Preparation, SizeLine, Values};
 use crate::error::{Error, Result};
 use crate::format::atomic::parent;
@@ -97,19 +98,21 @@ impl BonnImport<'_> {
         let is_turned = matches!(frames, LocalFrames::PerTexel(_));
         let way = Way::of(&file, self.bonn.expand || is_turned);
         self.check_rank(way)?;
+        let heights = self.heights(&file, &description)?;
         if let (Way::Copied, Content::Factors(factors)) = (way, &file.content) {
             let cosines = missing_cosines(file.header(), self.options.values);
             let copy = FactorCopy {
                 factors,
                 white: self.white(),
                 cosines: cosines.as_deref(),
+                heights,
                 progress: self.progress,
             };
             return Ok((copy.write(description, self.target)?, Told::default()));
         }
         let components = file.factors().map_or(1, |(_, rank)| rank as u32);
         let sampling = file.header().sampling.clone();
-        let images = self.images(file, description)?;
+        let images = self.images(file, description, heights)?;
         match (way, &frames) {
             (Way::Refactored, _) => self.refactor(&images, self.bonn.rank.unwrap_or(components)),
             (_, LocalFrames::PerTexel(rotations)) => {
@@ -147,7 +150,30 @@ impl BonnImport<'_> {
         }
     }
 
-    fn images(&self, file: BonnFile, description: Description) -> Result<BonnImages> {
+    /// The file's heights in texels, their mean at z = 0. A part of the texels keeps its place below or above
+    /// the mean of all.
+    fn heights(&self, file: &BonnFile, description: &Description) -> Result<Option<HeightMap>> {
+        let Some(heights) = file.heights() else {
+            return Ok(None);
+        };
+        let Some(mm) = description.texel_mm else {
+            self.progress.warn(
+                "its height map is in millimetres and the file does not say how large a texel is: it is left out \
+                 (--texel-mm says it)",
+            );
+            return Ok(None);
+        };
+        let in_texels = |&height: &f32| (f64::from(height) / mm) as f32;
+        let heights = heights.iter().map(in_texels).collect();
+        HeightMap::new(description.grid(), heights).map(Some)
+    }
+
+    fn images(
+        &self,
+        file: BonnFile,
+        description: Description,
+        heights: Option<HeightMap>,
+    ) -> Result<BonnImages> {
         let white = self.white() as f32;
         let scales = match missing_cosines(file.header(), self.options.values) {
             Some(cosines) => cosines.iter().map(|cosine| cosine * white).collect(),
@@ -156,6 +182,7 @@ impl BonnImport<'_> {
         Ok(BonnImages {
             description,
             body: file.into_body()?,
+            heights,
             scales,
             negative: AtomicU64::new(0),
         })

@@ -13,6 +13,7 @@ use crate::btf::bonn::matrix::MatrixRows;
 use crate::btf::description::{Description, Layout};
 use crate::btf::factored::factorization::Factorization;
 use crate::btf::factored::writer::FactoredWriter;
+use crate::btf::height_map::HeightMap;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 
@@ -26,6 +27,8 @@ pub(super) struct FactorCopy<'a> {
     pub(super) white: f64,
     /// The cosine of each light, where values are to be multiplied by it.
     pub(super) cosines: Option<&'a [f32]>,
+    /// How high each texel lies, where the file says so.
+    pub(super) heights: Option<HeightMap>,
     pub(super) progress: Progress<'a>,
 }
 
@@ -41,7 +44,7 @@ struct Rows {
 
 impl FactorCopy<'_> {
     /// Writes the sample.
-    pub(super) fn write(&self, description: Description, target: &Path) -> Result<Description> {
+    pub(super) fn write(mut self, description: Description, target: &Path) -> Result<Description> {
         let rows = self.rows()?;
         let shared = rows.factorization.shared_eigentextures;
         let description = Description {
@@ -55,6 +58,7 @@ impl FactorCopy<'_> {
         let rgb = self.factors.rgb;
         let sets = if shared { 1 } else { rgb.len() };
         let mut writer = FactoredWriter::create(target, description)?;
+        writer.set_heights(self.heights.take());
         self.progress
             .begin("copying factors", (3 * images + sets * texels) as u64);
         for (at, &channel) in rgb.iter().enumerate() {

@@ -18,6 +18,7 @@ use crate::btf::factored::image_matrix::ImageMatrix;
 use crate::btf::factored::randomized_svd::{self, ChannelSvd, leading_directions};
 use crate::btf::factored::residual::{Residual, measure};
 use crate::btf::factored::writer::FactoredWriter;
+use crate::btf::height_map::HeightMap;
 use crate::btf::image_source::ImageSource;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -100,12 +101,19 @@ pub fn factorize(
     progress: Progress<'_>,
 ) -> Result<(Description, Residual)> {
     options.validate(source.description())?;
+    let heights = source.heights()?;
     let images = ImageMatrix::new(source);
     let found = match options.accuracy {
         Accuracy::Rank(rank) => of_rank(&images, rank as usize, options, progress)?,
         Accuracy::Error(limit) => of_error(&images, limit, options, progress)?,
     };
-    let description = write(source.description(), &found, options.dtype, origin, target)?;
+    let description = write(
+        source.description(),
+        heights,
+        &found,
+        (options.dtype, origin),
+        target,
+    )?;
     Ok((description, found.residual))
 }
 
@@ -288,9 +296,9 @@ fn rounded(mut matrix: Array2<f32>, dtype: DType) -> Array2<f32> {
 
 fn write(
     images: &Description,
+    heights: Option<HeightMap>,
     found: &Found,
-    dtype: DType,
-    origin: Value,
+    (dtype, origin): (DType, Value),
     target: &Path,
 ) -> Result<Description> {
     let description = Description {
@@ -300,6 +308,7 @@ fn write(
         ..images.clone()
     };
     let mut writer = FactoredWriter::create(target, description)?;
+    writer.set_heights(heights);
     for rows in &found.directions {
         writer.push_directions(rows.as_slice().unwrap_or_default())?;
     }

@@ -10,6 +10,7 @@ use crate::btf::direction::Direction;
 use crate::btf::factored::factorize::{Accuracy, FactorOptions, factorize};
 use crate::btf::factored::image_matrix::ImageMatrix;
 use crate::btf::factored::residual::measure;
+use crate::btf::height_map::HeightMap;
 use crate::btf::image_source::ImageSource;
 use crate::btf::sample::Sample;
 use crate::error::Result;
@@ -25,6 +26,10 @@ struct Held {
 impl ImageSource for Held {
     fn description(&self) -> &Description {
         &self.description
+    }
+
+    fn heights(&self) -> Result<Option<HeightMap>> {
+        Ok(None)
     }
 
     fn read_images(&self, images: Range<usize>, out: &mut [f32]) -> Result<()> {

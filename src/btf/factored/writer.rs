@@ -11,7 +11,8 @@ use crate::btf::description::{DESCRIPTION, DIRECTIONS, DType, Description, EIGEN
 use crate::btf::factored::content_id;
 use crate::btf::factored::factorization::Factorization;
 use crate::btf::factored::factors::{LARGEST_FACTOR, unsound};
-use crate::btf::writer::{begin_array, objection_to_replacing};
+use crate::btf::height_map::HeightMap;
+use crate::btf::writer::{begin_array, objection_to_replacing, write_heights};
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::FolderInProgress;
 use crate::format::json;
@@ -26,6 +27,7 @@ pub struct FactoredWriter {
     factors: Factorization,
     directions: RowFile,
     eigentextures: RowFile,
+    heights: Option<HeightMap>,
 }
 
 impl FactoredWriter {
@@ -47,7 +49,13 @@ impl FactoredWriter {
             folder,
             description,
             factors,
+            heights: None,
         })
+    }
+
+    /// Gives the sample heights; they are written in the end.
+    pub fn set_heights(&mut self, heights: Option<HeightMap>) {
+        self.heights = heights;
     }
 
     /// Adds rows of `directions.npy`: K numbers per image, image after image, channel after channel.
@@ -64,6 +72,7 @@ impl FactoredWriter {
     pub fn finish(mut self) -> Result<Description> {
         self.directions.finish(&self.target)?;
         self.eigentextures.finish(&self.target)?;
+        write_heights(self.heights.as_ref(), &self.description, &self.folder)?;
         let [directions, eigentextures] =
             [DIRECTIONS, EIGENTEXTURES].map(|name| self.folder.member(name));
         self.description.id = content_id::of_files(&directions, &eigentextures, &self.factors)?;

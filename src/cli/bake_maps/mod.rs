@@ -11,6 +11,7 @@ use clap::Args;
 
 use crate::btf::sample::{self, Sample};
 use crate::cli::atlas::{self, is_atlas};
+use crate::cli::info::kind::Kind;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -182,9 +183,9 @@ impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
         let mut files = Files::default()
-            .read([&self.sample])
+            .read_as(&[Kind::Sample], &self.sample)
             .read(&sample::files_of(&self.sample))
-            .read([&self.map])
+            .read_as(&[Kind::Map, Kind::Atlas, Kind::FaceMap], &self.map)
             .read(&atlas::files(&self.map))
             .read(&self.options.environment)
             .write("output", [&self.output], Product::Folder(&TEXTURES_FOLDER));

@@ -8,6 +8,7 @@ use crate::cli::session::Session;
 use crate::cli::transfer::describe;
 use crate::error::Result;
 use crate::render::memory::table_bytes;
+use crate::render::parallax::Decision;
 use crate::render::sequence::{Inputs, with_renderer};
 use crate::render::texel_baking::OwnPoints;
 use crate::textures::folder::write_lit;
@@ -28,7 +29,7 @@ impl Arguments {
             bytes_to_bake(description).saturating_add(table)
         })?;
         let canvas = Canvas::new(&atlas.map, 1).map_err(|error| error.in_file(&self.map))?;
-        let colors = self.colors(sample, &atlas, &canvas.sites(), session)?;
+        let (colors, parallax) = self.colors(sample, &atlas, &canvas.sites(), session)?;
         let size = [atlas.map.width, atlas.map.height];
         let points = canvas.points();
         let is_inside = |texel| points.is_inside(texel);
@@ -39,6 +40,8 @@ impl Arguments {
         let written = write_lit(&self.output, &atlas.map, &textures, progress)?;
         let (inside, charts) = (points.inside(), atlas.map.atlas().charts);
         Ok(describe(&written, &self.output)
+            .line(parallax.describe())
+            .figure("parallax", parallax.heights.is_some())
             .line(format!("{inside} texels in {charts} charts"))
             .figure("texels", inside)
             .figure("charts", charts))
@@ -51,7 +54,7 @@ impl Arguments {
         atlas: &AtlasInput,
         sites: &TexelSites,
         session: &Session,
-    ) -> Result<Vec<[f32; 3]>> {
+    ) -> Result<(Vec<[f32; 3]>, Decision)> {
         let progress = session.progress();
         // What casts shadows.
         let (map, _) = atlas
@@ -74,22 +77,22 @@ impl Arguments {
             map: &sites.map,
             facets: &sites.facets,
             cover: cover.as_ref(),
+            neighbors: &sites.neighbors(atlas.map.width),
         };
         let side = atlas.side();
-        let shaded =
-            with_renderer(
-                &inputs,
-                &self.shading(),
-                &progress,
-                |renderer, frames| match frames.first() {
-                    Some(frame) => renderer.point_colors(frame, points, side),
-                    None => Ok(Vec::new()),
-                },
-            )?;
+        let (shaded, parallax) = with_renderer(
+            &inputs,
+            &self.shading(),
+            &progress,
+            |renderer, frames| match frames.first() {
+                Some(frame) => renderer.point_colors(frame, points, side),
+                None => Ok(Vec::new()),
+            },
+        )?;
         let mut colors = vec![[0.0; 3]; atlas.map.len()];
         for (&texel, color) in sites.texels.iter().zip(shaded) {
             colors[texel as usize] = color;
         }
-        Ok(colors)
+        Ok((colors, parallax))
     }
 }

@@ -32,16 +32,15 @@ impl Arguments {
             folder: crate::format::atomic::parent(&self.output),
             force: self.force,
         };
-        let colors =
-            with_renderer(
-                &inputs,
-                &self.shading(),
-                &progress,
-                |renderer, frames| match frames.first() {
-                    Some(frame) => renderer.texel_colors(frame, &placed.hits, texel),
-                    None => Ok(Vec::new()),
-                },
-            )?;
+        let (colors, parallax) = with_renderer(
+            &inputs,
+            &self.shading(),
+            &progress,
+            |renderer, frames| match frames.first() {
+                Some(frame) => renderer.texel_colors(frame, &placed.hits, texel),
+                None => Ok(Vec::new()),
+            },
+        )?;
         let pairs = padding(&target.points, &target.atlas, &target.surface.mesh, PADDED);
         let is_inside = |texel| target.points.is_inside(texel);
         let textures = self.textures([side; 2], colors, &pairs, is_inside);
@@ -55,6 +54,8 @@ impl Arguments {
         let (folder, from) = (&self.output, &map.header.sample);
         let written = write_set(folder, &subject, from, &textures, &model, progress)?;
         Ok(describe(&written, folder)
+            .line(parallax.describe())
+            .figure("parallax", parallax.heights.is_some())
             .line(format!(
                 "{inside} texels in {} charts, {texel:.4} mesh units each",
                 target.atlas.charts

@@ -18,6 +18,9 @@ pub fn describe(path: &Path) -> Result<Outcome> {
             "{rank} components per channel, colour model {model}"
         ));
     }
+    if file.heights().is_some() {
+        outcome = outcome.line("with a height per texel");
+    }
     for note in file.notes() {
         outcome = outcome.line(note.as_str());
     }
@@ -57,5 +60,6 @@ fn with_header(outcome: Outcome, file: &BonnFile) -> Outcome {
         .figure("height", header.height)
         .figure("views", header.sampling.views.len())
         .figure("lights", header.sampling.lights.len())
+        .figure("heights", file.heights().is_some())
         .figure("notes", file.notes())
 }

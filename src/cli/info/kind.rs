@@ -41,6 +41,9 @@ pub enum Kind {
     Frames,
 }
 
+/// What a mesh is read from: maps are meshes too.
+pub const MESHES: [Kind; 3] = [Kind::Mesh, Kind::Map, Kind::FaceMap];
+
 /// What `info` knows, for errors.
 const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
     a capture (a list, .lp or .csv, or a folder or a zip archive of images), a .btf file of Bonn, a fit over lights (.ptm, .rti), a table of directions or a camera path (.csv, .json), a \
@@ -56,6 +59,31 @@ pub fn unknown(path: &Path) -> Error {
 }
 
 impl Kind {
+    /// What a message calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sample => "a BTF sample (NAME.sample)",
+            Self::Atlas => "an atlas (NAME.atlas)",
+            Self::Textures => "a folder of textures",
+            Self::Map => "a surface texton map (NAME.map.ply)",
+            Self::FaceMap => "a face map (NAME.faces.ply)",
+            Self::Mesh => "a mesh (PLY, OBJ, STL, OFF or glTF)",
+            Self::Archive => "an archive (.npz)",
+            Self::Array => "an array (.npy)",
+            Self::Image => "an image",
+            Self::Material => "a folder of texture maps or a material recipe",
+            Self::Scene => "a scene (.toml)",
+            Self::Capture => "a capture (a list or a folder of images)",
+            Self::Bonn => "a .btf file of Bonn",
+            Self::Ptm => "a polynomial texture map (.ptm)",
+            Self::Hsh => "a hemispherical harmonics fit (.rti)",
+            Self::Directions => "a table of directions",
+            Self::CameraPath => "a camera path",
+            Self::Json => "a JSON file",
+            Self::Frames => "a folder of frames",
+        }
+    }
+
     /// What is at `path`.
     pub fn of(path: &Path) -> Result<Self> {
         if path.join(DESCRIPTION).is_file() {

@@ -12,6 +12,8 @@ use crate::progress::Progress;
 use crate::render::held_out::{
     AngleError, ErrorSum, HeldOutPart, HeldOutReport, LeaveOut, MOST_HELD, measure,
 };
+use crate::render::nearest::Weighting;
+use crate::render::parallax::Trial;
 
 /// Leaves directions of a sample out and adds what came of it to an outcome.
 pub fn add(
@@ -21,7 +23,8 @@ pub fn add(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<Outcome> {
-    let report = measure(&Sample::open(path)?, leave_out, seed, progress)?;
+    let sample = Sample::open(path)?;
+    let report = measure(&sample, leave_out, seed, progress)?;
     let outcome = match report.parts.is_empty() {
         true => {
             outcome.line("left out: nothing, as one direction has no others to be predicted from")
@@ -32,11 +35,33 @@ pub fn add(
         .parts
         .iter()
         .fold(outcome, |outcome, part| outcome.line(line(part)));
+    let outcome = with_parallax(outcome, &sample, &progress)?;
     let parts: Vec<Value> = report.parts.iter().map(figures).collect();
     Ok(outcome.figure(
         "leave_out",
         json!({ "directions": name(leave_out), "texels": report.texels.0, "parts": parts }),
     ))
+}
+
+/// Adds what parallax changes, where the sample has heights.
+fn with_parallax(outcome: Outcome, sample: &Sample, progress: &Progress<'_>) -> Result<Outcome> {
+    let Some(heights) = sample.heights()? else {
+        return Ok(outcome);
+    };
+    let weighting = Weighting::default();
+    let Some(trial) = Trial::of(sample, &heights, weighting, MOST_HELD, progress)? else {
+        return Ok(outcome);
+    };
+    Ok(outcome
+        .line(format!(
+            "  with parallax, under a few lights: {}",
+            trial.describe()
+        ))
+        .figure(
+            "parallax",
+            json!({ "views": trial.views, "relative_error": trial.parallax.relative(),
+                "relative_error_plain": trial.plain.relative() }),
+        ))
 }
 
 fn name(leave_out: LeaveOut) -> String {

@@ -8,7 +8,7 @@ mod face_map;
 mod fit;
 mod image;
 mod json;
-mod kind;
+pub(in crate::cli) mod kind;
 mod leave_out;
 mod map;
 mod material;

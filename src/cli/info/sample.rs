@@ -4,8 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use rayon::prelude::*;
-use serde_json::Value;
+use serde_json::{Value, json};
 
+use crate::btf::HeightMap;
 use crate::btf::direction::Direction;
 use crate::btf::factored::products::Values as Multiplied;
 use crate::btf::sample::{Description, Pixels, RADIANCE, Sample, files_of};
@@ -26,6 +27,7 @@ pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     };
     check_same("id of the arrays", &id, sample.id(), false)
         .map_err(|error| error.in_file(&arrays))?;
+    let heights = sample.heights()?;
     let values = Values::of(&sample, progress)?;
     let outcome = Outcome::default()
         .line(headline(description))
@@ -50,10 +52,29 @@ pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
         .figure("least", values.least)
         .figure("most", values.most)
         .figure("mean", values.mean.to_vec());
+    let outcome = with_heights(outcome, heights.as_ref());
     match sample.factors() {
         Some(_) => factored(outcome, path, description, &values),
         None => Ok(outcome),
     }
+}
+
+/// Adds how high the surface lies, where the sample says so.
+fn with_heights(outcome: Outcome, heights: Option<&HeightMap>) -> Outcome {
+    let Some(heights) = heights else {
+        return outcome
+            .line("no heights: `mesotex heights` estimates them")
+            .figure("heights", Value::Null);
+    };
+    let ([least, most], deviation) = (heights.range(), heights.deviation());
+    outcome
+        .line(format!(
+            "heights {least:.2} to {most:.2} texels above z = 0, standard deviation {deviation:.2}"
+        ))
+        .figure(
+            "heights",
+            json!({"least": least, "most": most, "deviation": deviation}),
+        )
 }
 
 /// Adds what is special to factored samples: rank, size on disk, values that come out negative.

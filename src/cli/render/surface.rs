@@ -17,17 +17,17 @@ use crate::synthesis::faces::memory::bytes_to_decorate;
 use crate::textures::memory::bytes_to_draw;
 
 /// A surface to draw.
-pub(super) struct Surface {
-    pub(super) map: SurfaceTextonMap,
+pub(in crate::cli) struct Surface {
+    pub(in crate::cli) map: SurfaceTextonMap,
     /// A plain colour below the texture.
-    pub(super) cover: Option<Cover>,
+    pub(in crate::cli) cover: Option<Cover>,
     /// The id of all that it was made of.
-    pub(super) id: ContentId,
+    pub(in crate::cli) id: ContentId,
 }
 
 /// Reads a map, or an atlas as `look` says. Vertex shading gives every face of a face map the one value at its source's
 /// centre, pixel shading what the sample has inside.
-pub(super) fn read(
+pub(in crate::cli) fn read(
     path: &Path,
     (look, shading): (Look, Shading),
     progress: Progress<'_>,

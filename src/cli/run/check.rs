@@ -3,13 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::error::{ContextKind, ContextValue};
 use clap::{ArgAction, CommandFactory, Parser};
 use toml::Value;
 
+use crate::cli::failure::likely_names::suggestion;
+use crate::cli::failure::refusal::Refusal;
 use crate::cli::outputs::Files;
 use crate::cli::run::document::Key;
-use crate::cli::run::faults::{Faults, Place, suggestion};
+use crate::cli::run::faults::{Faults, Place};
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::{Draft, Scene};
 use crate::cli::{Command, CommandLine};
@@ -90,12 +91,27 @@ struct Objection {
     says: String,
 }
 
+impl Objection {
+    fn of(error: &clap::Error, words: &[String]) -> Self {
+        match Refusal::of(error, words) {
+            Some(refusal) => Self {
+                option: refusal.option,
+                says: refusal.says,
+            },
+            None => Self {
+                option: None,
+                says: error.render().to_string(),
+            },
+        }
+    }
+}
+
 fn parse(words: &[String]) -> Result<Command, Objection> {
-    let words = std::iter::once("mesotex").chain(words.iter().map(String::as_str));
-    let command = CommandLine::try_parse_from(words).map_err(|error| Objection {
-        option: option_of(&error),
-        says: first_paragraph(&error),
-    })?;
+    let words: Vec<String> = std::iter::once("mesotex".to_owned())
+        .chain(words.iter().cloned())
+        .collect();
+    let command =
+        CommandLine::try_parse_from(&words).map_err(|error| Objection::of(&error, &words))?;
     let checked = command.command.check().map_err(|error| Objection {
         option: match &error {
             Error::Option { option, .. } => Some(option.clone()),
@@ -104,22 +120,6 @@ fn parse(words: &[String]) -> Result<Command, Objection> {
         says: error.to_string(),
     });
     checked.map(|()| command.command)
-}
-
-/// The option that an error of the command line is about.
-fn option_of(error: &clap::Error) -> Option<String> {
-    let ContextValue::String(argument) = error.get(ContextKind::InvalidArg)? else {
-        return None;
-    };
-    let name = argument.strip_prefix("--")?;
-    let end = name.find(|c: char| !c.is_alphanumeric() && c != '-');
-    Some(name[..end.unwrap_or(name.len())].to_owned())
-}
-
-fn first_paragraph(error: &clap::Error) -> String {
-    let text = error.render().to_string();
-    let text = text.split("\n\n").next().unwrap_or_default();
-    text.trim_start_matches("error: ").trim().to_owned()
 }
 
 /// Keys of a section that are no options of its command, or are set to what such an option cannot be.

@@ -80,20 +80,6 @@ impl Faults {
     }
 }
 
-/// `; did you mean `NAME`?` for the known name that is nearest to what was written, or nothing.
-pub fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    /// How alike two names are that are likely meant for each other (Jaro-Winkler, 1 the same).
-    const ALIKE: f64 = 0.75;
-    let likeness = |name: &&str| strsim::jaro_winkler(written, name);
-    let best = known
-        .into_iter()
-        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    match best.filter(|name| likeness(name) >= ALIKE) {
-        Some(name) => format!("; did you mean `{name}`?"),
-        None => String::new(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,12 +96,5 @@ mod tests {
             "scene.toml: 2 faults\n  line 2: twice\n  line 9: [knn] k: no number"
         );
         assert!(matches!(error, Error::Faults { usage: true, .. }));
-    }
-
-    #[test]
-    fn near_names_are_suggested_and_far_ones_are_not() {
-        let known = ["neighborhood", "k", "min-separation"];
-        assert!(suggestion("neighbourhood", known).contains("`neighborhood`"));
-        assert_eq!(suggestion("colour", known), "");
     }
 }

@@ -1,12 +1,15 @@
 //! `mesotex run`: a scene file → every stage in order, skipping what is done.
 //!
 //! [`scene`] (from the [`document`]) says which stages there are, [`check`] holds them against the rules
-//! of their commands before the first one runs, [`record`] knows which are done.
+//! of their commands before the first one runs, [`record`] knows which are done. [`pages`] come last; [`overview`] is
+//! what they tell of the stages.
 
 mod check;
 mod document;
 pub mod faults;
 mod known_files;
+pub(in crate::cli) mod overview;
+mod pages;
 mod record;
 pub mod scene;
 
@@ -21,15 +24,14 @@ use crate::cli::outcome::Outcome;
 pub use crate::cli::run::record::FORMAT as RECORD_FORMAT;
 
 use crate::cli::run::check::Stage;
-use crate::cli::run::faults::Faults;
+use crate::cli::run::overview::{command_line, enter, opened, quoted, read_text};
+use crate::cli::run::pages::Pages;
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::atomic::leftovers;
-use crate::format::guard::guarded;
 use crate::format::lock::OutputLock;
-use crate::format::text;
 
 /// Run a whole scene, stage by stage; stages whose inputs and options did not change are skipped.
 ///
@@ -47,6 +49,9 @@ pub struct Arguments {
     /// Run every stage, even where nothing changed.
     #[arg(long)]
     pub fresh: bool,
+    /// Make no pages at the end.
+    #[arg(long)]
+    pub no_pages: bool,
     /// Check the scene, print the commands that would be run, and write nothing.
     #[arg(long)]
     pub dry_run: bool,
@@ -57,10 +62,10 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let text = text::read(&self.scene, LARGEST_SCENE)?.text;
+        let text = read_text(&self.scene)?;
         let folder = self.scene.parent().unwrap_or(Path::new("")).to_path_buf();
         enter(&folder)?;
-        let (scene, stages, record) = read(&self.scene, &text)?;
+        let (scene, stages, record) = opened(&self.scene, &text)?;
         let session = session.with_seed(self.common.seed.or(scene.seed));
         let is_damaged = record.is_damaged;
         let chain = Chain {
@@ -80,19 +85,21 @@ impl Arguments {
                 .progress()
                 .warn("run.json: damaged, or of another version; every stage runs again");
         }
-        chain.run(&stages)
+        let pages = Pages {
+            scene: &scene,
+            file: self.scene.file_name().unwrap_or_default().into(),
+            common: &self.common,
+        };
+        chain.run(&stages, (!self.no_pages).then_some(&pages))
     }
 }
 
-/// The largest scene read, in bytes.
-const LARGEST_SCENE: u64 = 1 << 20;
-
 /// Says which stages a scene has and what they make; everything wrong with it is an error.
 pub fn describe(path: &Path, session: &Session) -> Result<Outcome> {
-    let text = text::read(path, LARGEST_SCENE)?.text;
+    let text = read_text(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     enter(&folder)?;
-    let (scene, stages, record) = read(path, &text)?;
+    let (scene, stages, record) = opened(path, &text)?;
     let session = session.with_seed(scene.seed);
     let chain = Chain {
         session: &session,
@@ -101,29 +108,6 @@ pub fn describe(path: &Path, session: &Session) -> Result<Outcome> {
         record,
     };
     chain.products(&scene, &stages)
-}
-
-/// The scene, its stages, and what is known of earlier runs; all that is wrong with it is one error.
-fn read(path: &Path, text: &str) -> Result<(Scene, Vec<Stage>, Record)> {
-    guarded(path, || {
-        let mut faults = Faults::default();
-        let scene = Scene::parse(text, &mut faults);
-        let record = Record::open(&scene.output.join("run.json"))?;
-        let mut stages = Vec::new();
-        if !scene.name.is_empty() {
-            stages = check::stages(&scene, &record, &mut faults);
-        }
-        faults.into_result(path)?;
-        Ok((scene, stages, record))
-    })
-}
-
-/// Makes the paths of a scene relative to its file.
-fn enter(folder: &Path) -> Result<()> {
-    if folder.as_os_str().is_empty() {
-        return Ok(());
-    }
-    std::env::set_current_dir(folder).map_err(Error::io(folder, "enter"))
 }
 
 /// The stages of a scene on their way.
@@ -136,7 +120,7 @@ struct Chain<'a> {
 
 impl Chain<'_> {
     /// Runs what is not done; every stage's report is said when it is finished.
-    fn run(mut self, stages: &[Stage]) -> Result<Outcome> {
+    fn run(mut self, stages: &[Stage], pages: Option<&Pages<'_>>) -> Result<Outcome> {
         let mut reports = Vec::new();
         for stage in stages {
             let key = Record::key(&stage.words, self.session.seed());
@@ -159,8 +143,13 @@ impl Chain<'_> {
                 }
             }
         }
+        let pages = match pages {
+            Some(pages) => pages.make(stages, &mut self.record, self.session)?,
+            None => Vec::new(),
+        };
         self.record.close()?;
-        Ok(self.where_to_look(Outcome::default().figure("stages", reports), stages))
+        let outcome = Outcome::default().figure("stages", reports);
+        Ok(self.where_to_look(outcome, stages, &pages))
     }
 
     fn run_stage(&mut self, stage: &Stage, key: &str) -> Result<Value> {
@@ -168,8 +157,11 @@ impl Chain<'_> {
         self.record.make_way(&stage.command.files()?)?;
         let report = stage.command.run(self.session)?;
         // What a file names may have changed while the stage ran.
-        self.record
-            .note(key, &stage.command.files()?, &report.inside)?;
+        self.record.note(
+            key,
+            (&stage.command.files()?, &report.inside),
+            begun.elapsed().as_secs_f64(),
+        )?;
         let mut text = format!("{:<10} {:.1} s", stage.name, begun.elapsed().as_secs_f64());
         for line in &report.lines {
             text += &format!("\n           {line}");
@@ -190,9 +182,9 @@ impl Chain<'_> {
                 true => outcome.line(format!("# {}: skipped, nothing changed", stage.name)),
                 false => outcome
                     .line(format!("# {}: would run", stage.name))
-                    .line(self.command_line(stage)),
+                    .line(command_line(stage, self.session.seed())),
             };
-            reports.push(json!({ "stage": stage.name, "skipped": is_done, "command": self.command_line(stage) }));
+            reports.push(json!({ "stage": stage.name, "skipped": is_done, "command": command_line(stage, self.session.seed()) }));
         }
         Ok(outcome.figure("stages", reports))
     }
@@ -248,14 +240,8 @@ impl Chain<'_> {
             .figure("stages", reports))
     }
 
-    /// The command of a stage as a line for a shell.
-    fn command_line(&self, stage: &Stage) -> String {
-        let words: Vec<_> = stage.words.iter().map(|word| quoted_word(word)).collect();
-        format!("mesotex {} --seed {}", words.join(" "), self.session.seed())
-    }
-
     /// Names what a person wants to open: the outputs of the last stages.
-    fn where_to_look(&self, mut outcome: Outcome, stages: &[Stage]) -> Outcome {
+    fn where_to_look(&self, mut outcome: Outcome, stages: &[Stage], pages: &[PathBuf]) -> Outcome {
         for output in stages.iter().flat_map(|stage| &stage.outputs) {
             outcome = outcome.wrote(&self.folder.join(output));
         }
@@ -263,20 +249,12 @@ impl Chain<'_> {
             let sheet = self.folder.join(&stage.output).join("contact.png");
             outcome = outcome.line(format!("look at {}", sheet.display()));
         }
+        for page in pages {
+            let page = self.folder.join(page);
+            outcome = outcome
+                .line(format!("open {} in a browser", page.display()))
+                .wrote(&page);
+        }
         outcome
     }
-}
-
-/// A word of a command line as a shell takes it whole; of an option, the value.
-fn quoted_word(word: &str) -> String {
-    match word.split_once('=') {
-        // The names of options are letters and dashes: others are refused before.
-        Some((name, value)) if name.starts_with("--") => format!("{name}={}", quoted(value)),
-        _ => quoted(word),
-    }
-}
-
-/// A text as a shell takes it whole.
-fn quoted(word: &str) -> String {
-    shlex::try_quote(word).map_or_else(|_| word.to_owned(), |word| word.into_owned())
 }

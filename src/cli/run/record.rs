@@ -44,6 +44,18 @@ struct Ledger {
 struct Done {
     inputs: BTreeMap<PathBuf, ContentId>,
     outputs: BTreeMap<PathBuf, ContentId>,
+    /// How long it took; records of earlier versions do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
+}
+
+/// What is known of a finished stage.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Finished {
+    /// How long it took.
+    pub seconds: Option<f64>,
+    /// What it wrote, by file.
+    pub outputs: BTreeMap<PathBuf, ContentId>,
 }
 
 impl Default for Ledger {
@@ -141,14 +153,29 @@ impl Record {
         Ok(())
     }
 
-    /// Notes that the stage is done: it read and wrote `files`, and put `inside` into the folders among
+    /// What is known of a finished stage.
+    pub fn finished(&self, key: &str) -> Option<Finished> {
+        let done = self.ledger.stages.get(key)?;
+        Some(Finished {
+            seconds: done.seconds,
+            outputs: done.outputs.clone(),
+        })
+    }
+
+    /// Notes that the stage is done in `seconds`: it read and wrote `files`, and put `inside` into the folders among
     /// them. Forgets older runs that wrote the same outputs.
-    pub fn note(&mut self, key: &str, files: &Files, inside: &[PathBuf]) -> Result<()> {
+    pub fn note(
+        &mut self,
+        key: &str,
+        (files, inside): (&Files, &[PathBuf]),
+        seconds: f64,
+    ) -> Result<()> {
         let outputs = written(files, inside);
         self.ledger.files.let_settle(&outputs);
         let done = Done {
             inputs: self.contents_of(&files.reads)?,
             outputs: self.contents_of(&outputs)?,
+            seconds: Some(seconds),
         };
         let main = files.writes.first().map(|output| output.path.clone());
         self.ledger.stages.retain(|_, old| {
@@ -250,7 +277,7 @@ mod tests {
         let key = Record::key(&words, 0);
         let mut record = Record::open(&at("run.json")).unwrap();
         assert!(!record.is_done(&key, &files).unwrap());
-        record.note(&key, &files, &[at("frame")]).unwrap();
+        record.note(&key, (&files, &[at("frame")]), 1.0).unwrap();
         let reopened = || Record::open(&at("run.json")).unwrap();
         assert!(reopened().is_done(&key, &files).unwrap());
         assert!(!reopened().is_done(&Record::key(&words, 1), &files).unwrap());

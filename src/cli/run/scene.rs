@@ -5,10 +5,13 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
 use toml::Value;
 
+use crate::cli::failure::likely_names::suggestion;
 use crate::cli::run::document::{Document, Key, Section};
-use crate::cli::run::faults::{Faults, Place, suggestion};
+use crate::cli::run::faults::{Faults, Place};
+use crate::render::UpAxis;
 
 /// Keys at the top of a scene.
 const TOP: [&str; 5] = ["name", "output", "seed", "sample", "surface"];
@@ -212,6 +215,26 @@ impl Scene {
         }
     }
 
+    /// The sample and the map.
+    pub fn sample_and_map(&self) -> [PathBuf; 2] {
+        let sample = self.sample.clone();
+        let sample = sample.unwrap_or_else(|| self.file("sample"));
+        [sample, self.file(self.kind_of_map())]
+    }
+
+    /// A page: NAME.KIND.html.
+    pub fn page(&self, kind: &str) -> PathBuf {
+        self.file(&format!("{kind}.html"))
+    }
+
+    /// The axis that points up in the first sequence of frames.
+    pub fn up(&self) -> UpAxis {
+        let stated = self.section("render").and_then(|section| section.key("up"));
+        let name = stated.and_then(|key| key.value.as_str());
+        let axis = name.map(|name| UpAxis::from_str(name, true));
+        axis.and_then(std::result::Result::ok).unwrap_or_default()
+    }
+
     /// What the file of the map ends with.
     fn kind_of_map(&self) -> &'static str {
         let says = |section: &Section, key: &str, wanted: &str| {
@@ -230,16 +253,12 @@ impl Scene {
 
     /// The stages of the scene, in order.
     pub fn drafts(&self, faults: &mut Faults) -> Vec<Draft> {
-        let sample = self.sample.clone().unwrap_or_else(|| self.file("sample"));
+        let [sample, map] = self.sample_and_map();
         let surface = self
             .surface
             .clone()
             .unwrap_or_else(|| self.file("mesh.ply"));
-        let (space, table, map) = (
-            self.file("space.npz"),
-            self.file("knn.npz"),
-            self.file(self.kind_of_map()),
-        );
+        let (space, table) = (self.file("space.npz"), self.file("knn.npz"));
         let mut drafts = Vec::new();
         for (command, key) in [("bake", "material"), ("import", "path")] {
             drafts.extend(self.source(command, key, self.file("sample"), faults));

@@ -28,6 +28,9 @@ pub struct Report {
     /// Of k-coherence alone.
     k: Option<usize>,
     levels: usize,
+    /// Why these, where they were chosen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    levels_reason: Option<String>,
     method: &'static str,
     /// Whether circles were marched, where the method has them.
     circles: Option<&'static str>,
@@ -123,7 +126,7 @@ impl Report {
     pub fn new(
         map: &SurfaceTextonMap,
         options: &SynthesisOptions,
-        plan: &Plan,
+        (plan, levels_reason): (&Plan, Option<String>),
         (circles, atlas): (Option<&'static str>, Option<AtlasFigures>),
         quality: Quality,
         metric_agreement: Option<Agreement>,
@@ -138,6 +141,7 @@ impl Report {
             seed: map.header.seed,
             k: (options.method == Method::KCoherence).then_some(plan.k),
             levels: plan.levels,
+            levels_reason,
             method: options.method.name(),
             circles,
             atlas,
@@ -169,6 +173,9 @@ impl Report {
                 found.coherence_half, found.coherence_one, found.mean_edge
             ))
             .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"));
+        if let Some(reason) = &self.levels_reason {
+            outcome = outcome.line(format!("{} levels: {reason}", self.levels));
+        }
         if let Some(found) = found.energies {
             outcome = outcome.line(format!(
                 "energy {:.3} of a random map's, {:.3} of the best texels' (at {} sites)",

@@ -25,6 +25,7 @@ use crate::sites::vertices::memory::{bytes_to_march, bytes_to_prepare};
 use crate::sites::vertices::surface;
 use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
 use crate::synthesis::check::neighborhoods;
+use crate::synthesis::level_choice::LevelChoice;
 use crate::synthesis::memory;
 use crate::synthesis::options::{Method, SynthesisOptions};
 
@@ -234,15 +235,45 @@ impl TargetArguments {
         }
     }
 
+    /// Reads the mesh, where the target is one.
+    pub fn read_mesh(&self, session: &Session) -> Result<Option<UserMesh>> {
+        let read = |path: &PathBuf| crate::mesh::reading::read(path, session.progress());
+        self.mesh.as_ref().map(read).transpose()
+    }
+
+    /// The levels on which a mesh's vertices are synthesized, where none are asked for and the method has the table's
+    /// windows.
+    pub fn choose_levels(
+        &self,
+        (space, table): (&Space, &NeighborTable),
+        user: Option<&UserMesh>,
+        options: &SynthesisOptions,
+    ) -> Result<Option<LevelChoice>> {
+        let has_windows = matches!(options.method, Method::KCoherence | Method::WeiLevoy);
+        let Some(user) = user.filter(|_| has_windows && !self.is_atlas()) else {
+            return Ok(None);
+        };
+        if options.levels.is_some() {
+            return Ok(None);
+        }
+        let vertices = user.mesh.positions.len();
+        // A texel wider than an edge leaves the windows fewer texels than there are vertices.
+        let texel = texel_on(&user.mesh, self.surface.texel)?;
+        let edge = texel_on(&user.mesh, None)?;
+        let texels = vertices as f64 * (edge / texel).powi(2);
+        let sites = vertices.min(texels as usize);
+        Ok(Some(LevelChoice::new(space, table, sites)))
+    }
+
     /// Prepares the target for the neighbourhoods of a method; `is_measured` says whether all figures are wanted.
     pub fn prepare(
         &self,
+        user: Option<UserMesh>,
         (space, table): (&Space, &NeighborTable),
         options: &SynthesisOptions,
         is_measured: bool,
         session: &Session,
     ) -> Result<Prepared> {
-        let exemplar = memory::exemplar_bytes(space, table, options);
         let windows = Windows {
             own: neighborhoods(space, table, options)?,
             measured: table.neighborhoods().swap_remove(0),
@@ -254,8 +285,8 @@ impl TargetArguments {
             guides: self.surface.guides(),
             seed: session.seed(),
         });
-        let read = |path: &PathBuf| crate::mesh::reading::read(path, session.progress());
-        let user = self.mesh.as_ref().map(read).transpose()?;
+        let polish = memory::polish_bytes(self.most_sites(user.as_ref()), options);
+        let exemplar = memory::exemplar_bytes(space, table, options) + polish;
         let mesh = self.mesh.as_ref().zip(user.as_ref());
         let mesh = mesh.map(|(path, user)| MeshTarget {
             path,
@@ -302,6 +333,15 @@ impl TargetArguments {
             prepared.target.controls = controls::of_target(surface, user, keys, session)?;
         }
         Ok(prepared)
+    }
+
+    /// Sites of level 0 at the most.
+    fn most_sites(&self, user: Option<&UserMesh>) -> u64 {
+        match (self.grid, user) {
+            (Some(grid), _) => u64::from(grid.width) * u64::from(grid.height),
+            (None, _) if self.is_atlas() => u64::from(self.atlas.resolution).pow(2),
+            (None, user) => user.map_or(0, |user| user.mesh.positions.len() as u64),
+        }
     }
 
     /// Whether sites are texels of an atlas.

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::btf::sample::{Description, Sample};
 use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
+use crate::cli::endings::check_stem;
 use crate::cli::exemplar::{describe_channels, with_kind, write_plain_sample};
 use crate::cli::mask::write_mask;
 use crate::cli::outcome::Outcome;
@@ -62,7 +63,10 @@ impl OutputOptions {
     /// Refuses what no input could satisfy.
     pub fn check(&self) -> Result<()> {
         match self.levels {
-            1..=16 => self.knn.validate(),
+            1..=16 => {
+                check_stem("output", &self.output)?;
+                self.knn.validate()
+            }
             levels => Err(Error::option("levels", levels.to_string(), "1 to 16")),
         }
     }
@@ -166,7 +170,12 @@ impl OutputOptions {
             source,
             ..first.clone().with_whole_images()
         };
+        let heights = picks.sample_heights(samples)?;
+        if heights.is_none() && has_heights(samples)? {
+            progress.warn("one of the samples has no heights, so what is made has none");
+        }
         let mut writer = SampleWriter::create(path, description)?;
+        writer.set_heights(heights);
         progress.begin("writing the sample", samples[0].image_count() as u64);
         for image in 0..samples[0].image_count() {
             let pixels = samples.iter().map(|sample| sample.image(image));
@@ -176,6 +185,16 @@ impl OutputOptions {
         progress.end();
         Ok(writer.finish()?.id)
     }
+}
+
+/// Whether a sample among several has heights.
+fn has_heights(samples: &[&Sample]) -> Result<bool> {
+    for sample in samples {
+        if sample.heights()?.is_some() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Colours as an 8-bit picture by the sRGB curve.

@@ -106,7 +106,7 @@ fn check(space: &Space, options: &KnnOptions) {
     for (at, level) in table.levels.iter().enumerate() {
         let grid = space.levels[at].grid;
         let n = &level.neighborhood;
-        let whole = level.whole(grid);
+        let whole = table.whole_texels(at, grid);
         for p in (0..grid.len() as u32).map(TexelIndex) {
             let row = level.neighbors.row(p.index());
             assert_eq!(row[0], p.0);
@@ -149,6 +149,7 @@ fn tables_are_brute_force_for_textons_and_vectors_at_both_borders() {
                 &KnnOptions {
                     min_separation: Some(3),
                     k: 3,
+                    margin: Margin::Full,
                     ..options
                 },
             );
@@ -170,6 +171,7 @@ fn a_window_wider_than_the_level_wraps_or_falls_off() {
         &random_space(6, 6, false, 1, false),
         &KnnOptions {
             k: 3,
+            margin: Margin::Full,
             ..KnnOptions::default()
         },
     );
@@ -195,14 +197,15 @@ fn whole_texels_have_all_samples_on_both_grids() {
         tileable: false,
     };
     let n = Neighborhood::square(7, 3);
-    let whole = n.whole_texels(grid, 11);
+    let full = |grid, k| Margin::Full.whole_texels(grid, k, |texel| n.fits(grid, texel));
+    let whole = full(grid, 11);
     // Rows 3 to 13 for the fine window; the parent's rows 1 to 7 of 9, so rows 2 to 15.
     for (texel, &whole) in whole.iter().enumerate() {
         let (row, col) = (texel / 20, texel % 20);
         assert_eq!(whole, (3..14).contains(&row) && (3..17).contains(&col));
     }
     assert!(
-        n.whole_texels(
+        full(
             TexelGrid {
                 tileable: true,
                 ..grid
@@ -212,7 +215,34 @@ fn whole_texels_have_all_samples_on_both_grids() {
         .iter()
         .all(|&w| w)
     );
-    assert!(n.whole_texels(grid, 155).iter().all(|&w| w));
+    assert!(full(grid, 155).iter().all(|&w| w));
+}
+
+#[test]
+fn margins_are_kept_and_tables_without_one_have_whole_windows() {
+    let space = random_space(12, 9, false, 1, false);
+    let table = build(&space, &KnnOptions::default(), Progress::silent()).unwrap();
+    let whole = table.whole_texels(0, space.levels[0].grid);
+    for (texel, &whole) in whole.iter().enumerate() {
+        let (row, col) = (texel / 12, texel % 12);
+        assert_eq!(whole, (1..8).contains(&row) && (1..11).contains(&col));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.knn.npz");
+    let mut written = table;
+    written.write(&path, &KnnOptions::default()).unwrap();
+    let mut file = npz::Reader::open(&path).unwrap();
+    let mut meta: Value = file.meta().unwrap();
+    assert_eq!(meta["margin"], 1);
+    meta.as_object_mut().unwrap().remove("margin");
+    let earlier: Meta = serde_json::from_value(meta).unwrap();
+    assert_eq!(earlier.margin, Margin::Full);
+    let too_wide = KnnOptions {
+        margin: Margin::Texels(5),
+        ..KnnOptions::default()
+    };
+    let error = build(&space, &too_wide, Progress::silent()).unwrap_err();
+    assert!(error.to_string().contains("margin"), "{error}");
 }
 
 #[test]

@@ -24,6 +24,8 @@ pub struct GltfMesh<'a> {
     pub triangles: &'a [[u32; 3]],
     /// Linear colours, written where there are no texture coordinates.
     pub colors: Option<&'a [[f32; 3]]>,
+    /// Further attributes by their names in glTF, written where there are no texture coordinates of corners.
+    pub attributes: &'a [(&'a str, VertexAttribute<'a>)],
     /// Texture coordinates of the corners of each triangle, v upwards. A vertex with several is repeated
     /// behind the others; what is not finite is written as 0.
     pub uvs: Option<&'a [[[f32; 2]; 3]]>,
@@ -31,6 +33,28 @@ pub struct GltfMesh<'a> {
     pub tangents: Option<&'a [[[f32; 4]; 3]]>,
     /// How it looks.
     pub material: Option<GltfMaterial<'a>>,
+}
+
+/// Numbers per vertex, under a name of glTF or one that begins with an underscore.
+#[derive(Clone, Copy, Debug)]
+pub enum VertexAttribute<'a> {
+    /// One number.
+    Scalar(&'a [f32]),
+    /// Two numbers.
+    Vec2(&'a [[f32; 2]]),
+    /// Four numbers.
+    Vec4(&'a [[f32; 4]]),
+}
+
+impl<'a> VertexAttribute<'a> {
+    /// The bytes, and what glTF calls the kind.
+    fn parts(self) -> (&'a [u8], &'static str) {
+        match self {
+            Self::Scalar(values) => (bytemuck::cast_slice(values), "SCALAR"),
+            Self::Vec2(values) => (bytemuck::cast_slice(values), "VEC2"),
+            Self::Vec4(values) => (bytemuck::cast_slice(values), "VEC4"),
+        }
+    }
 }
 
 /// Writes a binary glTF file of one mesh.
@@ -48,6 +72,7 @@ pub fn write(path: &Path, mesh: &GltfMesh<'_>) -> Result<()> {
         normals: &split.copied(mesh.normals),
         triangles: &split.triangles,
         colors: None,
+        attributes: &[],
         ..*mesh
     };
     write_lists(path, &copied, &split.uvs, &split.tangents)
@@ -129,10 +154,10 @@ fn description<'a>(
         node["translation"] = json!(mesh.origin);
     }
     let mut accessors = Vec::new();
-    let mut add = |bytes: &'a [u8], count: usize, kind: &str| {
-        let (target, component) = match kind {
-            "SCALAR" => (Target::Indices, 5125),
-            _ => (Target::Vertices, 5126),
+    let mut add = |bytes: &'a [u8], count: usize, kind: &str, target: Target| {
+        let component = match target {
+            Target::Indices => 5125,
+            Target::Vertices => 5126,
         };
         let view = buffer.add(bytes, Some(target));
         accessors.push(
@@ -142,19 +167,43 @@ fn description<'a>(
     };
     let count = mesh.positions.len();
     let mut attributes = json!({
-        "POSITION": add(bytemuck::cast_slice(mesh.positions), count, "VEC3"),
-        "NORMAL": add(bytemuck::cast_slice(mesh.normals), count, "VEC3"),
+        "POSITION": add(bytemuck::cast_slice(mesh.positions), count, "VEC3", Target::Vertices),
+        "NORMAL": add(bytemuck::cast_slice(mesh.normals), count, "VEC3", Target::Vertices),
     });
     let triangles = bytemuck::cast_slice(mesh.triangles);
-    let indices = add(triangles, mesh.triangles.len() * 3, "SCALAR");
+    let indices = add(
+        triangles,
+        mesh.triangles.len() * 3,
+        "SCALAR",
+        Target::Indices,
+    );
     if let Some(colors) = mesh.colors {
-        attributes["COLOR_0"] = json!(add(bytemuck::cast_slice(colors), count, "VEC3"));
+        attributes["COLOR_0"] = json!(add(
+            bytemuck::cast_slice(colors),
+            count,
+            "VEC3",
+            Target::Vertices
+        ));
     }
     if !uvs.is_empty() {
-        attributes["TEXCOORD_0"] = json!(add(bytemuck::cast_slice(uvs), count, "VEC2"));
+        attributes["TEXCOORD_0"] = json!(add(
+            bytemuck::cast_slice(uvs),
+            count,
+            "VEC2",
+            Target::Vertices
+        ));
     }
     if !tangents.is_empty() {
-        attributes["TANGENT"] = json!(add(bytemuck::cast_slice(tangents), count, "VEC4"));
+        attributes["TANGENT"] = json!(add(
+            bytemuck::cast_slice(tangents),
+            count,
+            "VEC4",
+            Target::Vertices
+        ));
+    }
+    for (name, attribute) in mesh.attributes {
+        let (bytes, kind) = attribute.parts();
+        attributes[*name] = json!(add(bytes, count, kind, Target::Vertices));
     }
     accessors[0]["min"] = json!(low);
     accessors[0]["max"] = json!(high);

@@ -61,7 +61,7 @@ pub fn measure(
     let texels = ComparedTexels::read(sample, seed, &progress)?;
     let mut parts = Vec::new();
     for &held in Held::of(sample.description()) {
-        let distinct = held.distinct(sample.description());
+        let distinct = held.distinct(sample.description())?;
         if distinct.len() < 2 {
             continue;
         }

@@ -1,6 +1,5 @@
 //! Predictions of what was left out, from the rest, with the renderer's weights.
 
-use clap::ValueEnum;
 use rayon::prelude::*;
 
 use crate::btf::direction::Direction;
@@ -28,6 +27,15 @@ impl Held {
         }
     }
 
+    /// The weightings that it can be predicted with.
+    fn weightings(self) -> &'static [Weighting] {
+        use Weighting::{Continuous, InverseAngle, Quadratic};
+        match self {
+            Self::Lights | Self::Views => &[Continuous, Quadratic, InverseAngle],
+            Self::Pairs => &[Continuous, InverseAngle],
+        }
+    }
+
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Lights => "lights",
@@ -37,14 +45,15 @@ impl Held {
     }
 
     /// The directions or pairs that differ from all before them.
-    pub(super) fn distinct(self, description: &Description) -> Vec<u32> {
+    pub(super) fn distinct(self, description: &Description) -> Result<Vec<u32>> {
         let (views, lights) = (&description.views, &description.lights);
-        match (self, &description.pairs) {
-            (Self::Lights, _) => DirectionSet::new(lights).kept().to_vec(),
-            (Self::Views, _) => DirectionSet::new(views).kept().to_vec(),
-            (Self::Pairs, Some(pairs)) => PairSet::new(views, lights, pairs).kept().to_vec(),
+        let any = Weighting::default();
+        Ok(match (self, &description.pairs) {
+            (Self::Lights, _) => DirectionSet::new(lights, any).kept().to_vec(),
+            (Self::Views, _) => DirectionSet::new(views, any).kept().to_vec(),
+            (Self::Pairs, Some(pairs)) => PairSet::new(views, lights, pairs, any)?.kept().to_vec(),
             (Self::Pairs, None) => Vec::new(),
-        }
+        })
     }
 }
 
@@ -73,7 +82,7 @@ impl Trial<'_> {
         let of_groups: Vec<Vec<Prediction>> = groups
             .par_iter()
             .map(|group| {
-                let predictions = self.leave_out(group);
+                let predictions = self.leave_out(group)?;
                 progress.advance(1)?;
                 Ok(predictions)
             })
@@ -87,31 +96,45 @@ impl Trial<'_> {
             }
             (weighting, errors)
         };
-        Ok(Weighting::value_variants()
-            .iter()
-            .map(of_weighting)
-            .collect())
+        Ok(self.held.weightings().iter().map(of_weighting).collect())
     }
 
     /// The predictions of each of a group.
-    fn leave_out(&self, group: &[u32]) -> Vec<Prediction> {
+    fn leave_out(&self, group: &[u32]) -> Result<Vec<Prediction>> {
         let is_left = |one: &u32| !group.contains(one);
         let rest: Vec<u32> = self.distinct.iter().copied().filter(is_left).collect();
         if rest.is_empty() {
-            return Vec::new();
+            return Ok(Vec::new());
         }
+        let weightings = self.held.weightings().iter();
+        let of_weighting = |&weighting: &Weighting| self.predict(group, &rest, weighting);
+        let predictions: Vec<Vec<Prediction>> =
+            weightings.map(of_weighting).collect::<Result<_>>()?;
+        Ok(predictions.concat())
+    }
+
+    /// The predictions of each of a group from the rest, with one weighting.
+    fn predict(
+        &self,
+        group: &[u32],
+        rest: &[u32],
+        weighting: Weighting,
+    ) -> Result<Vec<Prediction>> {
         match (self.held, &self.description.pairs) {
-            (Held::Pairs, Some(pairs)) => self.leave_pairs_out(pairs, group, &rest),
-            (Held::Views, _) => self.leave_directions_out::<false>(group, &rest),
-            (Held::Lights | Held::Pairs, _) => self.leave_directions_out::<true>(group, &rest),
+            (Held::Pairs, Some(pairs)) => self.predict_pairs(pairs, group, rest, weighting),
+            (Held::Views, _) => Ok(self.predict_directions::<false>(group, rest, weighting)),
+            (Held::Lights | Held::Pairs, _) => {
+                Ok(self.predict_directions::<true>(group, rest, weighting))
+            }
         }
     }
 
     /// Views or lights of a product; all others of the other kind are taken as they are.
-    fn leave_directions_out<const AS_LIGHTS: bool>(
+    fn predict_directions<const AS_LIGHTS: bool>(
         &self,
         group: &[u32],
         rest: &[u32],
+        weighting: Weighting,
     ) -> Vec<Prediction> {
         let (views, lights) = (&self.description.views, &self.description.lights);
         let (directions, others) = match AS_LIGHTS {
@@ -123,10 +146,10 @@ impl Trial<'_> {
             false => one as usize * lights.len() + other,
         };
         let kept: Vec<Direction> = rest.iter().map(|&one| directions[one as usize]).collect();
-        let set = DirectionSet::new(&kept);
-        let measure = |(&one, &weighting): (&u32, &Weighting)| {
+        let set = DirectionSet::new(&kept, weighting);
+        let measure = |&one: &u32| {
             let wanted = directions[one as usize];
-            let weights = direction_weights::<AS_LIGHTS>(&set, wanted, weighting);
+            let weights = direction_weights::<AS_LIGHTS>(&set, wanted);
             let mut sum = ErrorSum::default();
             for other in 0..others {
                 let from = |weight: &Weight| {
@@ -138,22 +161,25 @@ impl Trial<'_> {
             }
             (weighting, wanted.theta(), sum)
         };
-        with_weightings(group).map(measure).collect()
+        group.iter().map(measure).collect()
     }
 
-    fn leave_pairs_out(&self, pairs: &[[u32; 2]], group: &[u32], rest: &[u32]) -> Vec<Prediction> {
+    fn predict_pairs(
+        &self,
+        pairs: &[[u32; 2]],
+        group: &[u32],
+        rest: &[u32],
+        weighting: Weighting,
+    ) -> Result<Vec<Prediction>> {
         let (views, lights) = (&self.description.views, &self.description.lights);
         let kept: Vec<[u32; 2]> = rest.iter().map(|&pair| pairs[pair as usize]).collect();
-        let set = PairSet::new(views, lights, &kept);
-        let measure = |(&pair, &weighting): (&u32, &Weighting)| {
+        let set = PairSet::new(views, lights, &kept, weighting)?;
+        let measure = |&pair: &u32| {
             let [view, light] = pairs[pair as usize];
             let (view, light) = (lifted(views[view as usize].0), lights[light as usize]);
-            let mut found = Vec::new();
+            let (mut scratch, mut found) = (Scratch::default(), Vec::new());
             if light.0.z > 0.0 {
-                match weighting {
-                    Weighting::Continuous => set.continuous(view, light.0, &mut found),
-                    Weighting::InverseAngle => set.inverse_angle(view, light.0, &mut found),
-                }
+                set.weigh(view, light.0, &mut scratch, &mut found);
             }
             let from = |weight: &Weight| {
                 let place = set.kept()[weight.index as usize] as usize;
@@ -164,7 +190,7 @@ impl Trial<'_> {
             self.compare(pair as usize, &blend, &mut sum);
             (weighting, light.theta(), sum)
         };
-        with_weightings(group).map(measure).collect()
+        Ok(group.iter().map(measure).collect())
     }
 
     /// Adds the errors of a blend of images against a measured one.
@@ -179,37 +205,17 @@ impl Trial<'_> {
                 .iter()
                 .map(|(image, weight)| image[number] * weight)
                 .sum();
-            sum.add(predicted, measured);
+            sum.add(predicted.max(0.0), measured);
         }
     }
 }
 
-/// Each of a group with each weighting.
-fn with_weightings(group: &[u32]) -> impl Iterator<Item = (&u32, &'static Weighting)> {
-    let weightings = Weighting::value_variants();
-    group
-        .iter()
-        .flat_map(move |one| weightings.iter().map(move |weighting| (one, weighting)))
-}
-
 /// The weights of a set for a direction.
-fn direction_weights<const AS_LIGHTS: bool>(
-    set: &DirectionSet,
-    wanted: Direction,
-    weighting: Weighting,
-) -> Vec<Weight> {
+fn direction_weights<const AS_LIGHTS: bool>(set: &DirectionSet, wanted: Direction) -> Vec<Weight> {
     let (mut scratch, mut found) = (Scratch::default(), Vec::new());
     if AS_LIGHTS && wanted.0.z <= 0.0 {
         return found;
     }
-    let wanted = lifted(wanted.0);
-    match weighting {
-        Weighting::Continuous => {
-            set.continuous::<AS_LIGHTS>(wanted.as_vec3().to_array(), &mut scratch, &mut found);
-        }
-        Weighting::InverseAngle => {
-            set.inverse_angle::<AS_LIGHTS>(wanted, &mut scratch, &mut found);
-        }
-    }
+    set.weigh::<AS_LIGHTS>(lifted(wanted.0), &mut scratch, &mut found);
     found
 }

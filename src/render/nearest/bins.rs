@@ -1,12 +1,12 @@
 //! Candidate lists: for each cell of the upper hemisphere, every direction that could be nearer
-//! than R = 1.05 · d₅ to some direction of the cell. Exact: nothing is left out.
+//! than R, 1.05 times the angle to the direction that decides it, to some direction of the cell. Exact: nothing is left out.
 //!
 //! Cells are squares of the octahedral map of the hemisphere, turned by 45° so that it fills
 //! [−1, 1]². The map sends each cell (cut along its diagonal where the octahedron folds) to convex
 //! spherical polygons with the cell's corners, so a cell's radius is the largest angle from its
 //! centre to a corner.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::weights::{LARGEST_RATIO, REACH};
 
@@ -26,7 +26,7 @@ pub(super) struct Block {
 impl Block {
     /// The squared distances from a direction's tip to the candidates'.
     #[inline(always)]
-    pub fn squared_chords(&self, [x, y, z]: [f32; 3]) -> [f32; LANES] {
+    pub fn squared_chords(&self, Vec3 { x, y, z }: Vec3) -> [f32; LANES] {
         let mut squared = [0.0; LANES];
         for (lane, squared) in squared.iter_mut().enumerate() {
             let (dx, dy, dz) = (x - self.x[lane], y - self.y[lane], z - self.z[lane]);
@@ -67,7 +67,7 @@ pub(super) struct Bins {
 impl Bins {
     /// Lists for directions of which `counted` decide R; all directions when there are fewer.
     pub fn new(directions: &[DVec3], counted: usize) -> Self {
-        let side = (3.0 * (directions.len() as f64).sqrt())
+        let side = (6.0 * (directions.len() as f64).sqrt())
             .ceil()
             .clamp(4.0, 96.0) as usize;
         let mut bins = Self {

@@ -6,36 +6,37 @@
 //!
 //! - `inverse-angle`, the paper's: the 4 nearest by angle d, w = 1/d. A change of the nearest four
 //!   is a jump.
-//! - `continuous`: all with d < R = 1.05 · d₅ (the 5th nearest), w = ((R − d)/(R d))²: a direction
-//!   enters and leaves with weight 0.
+//! - `continuous`: all with d < R = 1.05 · d₅ (the 5th nearest), with the nearness
+//!   b = ((R − d)/(R d))² and the weights of a linear [`fit`], none below 0: what changes linearly from
+//!   direction to direction is reproduced, and a direction enters and leaves with weight 0. Lights
+//!   below the lowest sampled one are extrapolated: there negative weights come in.
+//! - `quadratic`: the same with d₁₀ and a quadratic fit, whose weights may be negative.
 //!
-//! Deviation: `continuous` is not the paper's; it is what a sweep without popping needs. The
-//! measured effect is in docs/rendering.md.
+//! Deviation: the last two are not the paper's; they are what a sweep without popping needs. The
+//! measured effect is in docs/rendering.md and docs/fidelity.md.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`product`] | weights of views, or of lights |
+//! | [`lanes`] | its fits in vector code: nearness, coordinates, moments |
+//! | [`bins`], [`angle`] | lists of candidates; angles from chords |
+//! | [`pairs`] | weights of scattered pairs |
+//! | [`fit`] | the small systems of both |
+//! | [`weights`] | what both share |
 
 mod angle;
 mod bins;
+mod fit;
+mod lanes;
 mod pairs;
 mod product;
 mod weights;
 
 pub use pairs::PairSet;
 pub use product::{DirectionSet, Scratch};
-pub use weights::Weight;
+pub use weights::{Weight, Weighting};
 
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
-
-/// How the nearest images are weighted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Weighting {
-    /// Every direction nearer than 1.05 times the 5th nearest, fading in and out; values are
-    /// scaled by the ratio of the lights' cosines, at most 2. A sweep does not pop.
-    #[default]
-    Continuous,
-    /// The 4 nearest views and the 4 nearest lights by inverse angle: Tong et al. 2002, literally.
-    InverseAngle,
-}
 
 /// A view below the horizon is lifted to this angle above it, in radians.
 pub const LIFT: f64 = 1e-3;

@@ -1,17 +1,19 @@
 //! Views or lights of a product sample: a set of directions weighted by angle.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::angle;
-use super::bins::{Bins, LANES};
-use super::weights::{REACH, Weight, below_lowest, distinct, inverse_weights, keep_nearest};
+use super::bins::{Bins, Block, LANES};
+use super::lanes::{LINEAR, Moments, Near, QUADRATIC, TangentPlane};
+use super::weights::{
+    REACH, Weight, Weighting, below_lowest, distinct, inverse_weights, keep_nearest,
+};
 use crate::btf::direction::{Direction, SAME_DIRECTION};
 
 /// The directions that `inverse-angle` takes.
 const NEAREST: usize = 4;
-/// The direction whose angle sets the reach of `continuous`.
-const COUNTED: usize = 5;
-
+/// How fast negative weights come in below the lowest sampled light: all of them from ¾ of its cosine on.
+const EXTRAPOLATION: f32 = 4.0;
 /// Distinct directions, ready to be weighted.
 #[derive(Clone, Debug)]
 pub struct DirectionSet {
@@ -20,35 +22,43 @@ pub struct DirectionSet {
     directions: Vec<Direction>,
     /// Cosine of the lowest direction's polar angle.
     lowest: f64,
+    weighting: Weighting,
     bins: Bins,
 }
 
-/// Working memory of a weighting, one a task.
+/// Working memory of a weighting, one per task.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     /// Squared lengths of the chords to the candidates.
     chords: Vec<[f32; LANES]>,
-    distances: Vec<(f64, u32)>,
+    near: Vec<Near>,
+    pub(super) distances: Vec<(f64, u32)>,
 }
 
 impl DirectionSet {
     /// Keeps the first of directions that are the same.
-    pub fn new(directions: &[Direction]) -> Self {
+    pub fn new(directions: &[Direction], weighting: Weighting) -> Self {
         let kept = distinct(directions);
         let directions: Vec<_> = kept.iter().map(|&i| directions[i as usize]).collect();
         let vectors: Vec<DVec3> = directions.iter().map(|d| d.0.normalize()).collect();
         let lowest = vectors.iter().map(|d| d.z).fold(1.0, f64::min);
         Self {
-            bins: Bins::new(&vectors, COUNTED),
+            bins: Bins::new(&vectors, counted(weighting)),
             kept,
             directions,
             lowest,
+            weighting,
         }
     }
 
     /// How many distinct directions there are.
     pub fn len(&self) -> usize {
         self.kept.len()
+    }
+
+    /// The distinct directions.
+    pub fn directions(&self) -> &[Direction] {
+        &self.directions
     }
 
     /// Whether there are none.
@@ -67,47 +77,69 @@ impl DirectionSet {
         f64::from(cosine) < self.lowest - 1e-6
     }
 
-    /// The `continuous` weights of a unit direction above the horizon, into `out`; they sum to 1.
-    /// With `AS_LIGHTS` each is scaled by min(cos θ / cos θᵢ, 2).
+    /// The weights of a unit direction above the horizon, into `out`: they sum to 1. With `AS_LIGHTS`
+    /// each is then scaled to the wanted light, by min(cos θ / cos θᵢ, 2); those of `inverse-angle` are
+    /// scaled together below the lowest sampled direction.
     #[inline(always)]
-    pub fn continuous<const AS_LIGHTS: bool>(
+    pub fn weigh<const AS_LIGHTS: bool>(
         &self,
-        wanted: [f32; 3],
+        wanted: DVec3,
         scratch: &mut Scratch,
         out: &mut Vec<Weight>,
     ) {
-        let [x, y, z] = wanted;
-        let blocks = self.bins.of_direction(x, y, z);
-        let chords = &mut scratch.chords;
-        chords.clear();
-        chords.extend(blocks.iter().map(|block| block.squared_chords(wanted)));
+        match self.weighting {
+            Weighting::Continuous => self.fit::<LINEAR, AS_LIGHTS>(wanted.as_vec3(), scratch, out),
+            Weighting::Quadratic => {
+                self.fit::<QUADRATIC, AS_LIGHTS>(wanted.as_vec3(), scratch, out);
+            }
+            Weighting::InverseAngle => self.inverse_angle::<AS_LIGHTS>(wanted, scratch, out),
+        }
+    }
+
+    /// The weights of a local [fit](super::fit) with `N` terms beside the constant.
+    #[inline(always)]
+    fn fit<const N: usize, const AS_LIGHTS: bool>(
+        &self,
+        wanted: Vec3,
+        scratch: &mut Scratch,
+        out: &mut Vec<Weight>,
+    ) {
+        let Scratch { chords, near, .. } = scratch;
+        let blocks = self.bins.of_direction(wanted.x, wanted.y, wanted.z);
+        chords.resize(blocks.len(), [0.0; LANES]);
+        for (block, chords) in blocks.iter().zip(chords.iter_mut()) {
+            *chords = block.squared_chords(wanted);
+        }
         let nearest = smallest(chords);
-        let takes_all = angle::of_squared_chord(nearest) < SAME_DIRECTION as f32;
-        let reach = if self.len() < COUNTED {
-            std::f32::consts::PI
-        } else {
-            let counted = angle::of_squared_chord(counted_smallest(chords));
-            (REACH as f32 * counted).min(std::f32::consts::PI)
-        };
+        if angle::of_squared_chord(nearest) < SAME_DIRECTION as f32 {
+            out.clear();
+            out.extend(only::<AS_LIGHTS>(wanted.z, nearest, blocks, chords));
+            return;
+        }
+        let reach = self.reach(chords);
+        let plane = TangentPlane::at(wanted);
+        let mut moments = Moments::<N>::new();
+        near.resize(blocks.len(), Near::NONE);
+        for ((block, chords), near) in blocks.iter().zip(chords.iter()).zip(near.iter_mut()) {
+            *near = plane.near(block, chords, reach);
+            moments.add(near);
+        }
+        let tilt = moments.tilt();
+        let negative = self.share_of_negative::<N, AS_LIGHTS>(wanted.z);
         out.resize(blocks.len() * LANES, Weight::default());
         let (mut sum, mut count) = (0.0, 0);
-        for (block, chords) in blocks.iter().zip(chords.iter()) {
-            let weights = if takes_all {
-                all_for(nearest, chords)
-            } else {
-                fading(chords, reach)
-            };
-            let scales = if AS_LIGHTS {
-                block.cosine_ratios(z)
-            } else {
-                [1.0; LANES]
+        for (block, near) in blocks.iter().zip(near.iter()) {
+            let weights = near.tilted(tilt, negative);
+            let scales = match AS_LIGHTS {
+                true => block.cosine_ratios(wanted.z),
+                false => [1.0; LANES],
             };
             for lane in 0..LANES {
                 out[count] = Weight {
                     index: block.index[lane],
                     weight: weights[lane] * scales[lane],
                 };
-                count += usize::from(weights[lane] > 0.0);
+                count += usize::from(weights[lane] != 0.0);
                 sum += weights[lane];
             }
         }
@@ -118,9 +150,33 @@ impl DirectionSet {
         }
     }
 
-    /// The `inverse-angle` weights of a unit direction, into `out`; they sum to 1. With
-    /// `AS_LIGHTS` they are scaled down below the lowest sampled direction.
-    pub fn inverse_angle<const AS_LIGHTS: bool>(
+    /// The share of negative weights that a fit keeps: all of a quadratic one and none of a linear one,
+    /// but for lights below the lowest sampled one, where shadows go on growing as they grow above it.
+    #[inline(always)]
+    fn share_of_negative<const N: usize, const AS_LIGHTS: bool>(&self, cosine: f32) -> f32 {
+        match (N, AS_LIGHTS) {
+            (LINEAR, false) => 0.0,
+            (LINEAR, true) => {
+                let below = 1.0 - cosine / self.lowest as f32;
+                (EXTRAPOLATION * below).clamp(0.0, 1.0)
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// R: 1.05 times the angle to the direction that decides it, π where there are fewer.
+    #[inline(always)]
+    fn reach(&self, chords: &[[f32; LANES]]) -> f32 {
+        let counted = counted(self.weighting);
+        if self.len() < counted {
+            return std::f32::consts::PI;
+        }
+        let angle = angle::of_squared_chord(counted_smallest(chords, counted as i32));
+        (REACH as f32 * angle).min(std::f32::consts::PI)
+    }
+
+    /// The `inverse-angle` weights.
+    fn inverse_angle<const AS_LIGHTS: bool>(
         &self,
         wanted: DVec3,
         scratch: &mut Scratch,
@@ -149,22 +205,34 @@ impl DirectionSet {
     }
 }
 
-/// The weights ((R − d)/(R d))² of directions at squared chords, 0 from R on. Directions as near
-/// as [`SAME_DIRECTION`] are not among them.
+/// The direction whose angle sets the reach of a fit.
 #[inline(always)]
-fn fading(chords: &[f32; LANES], reach: f32) -> [f32; LANES] {
-    let mut weights = [0.0; LANES];
-    for (weight, &chord) in weights.iter_mut().zip(chords) {
-        let d = angle::of_squared_chord(chord);
-        let fading = (reach - d) / (reach * d);
-        *weight = if d < reach { fading * fading } else { 0.0 };
+fn counted(weighting: Weighting) -> usize {
+    match weighting {
+        Weighting::Quadratic => 10,
+        Weighting::Continuous | Weighting::InverseAngle => 5,
     }
-    weights
 }
 
-/// The weights where the direction at the chord `nearest` takes all.
-fn all_for(nearest: f32, chords: &[f32; LANES]) -> [f32; LANES] {
-    chords.map(|chord| if chord == nearest { 1.0 } else { 0.0 })
+/// All the weight for the first direction at the chord `nearest`.
+#[inline(always)]
+fn only<const AS_LIGHTS: bool>(
+    cosine: f32,
+    nearest: f32,
+    blocks: &[Block],
+    chords: &[[f32; LANES]],
+) -> Option<Weight> {
+    let lane = chords
+        .as_flattened()
+        .iter()
+        .position(|&chord| chord == nearest)?;
+    let (block, lane) = (&blocks[lane / LANES], lane % LANES);
+    let weight = match AS_LIGHTS {
+        true => block.cosine_ratios(cosine)[lane],
+        false => 1.0,
+    };
+    let index = block.index[lane];
+    Some(Weight { index, weight })
 }
 
 #[inline(always)]
@@ -178,9 +246,9 @@ fn smallest(chords: &[[f32; LANES]]) -> f32 {
     found.into_iter().fold(f32::INFINITY, lesser)
 }
 
-/// The [`COUNTED`]th smallest of the numbers: the smallest one that so many do not exceed.
+/// The `counted`th smallest of the numbers: the smallest one that so many do not exceed.
 #[inline(always)]
-fn counted_smallest(numbers: &[[f32; LANES]]) -> f32 {
+fn counted_smallest(numbers: &[[f32; LANES]], counted: i32) -> f32 {
     let mut found = [f32::INFINITY; LANES];
     for mine in numbers {
         let mut not_above = [0i32; LANES];
@@ -190,7 +258,7 @@ fn counted_smallest(numbers: &[[f32; LANES]]) -> f32 {
             }
         }
         for lane in 0..LANES {
-            let candidate = if not_above[lane] >= COUNTED as i32 {
+            let candidate = if not_above[lane] >= counted {
                 mine[lane]
             } else {
                 f32::INFINITY

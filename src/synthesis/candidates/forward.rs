@@ -161,9 +161,9 @@ impl CandidateList {
         }
     }
 
-    /// Lets every candidate's distance count some factor more.
-    pub fn weigh(&mut self, factor: impl Fn(u32) -> f64) {
-        for candidate in &mut self.list {
+    /// Lets the distances of the candidates from `begin` on count some factor more.
+    pub fn weigh(&mut self, begin: usize, factor: impl Fn(u32) -> f64) {
+        for candidate in &mut self.list[begin..] {
             candidate.factor *= factor(candidate.texel);
         }
     }

@@ -28,7 +28,10 @@ pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions
         ));
     }
     let most = table.levels.len();
-    let levels = options.levels.map_or(most, |levels| levels as usize);
+    let levels = options.levels.map_or_else(
+        || fitting_levels(space, table).max(1),
+        |levels| levels as usize,
+    );
     if levels > most {
         return Err(Error::option(
             "levels",
@@ -57,13 +60,8 @@ fn neighborhood_width(table: &NeighborTable, options: &SynthesisOptions) -> Resu
 }
 
 fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize) -> Result<()> {
-    let side = |level: usize| {
-        let grid = space.levels[level].grid;
-        grid.width.min(grid.height)
-    };
-    let width = |level: usize| window_width(&table.levels[level].neighborhood.offsets);
-    let fitting = (0..levels).take_while(|&level| width(level) <= side(level));
-    let fitting = fitting.count();
+    let side = |level: usize| shorter_side(space, level);
+    let fitting = fitting_levels(space, table).min(levels);
     if fitting == levels {
         return (1..levels).try_for_each(|level| {
             let offsets = &table.levels[level - 1].neighborhood.coarse_offsets;
@@ -73,7 +71,7 @@ fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize)
     let grid = space.levels[fitting].grid;
     let found = format!(
         "a neighbourhood {} texels wide on the sample's level {fitting} of {}×{}",
-        width(fitting),
+        window_width(&table.levels[fitting].neighborhood.offsets),
         grid.width,
         grid.height
     );
@@ -86,6 +84,20 @@ fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize)
             format!("at most {count}, or a smaller knn --neighborhood"),
         ),
     })
+}
+
+/// The finest levels of a sample that are no narrower than the table's windows.
+pub fn fitting_levels(space: &Space, table: &NeighborTable) -> usize {
+    let levels = 0..space.levels.len().min(table.levels.len());
+    let fits = levels.take_while(|&level| {
+        window_width(&table.levels[level].neighborhood.offsets) <= shorter_side(space, level)
+    });
+    fits.count()
+}
+
+fn shorter_side(space: &Space, level: usize) -> u32 {
+    let grid = space.levels[level].grid;
+    grid.width.min(grid.height)
 }
 
 /// Refuses a window on the parent level `level` that reaches beyond the level's shorter side: every sample

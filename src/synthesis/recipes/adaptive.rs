@@ -54,7 +54,8 @@ pub fn adaptive<const N: usize, S: Sites<N>>(
     coarse_to_fine(levels, begun, finished, |number, coarser| {
         let (level, sites) = (&inputs.space.levels[number], &inputs.sites.levels[number]);
         let embedding = Embedding::new(level, options.spectrum);
-        let whole = whole_texels(level.grid, &template, None);
+        let (margin, k) = (inputs.table.margin, inputs.table.k);
+        let whole = whole_texels((level.grid, k), margin, &template, None);
         let exemplar = ExemplarLevel::without_table(level, whole, &none);
         let metric = DenseMetric::new(DenseWindows::new(level, &embedding, &template), &embedding);
         progress.begin(format!("synthesis, level {number}"), sites.count() as u64);

@@ -133,18 +133,20 @@ impl<'a, const N: usize, S: Sites<N>, M: Metric> KCoherence<'a, N, S, M> {
     ) -> Option<Pick> {
         let Preference { coherence, floor } = self.preference;
         let best = |candidates: &[_], first| self.metric.best(pattern, candidates, first, floor);
-        if let Some(uses) = &state.uses {
-            let own = self.exemplar.grid.texel_nearest(state.coords[site]);
-            candidates.add_nearest(self.exemplar, coherence);
-            candidates.weigh(|texel| uses.factor(texel, own));
-            return best(candidates.candidates(), None);
-        }
+        let own = self.exemplar.grid.texel_nearest(state.coords[site]);
+        let weigh = |candidates: &mut CandidateList, begin| {
+            if let Some(uses) = &state.uses {
+                candidates.weigh(begin, |texel| uses.factor(texel, own));
+            }
+        };
+        weigh(candidates, 0);
         let coherent = best(candidates.candidates(), None);
         // Not even a distance of 0 would beat this one.
         if coherent.is_some_and(|pick| pick.score < coherence * floor) {
             return coherent;
         }
         let begin = candidates.add_nearest(self.exemplar, coherence);
+        weigh(candidates, begin);
         best(&candidates.candidates()[begin..], coherent)
     }
 }

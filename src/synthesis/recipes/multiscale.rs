@@ -111,7 +111,9 @@ impl<const N: usize, S: Sites<N>> Pass<'_, N, S> {
         } = self;
         let (space, sites) = (inputs.space, &inputs.sites.levels[level]);
         let grid = space.levels[level].grid;
-        let mut whole = windows.whole_texels(grid, options.multiscale.matches as usize);
+        let table = inputs.table;
+        let fits = |texel| windows.fits(grid, texel);
+        let mut whole = table.margin.whole_texels(grid, table.k, fits);
         if kind == Kind::First {
             keep_one_of_each_parent(grid, &mut whole);
         }

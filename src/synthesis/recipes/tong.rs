@@ -2,12 +2,13 @@
 //!
 //! The coarsest level starts with random texels and is swept in growing order; alone, it grows from one random
 //! texel. Every finer level takes its coordinates from its parents (the paper's first pass) and is refined with
-//! windows on both levels (the second). The finest level ends with [seam repair](super::seam_repair).
+//! windows on both levels (the second). The finest level ends with [seam repair](super::seam_repair)
+//! and, if asked for, is [polished](crate::synthesis::polish).
 //!
 //! Deviations, each an option that also gives the paper's way: κ > 1 prefers coherent candidates
 //! (`--coherence`), with a [floor](super::distance_floor) on distances (`--distance-floor`); texels that
-//! the coarsest level uses often are [penalised](super::reuse_penalty) (`--reuse-penalty`); the second
-//! pass is repeated (`--passes`).
+//! the coarsest level uses often, and textons that finer levels do, are [penalised](super::reuse_penalty)
+//! (`--reuse-penalty`); the second pass is repeated (`--passes`).
 
 pub(crate) mod options;
 mod passes;
@@ -15,7 +16,9 @@ mod passes;
 use rayon::prelude::*;
 
 use crate::error::Result;
+use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::ExemplarLevel;
+use crate::exemplar::space::Features;
 use crate::grid::TexCoord;
 use crate::progress::Progress;
 use crate::sites::coloring::color_classes;
@@ -28,6 +31,7 @@ use crate::synthesis::keep::Preference;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::of_level::{MetricChoice, WithMetric, with_metric};
 use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::polish::polish;
 use crate::synthesis::recipes::distance_floor::distance_floor;
 use crate::synthesis::recipes::k_coherence::KCoherence;
 use crate::synthesis::recipes::reuse_penalty::Uses;
@@ -86,6 +90,8 @@ struct LevelRun<'a, const N: usize, S> {
     exemplar: &'a ExemplarLevel<'a>,
     sites: &'a S,
     coarser: Option<&'a Texels>,
+    /// Whether texels have textons, which can be counted.
+    has_textons: bool,
     classes: &'a [Vec<u32>],
     passes: Passes<'a>,
     progress: Progress<'a>,
@@ -118,16 +124,30 @@ fn run_level<const N: usize, S: Sites<N>>(
         exemplar: &exemplar,
         sites,
         coarser: coarser.as_ref(),
+        has_textons: matches!(space.levels[level].features, Features::Textons { .. }),
         classes,
         passes,
         progress,
     };
     let state = with_metric(space, &exemplar, level, choice, work)??;
     progress.end();
-    match level {
-        0 => Ok(state.at_centres(exemplar.grid)),
-        _ => Ok(state.coords),
+    if level > 0 {
+        return Ok(state.coords);
     }
+    let mut coords = state.at_centres(exemplar.grid);
+    let rounds = options.k_coherence.polish;
+    if rounds > 0 {
+        let embedding = Embedding::new(&space.levels[0], options.spectrum);
+        let rounds = (rounds, options.seed);
+        polish(
+            (&exemplar, &embedding),
+            sites,
+            &mut coords,
+            rounds,
+            progress,
+        )?;
+    }
+    Ok(coords)
 }
 
 impl<const N: usize, S: Sites<N>> WithMetric for LevelRun<'_, N, S> {
@@ -158,6 +178,10 @@ impl<const N: usize, S: Sites<N>> WithMetric for LevelRun<'_, N, S> {
             return self.start(&rule, Texels::random(exemplar, sites.count(), draw));
         };
         let mut state = Texels::of_parents(exemplar, sites.parents(), coarser);
+        if self.has_textons && asked.reuse_penalty > 0.0 && !self.passes.searches() {
+            let uses = Uses::of_textons(exemplar, &state.coords, asked.reuse_penalty);
+            state.uses = Some(uses);
+        }
         if self.passes.refines() {
             let visits = (self.classes, passes - 1);
             class_by_class(&rule, sites, &mut state, visits, progress)?;
@@ -184,7 +208,7 @@ impl<const N: usize, S: Sites<N>> LevelRun<'_, N, S> {
             _ => (random, asked.start_passes),
         };
         if state.done.is_none() {
-            let uses = Uses::of(self.exemplar, &state.coords, asked.reuse_penalty);
+            let uses = Uses::of_texels(self.exemplar, &state.coords, asked.reuse_penalty);
             state.uses = Some(uses);
         }
         let draw = (options.seed, level as u32);

@@ -3,6 +3,7 @@
 use ndarray::Array2;
 use rand::Rng;
 
+use crate::exemplar::margin::Margin;
 use crate::exemplar::neighbor_table::{NeighborTable, TableLevel};
 use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::format::id::ContentId;
@@ -97,6 +98,7 @@ pub fn exact_table(space: &Space, k: usize) -> NeighborTable {
         levels: (0..count).map(level).collect(),
         k,
         tileable: space.levels[0].grid.tileable,
+        margin: Margin::Full,
         transition_tolerance: None,
         id: ContentId::of_bytes(b"table"),
         space: space.id.clone(),
@@ -105,7 +107,8 @@ pub fn exact_table(space: &Space, k: usize) -> NeighborTable {
 
 fn table_level(space: &Space, index: usize, neighborhood: Neighborhood, k: usize) -> TableLevel {
     let grid = space.levels[index].grid;
-    let whole = neighborhood.whole_texels(grid, k);
+    let fits = |texel| neighborhood.fits(grid, texel);
+    let whole = Margin::Full.whole_texels(grid, k, fits);
     let (mut neighbors, mut distances) = (Vec::new(), Vec::new());
     for texel in 0..grid.len() as u32 {
         let mut list: Vec<(f64, u32)> = (0..grid.len() as u32)

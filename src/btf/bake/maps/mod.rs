@@ -7,7 +7,7 @@
 
 mod folder;
 mod normal_map;
-mod normals;
+pub(in crate::btf) mod normals;
 mod packed;
 mod reading;
 mod recipe;

@@ -6,6 +6,7 @@
 //! in texels of the map. Normals lower than [`LEAST_Z`] are lifted to it.
 
 use clap::ValueEnum;
+use glam::DVec3;
 use rustfft::num_complex::Complex64;
 use rustfft::{FftDirection, FftPlanner};
 use serde::{Deserialize, Serialize};
@@ -31,7 +32,7 @@ pub enum NormalY {
 }
 
 /// Slopes of a surface over a torus: dh/dx rightwards and dh/dy upwards, row 0 at the top.
-pub(super) struct Slopes {
+pub(in crate::btf) struct Slopes {
     width: usize,
     height: usize,
     along_x: Vec<f64>,
@@ -49,15 +50,20 @@ pub(super) struct Handedness {
 impl Slopes {
     /// The slopes a map shows, its green taken to point up.
     pub(super) fn of_map(map: &Normals) -> Self {
+        Self::of_normals([map.width, map.height], &map.vectors)
+    }
+
+    /// The slopes of a surface with these unit normals, row-major, +y up.
+    pub(in crate::btf) fn of_normals([width, height]: [usize; 2], normals: &[DVec3]) -> Self {
         let slopes = |axis: usize| {
-            let vectors = map.vectors.iter();
-            vectors
+            normals
+                .iter()
                 .map(|normal| -normal[axis] / normal.z.max(LEAST_Z))
                 .collect()
         };
         Self {
-            width: map.width,
-            height: map.height,
+            width,
+            height,
             along_x: slopes(0),
             along_y: slopes(1),
         }
@@ -128,6 +134,16 @@ impl Slopes {
         }
     }
 
+    /// Heights in texels, mean 0, of a surface that is continued by mirroring where it is not `tileable`.
+    pub(in crate::btf) fn heights(&self, tileable: bool) -> Vec<f64> {
+        if tileable {
+            return self.integrated();
+        }
+        let whole = self.mirrored().integrated();
+        let rows = whole.chunks_exact(2 * self.width).take(self.height);
+        rows.flat_map(|row| &row[..self.width]).copied().collect()
+    }
+
     /// Heights in texels, mean 0: ĥ = −i(ωx p̂ + ωy q̂)/(ωx² + ωy²).
     pub(super) fn integrated(&self) -> Vec<f64> {
         let (width, height) = (self.width, self.height);
@@ -186,7 +202,6 @@ fn transform(values: &mut [Complex64], width: usize, height: usize, direction: F
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
     use std::f64::consts::TAU;
 
     const WIDTH: usize = 24;

@@ -166,13 +166,7 @@ fn from_normals(
         NormalY::Down => slopes.flipped(),
         NormalY::Up | NormalY::Auto => slopes,
     };
-    let heights = if recipe.tileable {
-        slopes.integrated()
-    } else {
-        let whole = slopes.mirrored().integrated();
-        let rows = whole.chunks_exact(2 * width).take(height);
-        rows.flat_map(|row| &row[..width]).copied().collect()
-    };
+    let heights = slopes.heights(recipe.tileable);
     Ok(Relief {
         width: width as u32,
         height: height as u32,

@@ -65,7 +65,7 @@ impl FaceOutputs {
     /// Adds what is written.
     pub fn files(&self, files: Files) -> Files {
         files
-            .write("glb", &self.glb, Product::File(Format::Mesh))
+            .write("glb", &self.glb, Product::File(Format::Model))
             .write(
                 "levels-out",
                 &self.levels_out,

@@ -98,7 +98,7 @@ impl<'a> VariantLevel<'a> {
         let mut exemplar = ExemplarLevel::new(space, table, level, k, false);
         let turns = pictures.turns.as_deref();
         let widest = Template::square(asked.widest());
-        let fits = whole_texels(exemplar.grid, &widest, turns);
+        let fits = whole_texels((exemplar.grid, table.k), table.margin, &widest, turns);
         let both = exemplar.whole.iter().zip(&fits).map(|(a, b)| *a && *b);
         exemplar.whole = both.collect();
         exemplar.whole_texels.retain(|&texel| fits[texel as usize]);

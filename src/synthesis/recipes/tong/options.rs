@@ -41,11 +41,16 @@ pub struct KCoherenceOptions {
     /// that fit worse choose once more; 0 is the paper. Not with --search full
     #[arg(long, default_value_t = Self::default().repair_rounds)]
     pub repair_rounds: u32,
+    /// Rounds at the very end in which regions take whole copied patches where that costs less along seams and
+    /// uses the exemplar more evenly
+    #[arg(long, default_value_t = Self::default().polish)]
+    pub polish: u32,
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
-    /// Penalty on texels that the coarsest level uses often: the distance of a texel used n times as often as
-    /// the mean is multiplied by 1 + PENALTY·(n − 1); 0 is the paper. Not with --search full
+    /// Penalty on texels that the coarsest level uses often, and on textons that finer levels do: the distance of one
+    /// used n times as often as in the sample is multiplied by 1 + PENALTY·(n − 1); 0 is the paper. Not with
+    /// --search full
     #[arg(long, default_value_t = Self::default().reuse_penalty)]
     pub reuse_penalty: f64,
     /// The order in which the coarsest level, or the only one, grows; finer levels are refined in
@@ -62,6 +67,7 @@ impl Default for KCoherenceOptions {
             coherence: 1.5,
             distance_floor: 0.001,
             repair_rounds: 2,
+            polish: 0,
             start_passes: 2,
             reuse_penalty: 1.0,
             order: Order::default(),
@@ -74,6 +80,7 @@ impl KCoherenceOptions {
     pub fn validate(&self) -> Result<()> {
         at_least_one("k", self.k.map_or(1, |k| k as u64))?;
         few_rounds("repair-rounds", self.repair_rounds, 0)?;
+        few_rounds("polish", self.polish, 0)?;
         few_rounds("start-passes", self.start_passes, 1)?;
         within_factors("coherence", self.coherence, 1.0)?;
         within_factors("distance-floor", self.distance_floor, 0.0)?;
@@ -92,6 +99,7 @@ impl KCoherenceOptions {
                 self.distance_floor != default.distance_floor,
             ),
             ("repair-rounds", self.repair_rounds != default.repair_rounds),
+            ("polish", self.polish != default.polish),
             ("start-passes", self.start_passes != default.start_passes),
             ("reuse-penalty", self.reuse_penalty != default.reuse_penalty),
             ("order", self.order != default.order),

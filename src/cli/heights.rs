@@ -1,0 +1,118 @@
+//! `mesotex heights`: a sample's heights, estimated from its images.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+
+use crate::btf::HeightMap;
+use crate::btf::heights::{Agreement, Estimate, HeightOptions, estimate};
+use crate::btf::sample::{self, Sample};
+use crate::cli::outcome::Outcome;
+use crate::cli::outputs::Files;
+use crate::cli::session::{Common, Session};
+use crate::error::{Error, Result};
+use crate::format::lock::OutputLock;
+use crate::render::nearest::Weighting;
+use crate::render::parallax::Trial;
+
+/// Views that are left out to see what the heights are worth.
+const TRIED_VIEWS: usize = 12;
+/// Ways that agree less than this are not to be trusted.
+const POOR: f64 = 0.5;
+
+/// Estimate how high the surface of a sample lies at every texel, and add it to the sample.
+///
+/// Photometrically, from how texels change with the light, and by view-to-view flow, from how they move with the view. The
+/// report says how well the two agree. `render` blends views with their parallax over the heights.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Examples:
+  mesotex heights felt.sample
+  mesotex heights felt.sample --range 4 --force")]
+pub struct Arguments {
+    /// The BTF sample, a folder NAME.sample. Its height.npy is written.
+    pub sample: PathBuf,
+    #[command(flatten)]
+    pub options: HeightOptions,
+    /// Replace heights that the sample has.
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl Arguments {
+    /// What the command reads; what it writes lies among it.
+    pub fn files(&self) -> Files {
+        Files::default()
+            .read([&self.sample])
+            .read(&sample::files_of(&self.sample))
+    }
+
+    /// Runs the command.
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.options.validate()?;
+        let _lock = OutputLock::acquire(&self.sample)?;
+        let sample = Sample::open(&self.sample)?;
+        let path = HeightMap::path_in(&self.sample);
+        if path.exists() && !self.force {
+            return Err(Error::option(
+                "force",
+                format!("not given, and {} is there", path.display()),
+                "--force to replace it",
+            ));
+        }
+        let progress = session.progress();
+        let estimate = estimate(&sample, &self.options, &progress)
+            .map_err(|error| error.in_file(&self.sample))?;
+        if estimate.agreement.correlation < POOR {
+            progress.warn(
+                "the two ways hardly agree: look at the heights before you trust them (glossy or plain materials show \
+                 little of either)",
+            );
+        }
+        let weighting = Weighting::default();
+        let trial = Trial::of(
+            &sample,
+            &estimate.heights,
+            weighting,
+            TRIED_VIEWS,
+            &progress,
+        )?;
+        estimate.heights.write(&self.sample)?;
+        let outcome = describe(&estimate);
+        let outcome = match trial {
+            Some(trial) => outcome
+                .line(trial.describe())
+                .figure("error_plain", trial.plain.relative())
+                .figure("error_parallax", trial.parallax.relative()),
+            None => outcome,
+        };
+        Ok(outcome.wrote(&path))
+    }
+}
+
+fn describe(estimate: &Estimate) -> Outcome {
+    let ([least, most], deviation) = (estimate.heights.range(), estimate.heights.deviation());
+    let Agreement {
+        correlation,
+        difference,
+        scale,
+        photometric_deviation,
+        flow_deviation,
+        ..
+    } = estimate.agreement;
+    Outcome::default()
+        .line(format!(
+            "heights {least:.2} to {most:.2} texels above z = 0, standard deviation {deviation:.2}"
+        ))
+        .line(format!(
+            "photometric and by flow: correlation {correlation:.2}, difference {difference:.2} texels (root mean square); \
+             deviations {photometric_deviation:.2}, scaled by {scale:.2} to fit, and {flow_deviation:.2}"
+        ))
+        .figure("least", least)
+        .figure("most", most)
+        .figure("deviation", deviation)
+        .figure("agreement", json!(estimate.agreement))
+}

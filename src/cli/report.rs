@@ -1,0 +1,128 @@
+//! `mesotex report`: everything that a scene made, or that lies in a folder, on one page.
+
+mod frames;
+mod products;
+mod quality;
+mod sample;
+mod stages;
+mod surface;
+mod textons;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::btf::sample::Sample;
+use crate::cli::outcome::Outcome;
+use crate::cli::outputs::{Files, Product};
+use crate::cli::report::products::Products;
+use crate::cli::session::{Common, Session};
+use crate::error::{Error, Result};
+use crate::format::ours::Format;
+use crate::report::page;
+use crate::report::summary::Summary;
+
+/// Make one page of everything that a scene made: sample, textons, mesh, map, quality, frames, times.
+///
+/// The page needs nothing from the network. What is not there is said on it.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Examples:
+  mesotex report scene.toml -o scene.html
+  mesotex report demo -o demo.html")]
+pub struct Arguments {
+    /// A scene, or a folder that holds one or the files that commands wrote.
+    #[arg(value_name = "SCENE.toml|DIR")]
+    pub input: PathBuf,
+    /// The page to write, NAME.html.
+    #[arg(short, long, value_name = "PAGE.html")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl Arguments {
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        page::check_ending(&self.output)
+    }
+
+    /// What the command reads and writes.
+    pub fn files(&self) -> Files {
+        Files::default().read([&self.input]).write(
+            "output",
+            [&self.output],
+            Product::File(Format::Page),
+        )
+    }
+
+    /// Runs the command.
+    pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.check()?;
+        let _locks = self.files().claim()?;
+        // A scene's paths are relative to its folder, which is entered.
+        let output = std::path::absolute(&self.output).map_err(Error::io(&self.output, "find"))?;
+        let products = Products::find(&self.input, session)?;
+        let (html, outcome) = page_of(&products, session)?;
+        page::write(&output, &html)?;
+        Ok(outcome.wrote(&self.output))
+    }
+}
+
+/// The page, and what a person reads of it.
+fn page_of(products: &Products, session: &Session) -> Result<(String, Outcome)> {
+    let sample = products.sample.as_deref().map(Sample::open).transpose()?;
+    let summary = summary_of(products, sample.as_ref(), session)?;
+    let html = summary.page(sample.as_ref(), session.progress())?;
+    let missing: Vec<String> = [
+        &summary.sample,
+        &summary.textons,
+        &summary.mesh,
+        &summary.map,
+    ]
+    .into_iter()
+    .flat_map(|chapter| &chapter.notes)
+    .chain(&summary.frame_notes)
+    .chain(&summary.stage_notes)
+    .cloned()
+    .collect();
+    let pictures = summary
+        .sequences
+        .iter()
+        .map(|sequence| sequence.frames.len())
+        .sum::<usize>();
+    let mut outcome = Outcome::default().line(format!(
+        "{} stages, {pictures} frames; a page of {:.1} MB, open it in a browser",
+        summary.stages.len(),
+        html.len() as f64 / 1e6
+    ));
+    for note in &missing {
+        outcome = outcome.line(note.as_str());
+    }
+    let outcome = outcome
+        .figure("bytes", html.len())
+        .figure("frames", pictures)
+        .figure("missing", missing);
+    Ok((html, outcome))
+}
+
+fn summary_of(products: &Products, sample: Option<&Sample>, session: &Session) -> Result<Summary> {
+    let mut summary = Summary {
+        title: products.title.clone(),
+        ..Summary::default()
+    };
+    summary.sample = sample::chapter(products, sample, session)?;
+    summary.textons = textons::chapter(products.textons.as_deref(), sample)?;
+    surface::fill(&mut summary, products, session)?;
+    (summary.sequences, summary.frame_notes) = frames::sequences(&products.frames)?;
+    (summary.stages, summary.stage_notes) = stages::list(products);
+    Ok(summary)
+}
+
+/// A file's name, for a reader who knows the folder.
+fn name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}

@@ -1,0 +1,156 @@
+//! The quality of a finished map, measured once more, each figure with the range that is good (docs/synthesis.md).
+
+use std::path::Path;
+
+use crate::error::Result;
+use crate::exemplar::neighbor_table::NeighborTable;
+use crate::exemplar::space::Space;
+use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::mesh::RepairReport;
+use crate::mesh::reading::UserMesh;
+use crate::progress::Progress;
+use crate::report::summary::Figure;
+use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
+use crate::sites::target::{Target, WithSites};
+use crate::sites::vertices::surface_options::SurfaceOptions;
+use crate::synthesis::inputs::Inputs;
+use crate::synthesis::quality::{self, Quality, energy};
+
+/// What is measured of a map.
+pub(super) struct Measured {
+    pub(super) figures: Vec<Figure>,
+    /// The neighbourhood distance at every vertex.
+    pub(super) energies: Vec<f64>,
+}
+
+/// A map's surface as a mesh that was read, its orientations as guides.
+pub(super) fn user_mesh(map: &SurfaceTextonMap) -> UserMesh {
+    UserMesh {
+        mesh: map.mesh.clone(),
+        from_file: (0..map.mesh.positions.len() as u32).collect(),
+        orientation: Some(map.orientations.clone()),
+        scale: map.scale.clone(),
+        rotation: None,
+        transition: None,
+        mask: None,
+        normals: None,
+        corner_uvs: None,
+        face_of: Vec::new(),
+        origin: map.header.origin,
+        report: RepairReport::default(),
+    }
+}
+
+/// Measures a map in the table's window of level 0.
+pub(super) fn measure(
+    (space, table): (&Space, &NeighborTable),
+    map: &SurfaceTextonMap,
+    (user, options): (&UserMesh, &SurfaceOptions),
+    progress: Progress<'_>,
+) -> Result<Measured> {
+    let options = options
+        .clone()
+        .with_neighborhoods(&table.neighborhoods()[..1]);
+    crate::format::guard::guarded(Path::new("the map"), || {
+        let target = Target::mesh(user, &options, None, progress)?;
+        let edges = target.surface.edges();
+        let work = Work {
+            exemplar: (space, table),
+            map,
+            edges: &edges,
+            progress,
+        };
+        target.sites.with(work)
+    })
+}
+
+/// The measuring, on sites of any kind.
+struct Work<'a> {
+    exemplar: (&'a Space, &'a NeighborTable),
+    map: &'a SurfaceTextonMap,
+    edges: &'a [SiteEdge],
+    progress: Progress<'a>,
+}
+
+impl WithSites for Work<'_> {
+    type Found = Result<Measured>;
+
+    fn run<const N: usize, S: Sites<N>>(self, sites: &SiteHierarchy<S>) -> Result<Measured> {
+        let (space, table) = self.exemplar;
+        let inputs = Inputs {
+            space,
+            table,
+            sites,
+            controls: None,
+        };
+        let coords = &self.map.coords;
+        let found = quality::measure(
+            inputs,
+            coords,
+            self.edges,
+            self.map.header.seed,
+            self.progress,
+        )?;
+        Ok(Measured {
+            figures: figures(&found),
+            energies: energy::of_every_site(inputs, coords, self.progress)?,
+        })
+    }
+}
+
+fn figures(found: &Quality) -> Vec<Figure> {
+    let [[a, b], [c, d]] = found.drift;
+    let from_identity = [a - 1.0, b, c, d - 1.0]
+        .into_iter()
+        .map(f64::abs)
+        .fold(0.0, f64::max);
+    let mut figures = vec![
+        Figure {
+            name: "coherence_half",
+            value: format!("{:.3}", found.coherence_half),
+            range: "above 0.4",
+            is_good: found.coherence_half > 0.4,
+            meaning: "share of edges whose texture runs at the surface's pace within half a texel: the insides of copied patches",
+        },
+        Figure {
+            name: "coherence_one",
+            value: format!("{:.3}", found.coherence_one),
+            range: "above 0.7, best 1",
+            is_good: found.coherence_one > 0.7,
+            meaning: "the same within one texel",
+        },
+        Figure {
+            name: "drift",
+            value: format!("[[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"),
+            range: "within 0.1 of the identity",
+            is_good: from_identity < 0.1,
+            meaning: "how the texture's offsets follow the surface's: the identity keeps scale and handedness",
+        },
+    ];
+    if let Some(energies) = found.energies {
+        figures.push(Figure {
+            name: "energy",
+            value: format!("{:.3}", energies.energy),
+            range: "below 0.3, best 0",
+            is_good: energies.energy < 0.3,
+            meaning: "mean neighbourhood distance over that of a random map",
+        });
+        figures.push(Figure {
+            name: "energy_ratio_full",
+            value: format!("{:.3}", energies.energy_ratio_full),
+            range: "1.00 to 1.10",
+            is_good: energies.energy_ratio_full < 1.1,
+            meaning: "the same over that of the best texel at each site, the rest of the map fixed",
+        });
+    }
+    if let Some(chi2) = found.histogram_chi2 {
+        figures.push(Figure {
+            name: "histogram_chi2",
+            value: format!("{chi2:.4}"),
+            range: "below 0.01",
+            is_good: chi2 < 0.01,
+            meaning: "distance of the texton histograms: the surface by area against the sample",
+        });
+    }
+    figures
+}

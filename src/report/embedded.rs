@@ -1,0 +1,77 @@
+//! Pictures as parts of a page: `data:` addresses of PNG and JPEG.
+
+use std::io::Cursor;
+
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::report::contact_sheet::Picture;
+use crate::report::numbers;
+
+/// Quality of JPEG, of 100.
+const QUALITY: u8 = 85;
+
+/// A picture of a page.
+#[derive(Clone, Debug, Serialize)]
+pub struct Embedded {
+    /// A `data:` address.
+    pub source: String,
+    /// What is seen.
+    pub caption: String,
+    /// Whether its pixels are texels, which are shown as squares.
+    pub is_texels: bool,
+}
+
+impl Embedded {
+    /// A picture with every pixel as it is.
+    pub fn new(picture: &Picture, caption: impl Into<String>) -> Result<Self> {
+        Ok(Self {
+            source: png(picture)?,
+            caption: caption.into(),
+            is_texels: false,
+        })
+    }
+
+    /// The same picture, its pixels shown as squares.
+    #[must_use]
+    pub fn of_texels(self) -> Self {
+        Self {
+            is_texels: true,
+            ..self
+        }
+    }
+}
+
+fn png(picture: &Picture) -> Result<String> {
+    let mut bytes = Cursor::new(Vec::new());
+    PngEncoder::new(&mut bytes)
+        .write_image(
+            &picture.pixels,
+            picture.width,
+            picture.height,
+            ExtendedColorType::Rgb8,
+        )
+        .map_err(|error| Error::data("picture", error.to_string()))?;
+    Ok(address("png", bytes.get_ref()))
+}
+
+/// The address of a picture as JPEG.
+pub fn jpeg(picture: &Picture) -> Result<String> {
+    let mut bytes = Vec::new();
+    JpegEncoder::new_with_quality(&mut bytes, QUALITY)
+        .write_image(
+            &picture.pixels,
+            picture.width,
+            picture.height,
+            ExtendedColorType::Rgb8,
+        )
+        .map_err(|error| Error::data("picture", error.to_string()))?;
+    Ok(address("jpeg", &bytes))
+}
+
+fn address(kind: &str, bytes: &[u8]) -> String {
+    format!("data:image/{kind};base64,{}", numbers::base64(bytes))
+}
