@@ -398,6 +398,7 @@ mod tests {
     use super::*;
     use crate::btf::direction::Direction;
     use crate::btf::direction_set::DirectionSet as Named;
+    use crate::btf::height_map::HeightMap;
     use crate::btf::sample::{DType, Layout};
     use crate::format::id::ContentId;
 
@@ -431,6 +432,10 @@ mod tests {
     impl ImageSource for Made {
         fn description(&self) -> &Description {
             &self.0
+        }
+
+        fn heights(&self) -> Result<Option<HeightMap>> {
+            Ok(None)
         }
 
         fn read_images(&self, images: Range<usize>, out: &mut [f32]) -> Result<()> {

@@ -450,10 +450,10 @@ fn use_table(path: &Path) -> Result<()> {
     let table = NeighborTable::read(path)?;
     let space = corpus::space();
     table.check_belongs_to(&space, true)?;
-    for (level, listed) in space.levels.iter().zip(&table.levels) {
+    for (at, (level, listed)) in space.levels.iter().zip(&table.levels).enumerate() {
         let rows = vec![0; level.grid.len()];
         Windows::new(level.grid, &rows, 0, &listed.neighborhood.offsets);
-        listed.whole(level.grid);
+        table.whole_texels(at, level.grid);
     }
     Ok(())
 }

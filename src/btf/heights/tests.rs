@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::btf::DirectionSet;
 use crate::btf::bake::brdf::Diffuse;
 use crate::btf::bake::material::Material;
-use crate::btf::bake::{BakeOptions, bake};
+use crate::btf::bake::{BakeOptions, Samples, bake};
 use crate::btf::heights::photometric::normal;
 use crate::btf::heights::{HeightOptions, estimate};
 use crate::btf::sample::Sample;
@@ -71,7 +71,7 @@ fn heights_of_a_bake_are_found_again() {
     let options = BakeOptions {
         views: set("rings:15:6,35:6"),
         lights: set("rings:20:4,45:6"),
-        samples: 1,
+        samples: Samples::Fixed(1),
         ..BakeOptions::default()
     };
     bake(&bumps(24, 1.2), &options, &target, &Progress::silent()).unwrap();
@@ -103,7 +103,7 @@ fn samples_that_show_no_heights_are_refused() {
         let options = BakeOptions {
             views: set(views),
             lights: set(lights),
-            samples: 1,
+            samples: Samples::Fixed(1),
             ..BakeOptions::default()
         };
         bake(&bumps(8, 1.0), &options, &target, &Progress::silent()).unwrap();
