@@ -132,9 +132,9 @@ const MISTAKES: [(&str, i32, &[&str]); 30] = [
     ),
     ("knn weave.space.npz -o b.knn", 0, &[]),
     (
-        "mesh kettlebell.obj -o b.obj",
+        "mesh kettlebell.obj -o b.stl",
         2,
-        &["--output: b.obj", "ends in .obj", ".ply"],
+        &["--output: b.stl", "ends in .stl", ".ply"],
     ),
     (
         "mesh kettlebel.obj -o b.ply",

@@ -274,7 +274,6 @@ fn impossible_requests_are_refused_with_their_reason() {
     for (options, says) in [
         ("--levels 4", "divisible by 8"),
         ("--levels 1 --images 5", "at most 4"),
-        ("--levels 1 --textons 145", "at most 144"),
         ("--levels 1 --textons 65535", "1 to 65534"),
         ("--levels 1 --textons 4 --memory 1MiB", "at least"),
     ] {

@@ -71,7 +71,7 @@ fn ending_of(path: &Path) -> Option<String> {
 fn endings(format: Format) -> &'static [&'static str] {
     match format {
         Format::Archive => &["npz"],
-        Format::Mesh => &["ply"],
+        Format::Mesh => &["ply", "obj"],
         Format::Model => &["glb"],
         Format::Page => &["html", "htm"],
         Format::Picture => &["png"],
@@ -97,8 +97,8 @@ mod tests {
     #[test]
     fn an_ending_of_another_format_is_refused() {
         let mesh = Product::File(Format::Mesh);
-        assert!(says("bunny.obj", mesh).ends_with(
-            "ends in .obj; expected a name that ends in .ply, which is what this writes"
+        assert!(says("bunny.stl", mesh).ends_with(
+            "ends in .stl; expected a name that ends in .ply or .obj, which is what this writes"
         ));
         assert_eq!(says("bunny.map.ply", mesh), "");
         assert_eq!(says("bunny.map", mesh), "");

@@ -284,6 +284,6 @@ pub fn main() -> ExitCode {
             session.interruption().tell();
             ExitCode::from(session.interruption().exit_code())
         }
-        Err(error) => failure::fail(&error, as_json),
+        Err(error) => failure::fail(&error, session.owes_json()),
     }
 }

@@ -110,7 +110,6 @@ impl Files {
     /// nor is `made_first`; writes nothing. What stands at a path that is `vouched` for is known to be ours.
     pub fn check(&self, made_first: Option<&Path>, vouched: impl Fn(&Path) -> bool) -> Result<()> {
         for (place, output) in self.writes.iter().enumerate() {
-            endings::check(output)?;
             let folder = parent(&output.path);
             if !folder.is_dir() {
                 if made_first == Some(folder) {
@@ -128,6 +127,7 @@ impl Files {
             if self.reads.iter().any(|input| same(input, &output.path)) {
                 return Err(output.refusal("is also an input", "another path"));
             }
+            endings::check(output)?;
             if !vouched(&output.path) {
                 self.check_standing(output)?;
             }
@@ -200,9 +200,13 @@ impl Files {
     }
 
     /// Refuses inputs of another kind than is asked for. What is not there, or of no known kind, is left to its
-    /// reader, which knows more to say.
+    /// reader, which knows more to say; and so are pipes, which can be read once.
     fn check_kinds(&self) -> Result<()> {
-        for (path, expected) in &self.kinds {
+        let looked_at = self
+            .kinds
+            .iter()
+            .filter(|(path, _)| path.is_file() || path.is_dir());
+        for (path, expected) in looked_at {
             match Kind::of(path) {
                 Ok(found) if !expected.contains(&found) => {
                     let names: Vec<_> = expected.iter().map(|kind| kind.name()).collect();

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 
@@ -41,6 +42,8 @@ pub struct Session {
     terminal: Terminal,
     listener: Arc<dyn Fn(Event) + Sync + Send>,
     interruption: Interruption,
+    /// Whether a report of a failed run was printed.
+    has_reported: Arc<AtomicBool>,
 }
 
 impl Session {
@@ -55,6 +58,7 @@ impl Session {
             terminal,
             listener: Arc::new(move |event| drawn.show(event)),
             interruption,
+            has_reported: Arc::default(),
         })
     }
 
@@ -99,9 +103,17 @@ impl Session {
     /// Prints what a command that failed has done so far, for a program.
     pub fn report_json(&self, outcome: &Outcome) -> Result<()> {
         match self.common.json {
-            true => self.report(outcome),
+            true => {
+                self.has_reported.store(true, Ordering::Relaxed);
+                self.report(outcome)
+            }
             false => Ok(()),
         }
+    }
+
+    /// Whether an error is still to be printed for a program.
+    pub fn owes_json(&self) -> bool {
+        self.common.json && !self.has_reported.load(Ordering::Relaxed)
     }
 
     /// Prints a finished command's report, for a person or as JSON.

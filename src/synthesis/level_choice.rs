@@ -14,7 +14,7 @@ use crate::neighborhood::window_width;
 use crate::synthesis::check::fitting_levels;
 
 /// Sites that the coarsest level should have.
-const ENOUGH_SITES: usize = 900;
+const ENOUGH_SITES: usize = 150;
 /// Levels below which a map is not refined at all.
 const LEAST_LEVELS: usize = 2;
 
@@ -140,11 +140,11 @@ mod tests {
     fn levels_follow_the_sites() {
         let (space, table) = exemplar(|_| 0);
         let of = |sites| LevelChoice::new(&space, &table, sites);
-        let levels = [60_000, 57_000, 14_000, 3_000, 60].map(|sites| of(sites).levels);
+        let levels = [9_600, 9_500, 2_300, 600, 60].map(|sites| of(sites).levels);
         assert_eq!(levels, [4, 3, 2, 2, 1]);
-        assert!(of(60_000).reason.contains("all of the table; 937 sites"));
-        let reason = of(14_000).reason;
-        assert!(reason.contains("3500 sites") && reason.contains("would have 875"));
+        assert!(of(9_600).reason.contains("all of the table; 150 sites"));
+        let reason = of(2_300).reason;
+        assert!(reason.contains("575 sites") && reason.contains("would have 143"));
         assert!(reason.contains("windows are 10 texels"), "{reason}");
     }
 
@@ -152,7 +152,7 @@ mod tests {
     fn large_features_take_levels_as_far_as_the_sites_go() {
         // In halves of 32, ρ falls to ½ at a lag of 8.
         let (space, table) = exemplar(|col| u16::from(col >= 32));
-        let found = LevelChoice::new(&space, &table, 14_000);
+        let found = LevelChoice::new(&space, &table, 2_300);
         assert_eq!(found.levels, 3, "{}", found.reason);
         assert!(found.reason.contains("features of the sample 16"));
         assert_eq!(LevelChoice::new(&space, &table, 400).levels, 2);

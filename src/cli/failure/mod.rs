@@ -23,14 +23,15 @@ const USAGE: u8 = 2;
 
 /// Prints an error; its exit code says who must act.
 pub(in crate::cli) fn fail(error: &Error, as_json: bool) -> ExitCode {
-    let code = match error {
-        Error::Option { .. } | Error::Faults { usage: true, .. } => USAGE,
-        _ => DATA,
-    };
+    let code = exit_code(error);
     let hint = match error {
         Error::Io { path, source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
             likely_names::hint(path)
         }
+        Error::Data(fault) => fault
+            .path
+            .as_deref()
+            .map_or(String::new(), hint_where_missing),
         _ => String::new(),
     };
     terminal::print_error(&format!("{error}{hint}"));
@@ -38,6 +39,26 @@ pub(in crate::cli) fn fail(error: &Error, as_json: bool) -> ExitCode {
         terminal::print_report(&report(error, &hint, code));
     }
     ExitCode::from(code)
+}
+
+fn exit_code(error: &Error) -> u8 {
+    match error {
+        Error::Option { .. } | Error::Faults { usage: true, .. } => USAGE,
+        _ => DATA,
+    }
+}
+
+/// The parts of an error for a program, for a command that reports what it did before.
+pub(in crate::cli) fn parts(error: &Error) -> Value {
+    report(error, "", exit_code(error))["error"].take()
+}
+
+/// A hint where there is nothing at the path.
+fn hint_where_missing(path: &Path) -> String {
+    match path.exists() {
+        true => String::new(),
+        false => likely_names::hint(path),
+    }
 }
 
 /// Prints what the parser refuses, or the help or version that was asked for.

@@ -4,10 +4,10 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use crate::btf::bake::maps::read_set;
 use crate::btf::bonn::signature::Signature;
 use crate::btf::import::{is_set, lists_in};
 use crate::btf::sample::DESCRIPTION;
-use crate::cli::info::material;
 use crate::cli::run::scene::SECTIONS;
 use crate::error::{Error, Result};
 use crate::maps::atlas_map::ATLAS_FOLDER;
@@ -137,11 +137,21 @@ impl Kind {
         if !frames_in(folder)?.is_empty() {
             return Ok(Self::Frames);
         }
-        match material::is_set(folder)? {
+        match is_material_set(folder)? {
             true => Ok(Self::Material),
             false => Err(unknown(folder)),
         }
     }
+}
+
+/// Whether a folder holds a file whose name says what map it is.
+fn is_material_set(folder: &Path) -> Result<bool> {
+    let none = ["unknown", "no image", "folder", "preview"];
+    let set = read_set(folder)?;
+    Ok(set
+        .files
+        .iter()
+        .any(|file| !none.contains(&file.role.as_str())))
 }
 
 /// The frames in a folder, `NAME.0001.exr`, sorted.

@@ -7,16 +7,6 @@ use crate::cli::bake::with_files;
 use crate::cli::outcome::Outcome;
 use crate::error::Result;
 
-/// Whether a folder holds a file whose name says what map it is.
-pub fn is_set(folder: &Path) -> Result<bool> {
-    let none = ["unknown", "no image", "folder", "preview"];
-    let set = read_set(folder)?;
-    Ok(set
-        .files
-        .iter()
-        .any(|file| !none.contains(&file.role.as_str())))
-}
-
 /// Reads a recipe or the names of a folder's files, and says what a bake would make of them.
 pub fn describe(path: &Path) -> Result<Outcome> {
     let set = read_set(path)?;

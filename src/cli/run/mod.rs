@@ -20,6 +20,7 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::{Value, json};
 
+use crate::cli::failure;
 use crate::cli::outcome::Outcome;
 pub use crate::cli::run::record::FORMAT as RECORD_FORMAT;
 
@@ -137,7 +138,8 @@ impl Chain<'_> {
                 Err(error) => {
                     let so_far = Outcome::default()
                         .figure("stages", reports)
-                        .figure("failed", stage.name.as_str());
+                        .figure("failed", stage.name.as_str())
+                        .figure("error", failure::parts(&error));
                     self.session.report_json(&so_far)?;
                     return Err(error);
                 }

@@ -19,9 +19,12 @@ use crate::textures::transfer::Canvas;
 
 /// Whether an output is the folder of an atlas, by its name.
 pub(super) fn is_atlas(output: &Path) -> bool {
-    output
-        .extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("atlas"))
+    ends_in(output, "atlas")
+}
+
+fn ends_in(output: &Path, name: &str) -> bool {
+    let ending = output.extension();
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case(name))
 }
 
 /// What is written at an output.
@@ -35,6 +38,14 @@ pub(super) fn product_at(output: &Path) -> Product {
 /// Refuses the folder of an atlas for other targets, and options of its model for other outputs.
 pub(super) fn check(output: &Path, onto_atlas: bool, model: &ModelOptions) -> Result<()> {
     model.validate()?;
+    if ends_in(output, "obj") {
+        let found = format!("{}: ends in .obj", output.display());
+        return Err(Error::option(
+            "output",
+            found,
+            "a name that ends in .ply, as NAME.map.ply",
+        ));
+    }
     if is_atlas(output) && !onto_atlas {
         let found = format!("{} for a target that is none", output.display());
         return Err(Error::option(

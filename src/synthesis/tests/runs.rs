@@ -449,7 +449,7 @@ fn inputs_that_do_not_fit_are_named() {
     let found = message(&space, &table, &sites, &|o| o.neighborhood = Some(7));
     assert!(found.contains("the table's is 5"), "{found}");
     let (small, of_small) = fixtures::random_exemplar(8, 8, 2, true);
-    let found = message(&small, &of_small, &sites, &|_| ());
+    let found = message(&small, &of_small, &sites, &|o| o.levels = Some(2));
     assert!(
         found.contains("level 1 of 4×4") && found.contains("at most 1"),
         "{found}"
