@@ -7,9 +7,9 @@ use crate::error::{Error, Result};
 use crate::format::ours::Format;
 
 /// Endings that a reader takes for one kind of file.
-const OF_FILES: [&str; 22] = [
+const OF_FILES: [&str; 23] = [
     "bmp", "btf", "csv", "exr", "gif", "glb", "gltf", "hdr", "html", "jpeg", "jpg", "json", "npy",
-    "npz", "obj", "off", "ply", "png", "ptm", "stl", "tif", "toml",
+    "npz", "obj", "off", "ply", "png", "ptm", "stl", "tif", "toml", "usda",
 ];
 /// Endings of products that are folders.
 const OF_FOLDERS: [&str; 2] = ["sample", "atlas"];
@@ -73,6 +73,7 @@ fn endings(format: Format) -> &'static [&'static str] {
         Format::Archive => &["npz"],
         Format::Mesh => &["ply", "obj"],
         Format::Model => &["glb"],
+        Format::Usda => &["usda"],
         Format::Page => &["html", "htm"],
         Format::Picture => &["png"],
         Format::Frame => &["exr"],

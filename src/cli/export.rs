@@ -1,8 +1,9 @@
-//! `mesotex export`: sample → a format that other programs read.
+//! `mesotex export`: a sample, or a surface texton map → a format that other programs read.
 
 mod bonn;
 mod fit;
 mod image_set;
+mod model;
 
 use std::path::PathBuf;
 
@@ -13,26 +14,32 @@ use crate::btf::bonn::signature::Format as BonnFormat;
 use crate::btf::image_sets::ImageSet;
 use crate::btf::sample::{Sample, files_of};
 use crate::cli::export::fit::FitOptions;
+use crate::cli::export::model::ColorOptions;
+use crate::cli::info::kind::Kind as Input;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::format::ours::Format;
+use crate::textures::vertex_model::ModelFormat;
 
-/// Write a sample in a format that other programs read.
+/// Write a sample or a surface texton map in a format that other programs read.
 ///
-/// OUT is exactly the file or the folder written; of folders only an empty one is replaced. Values become reflectance
-/// with the light's cosine in it: a white plane facing the light has 1.
+/// OUT is exactly the file or the folder written; of folders only an empty one is replaced. Values of samples become
+/// reflectance with the light's cosine in it: a white plane facing the light has 1. Maps become meshes with texture
+/// coordinates, labels and orientation per vertex, and with colours where a sample is given.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex export weave.sample --to folder -o weave-images
   mesotex export impalla.sample --to ubo2003 -o impalla-images
   mesotex export coin.sample --to ptm -o coin.ptm
   mesotex export weave.sample --to bdi -o weave.btf
-  mesotex export weave.sample --to dfmf --rank 32 -o weave.btf")]
+  mesotex export weave.sample --to dfmf --rank 32 -o weave.btf
+  mesotex export bunny.map.ply --to glb -o bunny.glb
+  mesotex export bunny.map.ply --to obj -o bunny-lit.obj --sample weave.sample --light 45,120")]
 pub struct Arguments {
-    /// The sample.
-    pub sample: PathBuf,
+    /// The sample, or for glb, obj, usda and ply the surface texton map.
+    pub input: PathBuf,
     /// The format.
     #[arg(long, value_enum)]
     pub to: Target,
@@ -43,6 +50,8 @@ pub struct Arguments {
     pub bonn: BonnExportOptions,
     #[command(flatten)]
     pub fit: FitOptions,
+    #[command(flatten)]
+    pub colors: ColorOptions,
     #[command(flatten)]
     pub common: Common,
 }
@@ -68,6 +77,14 @@ pub enum Target {
     Bdi,
     /// A polynomial texture map: a sample of one view, fitted over its lights.
     Ptm,
+    /// A map as glTF 2.0 in one file: TEXCOORD_0, TANGENT, _TEXTON, COLOR_0 (linear).
+    Glb,
+    /// A map as Wavefront OBJ: vt, vn, and colours behind positions (sRGB, 0 to 1).
+    Obj,
+    /// A map as USD text: primvars st, texton, orientation, displayColor (linear).
+    Usda,
+    /// A map as PLY: s t over the sample's size, texton, sx sy sz, red green blue (sRGB bytes).
+    Ply,
 }
 
 /// The families of formats.
@@ -75,6 +92,7 @@ enum Kind {
     ImageSet(ImageSet),
     Bonn(BonnFormat),
     Ptm,
+    Model(ModelFormat),
 }
 
 impl Target {
@@ -89,6 +107,10 @@ impl Target {
             Self::Pvf => Kind::Bonn(BonnFormat::Pvf),
             Self::Bdi => Kind::Bonn(BonnFormat::Bdi),
             Self::Ptm => Kind::Ptm,
+            Self::Glb => Kind::Model(ModelFormat::Glb),
+            Self::Obj => Kind::Model(ModelFormat::Obj),
+            Self::Usda => Kind::Model(ModelFormat::Usda),
+            Self::Ply => Kind::Model(ModelFormat::Ply),
         }
     }
 }
@@ -98,9 +120,11 @@ impl Arguments {
     pub fn check(&self) -> Result<()> {
         match self.to.kind() {
             Kind::Bonn(format) => self.bonn.validate(Some(format))?,
-            Kind::ImageSet(_) | Kind::Ptm => self.bonn.validate(None)?,
+            Kind::ImageSet(_) | Kind::Ptm | Kind::Model(_) => self.bonn.validate(None)?,
         }
-        self.fit.validate(matches!(self.to, Target::Ptm))
+        self.fit.validate(matches!(self.to, Target::Ptm))?;
+        self.colors
+            .validate(matches!(self.to.kind(), Kind::Model(_)))
     }
 
     /// What the command reads and writes.
@@ -109,9 +133,23 @@ impl Arguments {
             Kind::Bonn(_) => Product::File(Format::Btf),
             Kind::Ptm => Product::File(Format::Ptm),
             Kind::ImageSet(_) => Product::NewFolder,
+            Kind::Model(ModelFormat::Glb) => Product::File(Format::Model),
+            Kind::Model(ModelFormat::Usda) => Product::File(Format::Usda),
+            Kind::Model(ModelFormat::Obj | ModelFormat::Ply) => Product::File(Format::Mesh),
         };
-        Files::default()
-            .read(&files_of(&self.sample))
+        let files = match self.to.kind() {
+            Kind::Model(_) => Files::default().read_as(&[Input::Map], &self.input),
+            _ => Files::default().read_as(&[Input::Sample], &self.input),
+        };
+        let sample = self.colors.sample.iter();
+        files
+            .read(&files_of(&self.input))
+            .read(
+                sample
+                    .flat_map(|sample| files_of(sample))
+                    .collect::<Vec<_>>()
+                    .iter(),
+            )
             .write("output", [&self.output], product)
     }
 
@@ -119,13 +157,13 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
         let _locks = self.files().claim()?;
+        let (input, output) = (&self.input, &self.output);
         let outcome = match self.to.kind() {
-            Kind::ImageSet(set) => image_set::run(&self.sample, set, &self.output, session),
-            Kind::Bonn(format) => {
-                bonn::run(&self.sample, format, &self.bonn, &self.output, session)
-            }
-            Kind::Ptm => fit::run(&self.sample, &self.fit, &self.output, session),
-        }?;
+            Kind::ImageSet(set) => image_set::run(input, set, output, session)?,
+            Kind::Bonn(format) => bonn::run(input, format, &self.bonn, output, session)?,
+            Kind::Ptm => fit::run(input, &self.fit, output, session)?,
+            Kind::Model(format) => return model::run(input, format, &self.colors, output),
+        };
         Ok(match self.heights_left_out()? {
             Some(reason) => outcome.line(format!("the sample's heights are left out: {reason}")),
             None => outcome,
@@ -134,7 +172,7 @@ impl Arguments {
 
     /// Why a sample's heights are not in the file; `None` where they are, or where it has none.
     fn heights_left_out(&self) -> Result<Option<&'static str>> {
-        let sample = Sample::open(&self.sample)?;
+        let sample = Sample::open(&self.input)?;
         if sample.heights()?.is_none() {
             return Ok(None);
         }

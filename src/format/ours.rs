@@ -35,6 +35,8 @@ pub enum Format {
     Mesh,
     /// GLB.
     Model,
+    /// USD text.
+    Usda,
     /// PNG.
     Picture,
     /// OpenEXR.
@@ -56,6 +58,7 @@ impl Format {
             Self::Archive => ".npz archive",
             Self::Mesh => "mesh",
             Self::Model => "GLB",
+            Self::Usda => "USD file",
             Self::Picture => "picture",
             Self::Frame => "frame",
             Self::Json => "JSON file",
@@ -76,6 +79,7 @@ pub fn is_ours(path: &Path, format: Format) -> io::Result<bool> {
     Ok(match format {
         Format::Archive => start.starts_with(b"PK") && has_member(path, ARCHIVE_MARK)?,
         Format::Mesh | Format::Model => is_our_mesh(&start),
+        Format::Usda => start.starts_with(b"#usda") && contains(&start, MESH_MARK.as_bytes()),
         Format::Picture => start.starts_with(b"\x89PNG") && contains(&start, &picture_mark()),
         Format::Frame => start.starts_with(&[0x76, 0x2f, 0x31, 1]) && contains(&start, b"mesotex:"),
         Format::Btf => start.starts_with(b"!") && contains(&start, BTF_MARK.as_bytes()),

@@ -8,6 +8,7 @@
 //! to a [`frame`], and [`sequence`] writes a sweep of them. `texel_baking` shades the texels of a texture map
 //! instead of pixels; [`held_out`] measures how well a sample's directions predict each other.
 
+pub mod blended_image;
 pub mod bounds;
 mod camera;
 mod compass;

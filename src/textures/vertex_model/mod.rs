@@ -10,13 +10,11 @@ mod usda;
 
 use std::path::Path;
 
-use clap::ValueEnum;
-
 use crate::error::Result;
 use crate::maps::vertex_map::SurfaceTextonMap;
 
 /// What is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelFormat {
     /// glTF 2.0 in one file: TEXCOORD_0, TANGENT (s and the sign of t), _TEXTON, COLOR_0 (linear).
     Glb,
