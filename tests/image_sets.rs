@@ -507,7 +507,7 @@ fn sets_are_exported_by_name_and_never_over_files() {
     let again = ["export", "x.sample", "--to", "utia", "-o", "utia"];
     assert!(refuse(folder.path(), &again, 2).contains("not empty"));
     let inside = ["export", "x.sample", "--to", "utia", "-o", "x.sample"];
-    assert!(refuse(folder.path(), &inside, 2).contains("not empty"));
+    assert!(refuse(folder.path(), &inside, 2).contains("also an input"));
 }
 
 /// XYZ of a grey of 0.5 under D65.

@@ -49,7 +49,9 @@ fn expected(folder: &Path) -> (SurfaceTextonMap, Vec<[f32; 3]>) {
     let image = blended_image(&sample, angles(20.0, 40.0), angles(35.0, 120.0)).unwrap();
     let colors = map.coords.iter().map(|at| {
         let (row, col) = ((16.0 - at.t) as usize, at.s as usize);
-        [0, 1, 2].map(|c| (image[(row * 16 + col) * 3 + c] * std::f32::consts::PI).clamp(0.0, 1.0))
+        [0, 1, 2].map(|c| {
+            (image[(row * 16 + col) * 3 + c] / std::f32::consts::FRAC_1_PI).clamp(0.0, 1.0)
+        })
     });
     let colors = colors.collect();
     (map, colors)

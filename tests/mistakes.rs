@@ -134,7 +134,7 @@ const MISTAKES: [(&str, i32, &[&str]); 30] = [
     (
         "mesh kettlebell.obj -o b.stl",
         2,
-        &["--output: b.stl", "ends in .stl", ".ply"],
+        &["--output: b.stl", ".ply"],
     ),
     (
         "mesh kettlebel.obj -o b.ply",

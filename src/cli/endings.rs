@@ -71,7 +71,7 @@ fn ending_of(path: &Path) -> Option<String> {
 fn endings(format: Format) -> &'static [&'static str] {
     match format {
         Format::Archive => &["npz"],
-        Format::Mesh => &["ply", "obj"],
+        Format::Mesh => &["ply", "obj", "glb"],
         Format::Model => &["glb"],
         Format::Usda => &["usda"],
         Format::Page => &["html", "htm"],
@@ -99,7 +99,7 @@ mod tests {
     fn an_ending_of_another_format_is_refused() {
         let mesh = Product::File(Format::Mesh);
         assert!(says("bunny.stl", mesh).ends_with(
-            "ends in .stl; expected a name that ends in .ply or .obj, which is what this writes"
+            "ends in .stl; expected a name that ends in .ply or .obj or .glb, which is what this writes"
         ));
         assert_eq!(says("bunny.map.ply", mesh), "");
         assert_eq!(says("bunny.map", mesh), "");

@@ -150,11 +150,11 @@ mod tests {
 
     #[test]
     fn large_features_take_levels_as_far_as_the_sites_go() {
-        // In halves of 32, ρ falls to ½ at a lag of 8.
+        // Stripes resemble themselves along their length at any lag: the feature is as long as the side.
         let (space, table) = exemplar(|col| u16::from(col >= 32));
         let found = LevelChoice::new(&space, &table, 2_300);
         assert_eq!(found.levels, 3, "{}", found.reason);
-        assert!(found.reason.contains("features of the sample 16"));
+        assert!(found.reason.contains("features of the sample 64"));
         assert_eq!(LevelChoice::new(&space, &table, 400).levels, 2);
     }
 }

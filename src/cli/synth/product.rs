@@ -38,13 +38,10 @@ pub(super) fn product_at(output: &Path) -> Product {
 /// Refuses the folder of an atlas for other targets, and options of its model for other outputs.
 pub(super) fn check(output: &Path, onto_atlas: bool, model: &ModelOptions) -> Result<()> {
     model.validate()?;
-    if ends_in(output, "obj") {
-        let found = format!("{}: ends in .obj", output.display());
-        return Err(Error::option(
-            "output",
-            found,
-            "a name that ends in .ply, as NAME.map.ply",
-        ));
+    if let Some(ending) = ["obj", "glb"].iter().find(|name| ends_in(output, name)) {
+        let found = format!("{}: ends in .{ending}", output.display());
+        let expected = "a name that ends in .ply, as NAME.map.ply; `mesotex export` writes maps for other programs";
+        return Err(Error::option("output", found, expected));
     }
     if is_atlas(output) && !onto_atlas {
         let found = format!("{} for a target that is none", output.display());
