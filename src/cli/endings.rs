@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use crate::cli::outputs::{Output, Product};
 use crate::error::{Error, Result};
 use crate::format::ours::Format;
 
@@ -14,35 +13,37 @@ const OF_FILES: [&str; 23] = [
 /// Endings of products that are folders.
 const OF_FOLDERS: [&str; 2] = ["sample", "atlas"];
 
-/// Refuses a name that ends as another kind of file or folder does.
-pub(super) fn check(output: &Output) -> Result<()> {
-    let Some(ending) = ending_of(&output.path) else {
-        return Ok(());
-    };
-    let (is_wrong, expected) = match output.product {
-        Product::File(format) => {
-            let own = endings(format);
-            let known = OF_FILES.iter().chain(&OF_FOLDERS);
-            let is_known = known.into_iter().any(|known| *known == ending);
-            (
-                is_known && !own.contains(&ending.as_str()),
-                own.join(" or ."),
-            )
+/// Refuses the name of a file that ends as another kind of file, or a folder, does.
+pub(super) fn check_file(option: &str, path: &Path, format: Format) -> Result<()> {
+    let own = endings(format);
+    match ending_of(path) {
+        Some(ending) if is_known(&ending) && !own.contains(&ending.as_str()) => {
+            let own = own.join(" or .");
+            let expected = format!("a name that ends in .{own}, which is what this writes");
+            Err(refusal(option, path, &ending, &expected))
         }
-        Product::Folder(_) | Product::NewFolder | Product::Frames => {
-            let is_file = OF_FILES.contains(&ending.as_str());
-            (is_file, String::new())
-        }
-    };
-    if !is_wrong {
-        return Ok(());
+        _ => Ok(()),
     }
-    let found = format!("{}: ends in .{ending}", output.path.display());
-    let expected = match expected.as_str() {
-        "" => "the name of a folder, which this writes".to_owned(),
-        endings => format!("a name that ends in .{endings}, which is what this writes"),
-    };
-    Err(Error::option(output.option, found, expected))
+}
+
+/// Refuses the name of a folder that ends as a file does.
+pub(super) fn check_folder(option: &str, path: &Path) -> Result<()> {
+    match ending_of(path) {
+        Some(ending) if OF_FILES.contains(&ending.as_str()) => {
+            let expected = "the name of a folder, which this writes";
+            Err(refusal(option, path, &ending, expected))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn is_known(ending: &str) -> bool {
+    OF_FILES.contains(&ending) || OF_FOLDERS.contains(&ending)
+}
+
+fn refusal(option: &str, path: &Path, ending: &str, expected: &str) -> Error {
+    let found = format!("{}: ends in .{ending}", path.display());
+    Error::option(option, found, expected)
 }
 
 /// Refuses a stem of several products that already ends as one of them.
@@ -86,10 +87,9 @@ fn endings(format: Format) -> &'static [&'static str] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::btf::writer::SAMPLE_FOLDER;
 
-    fn says(path: &str, product: Product) -> String {
-        match check(&Output::new("output", Path::new(path), product)) {
+    fn says(checked: Result<()>) -> String {
+        match checked {
             Ok(()) => String::new(),
             Err(error) => error.to_string(),
         }
@@ -97,15 +97,17 @@ mod tests {
 
     #[test]
     fn an_ending_of_another_format_is_refused() {
-        let mesh = Product::File(Format::Mesh);
-        assert!(says("bunny.stl", mesh).ends_with(
-            "ends in .stl; expected a name that ends in .ply or .obj or .glb, which is what this writes"
-        ));
-        assert_eq!(says("bunny.map.ply", mesh), "");
-        assert_eq!(says("bunny.map", mesh), "");
-        assert!(says("a.npz", Product::Folder(&SAMPLE_FOLDER)).contains("the name of a folder"));
-        assert_eq!(says("a.sample", Product::Folder(&SAMPLE_FOLDER)), "");
-        assert!(says("a.sample", Product::File(Format::Archive)).contains(".npz"));
+        let of_mesh = |path: &str| says(check_file("output", Path::new(path), Format::Mesh));
+        assert_eq!(
+            of_mesh("bunny.stl"),
+            "--output: bunny.stl: ends in .stl; expected a name that ends in .ply or .obj or .glb, which is what this writes"
+        );
+        assert_eq!(of_mesh("bunny.map.ply"), "");
+        assert_eq!(of_mesh("bunny.map"), "");
+        assert!(of_mesh("a.sample").contains(".ply"));
+        let of_folder = |path: &str| says(check_folder("output", Path::new(path)));
+        assert!(of_folder("a.npz").contains("the name of a folder"));
+        assert_eq!(of_folder("a.sample"), "");
     }
 
     #[test]

@@ -66,6 +66,14 @@ impl Output {
         }
     }
 
+    /// Refuses a name that promises something else than is written.
+    fn check_ending(&self) -> Result<()> {
+        match self.product {
+            Product::File(format) => endings::check_file(self.option, &self.path, format),
+            _ => endings::check_folder(self.option, &self.path),
+        }
+    }
+
     fn refusal(&self, found: impl Into<String>, expected: &str) -> Error {
         Error::option(
             self.option,
@@ -127,7 +135,7 @@ impl Files {
             if self.reads.iter().any(|input| same(input, &output.path)) {
                 return Err(output.refusal("is also an input", "another path"));
             }
-            endings::check(output)?;
+            output.check_ending()?;
             if !vouched(&output.path) {
                 self.check_standing(output)?;
             }
