@@ -194,6 +194,11 @@ fn exports_that_cannot_be_are_refused() {
             "--sample beside it",
         ),
         (
+            "export grid.map.ply --to glb -o a.glb --sample weave.sample --view 10,x,20",
+            2,
+            "THETA,PHI",
+        ),
+        (
             "export weave.sample --to bdi -o a.btf --sample weave.sample",
             2,
             "no mesh",

@@ -284,7 +284,7 @@ impl Arguments {
             .progress()
             .begin("moving preview", report.files.len() as u64);
         let pictures = report.files.iter().map(|file| {
-            let picture = read_preview(&file.preview)?.reduced_to(480);
+            let picture = Picture::read(&file.preview)?.reduced_to(480);
             session.progress().advance(1)?;
             Ok(picture)
         });
@@ -348,21 +348,8 @@ fn thumbnails(files: &[FrameFile], progress: Progress<'_>) -> Result<Vec<(Pictur
         .map(|index| &files[index * files.len() / shown])
         .map(|file| {
             progress.check()?;
-            let picture = read_preview(&file.preview)?.reduced_to(240);
+            let picture = Picture::read(&file.preview)?.reduced_to(240);
             Ok((picture, format!("{}  {}", file.number, file.label)))
         })
         .collect()
-}
-
-fn read_preview(path: &Path) -> Result<Picture> {
-    let image = image::read(path)?.into_rgb();
-    Ok(Picture {
-        width: image.width,
-        height: image.height,
-        pixels: image
-            .data
-            .iter()
-            .map(|value| (value * 255.0 + 0.5) as u8)
-            .collect(),
-    })
 }

@@ -1,8 +1,11 @@
 //! Many pictures on one: thumbnails in rows, a label under each.
 
+use std::path::Path;
+
 use rayon::prelude::*;
 
-use crate::format::image::{decode_srgb, encode_srgb8};
+use crate::error::Result;
+use crate::format::image::{self, decode_srgb, encode_srgb8};
 use crate::report::lettering;
 
 /// An 8-bit sRGB picture, row-major (height, width, RGB).
@@ -14,6 +17,19 @@ pub struct Picture {
     pub height: u32,
     /// height × width × 3 bytes.
     pub pixels: Vec<u8>,
+}
+
+impl Picture {
+    /// Reads an image file of any kind, as 8-bit sRGB.
+    pub fn read(path: &Path) -> Result<Self> {
+        let image = image::read(path)?.into_rgb();
+        let byte = |value: &f32| (value * 255.0 + 0.5) as u8;
+        Ok(Self {
+            width: image.width,
+            height: image.height,
+            pixels: image.data.iter().map(byte).collect(),
+        })
+    }
 }
 
 const BACKGROUND: u8 = 24;

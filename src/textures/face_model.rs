@@ -5,9 +5,7 @@ use std::path::Path;
 use crate::error::Result;
 use crate::format::gltf::{self, AlphaMode, GltfMaterial, GltfMesh};
 use crate::maps::vertex_map::SurfaceTextonMap;
-
-/// The roughness of surfaces of which nothing is known: between satin and chalk.
-const ROUGHNESS: f32 = 0.8;
+use crate::textures::model::ROUGHNESS;
 
 /// Writes the model. Vertices 3·f … 3·f + 2 of `corners` are those of face f, whose linear colour is `colors[f]`.
 pub fn write(path: &Path, corners: &SurfaceTextonMap, colors: &[[f32; 3]]) -> Result<()> {

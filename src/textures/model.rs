@@ -54,7 +54,7 @@ pub struct ModelOptions {
 /// The largest displacement, in mesh units per unit of height.
 const MOST_DISPLACED: f64 = 1e9;
 /// The roughness of surfaces of which nothing is known: between satin and chalk.
-const ROUGHNESS: f32 = 0.8;
+pub(super) const ROUGHNESS: f32 = 0.8;
 
 impl ModelOptions {
     /// Refuses values that no model can have.

@@ -42,12 +42,14 @@ impl FromStr for Angles {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let numbers: Vec<f64> = text
-            .split(',')
-            .filter_map(|part| part.trim().parse().ok())
-            .collect();
-        match numbers[..] {
-            [theta, phi] if (0.0..=90.0).contains(&theta) && phi.abs() <= 360.0 => {
+        let number = |part: &str| part.trim().parse::<f64>().ok();
+        let angles = text
+            .split_once(',')
+            .map(|(theta, phi)| (number(theta), number(phi)));
+        match angles {
+            Some((Some(theta), Some(phi)))
+                if (0.0..=90.0).contains(&theta) && phi.abs() <= 360.0 =>
+            {
                 Ok(Self { theta, phi })
             }
             _ => Err(format!(

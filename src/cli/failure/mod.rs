@@ -95,7 +95,10 @@ fn report(error: &Error, hint: &str, code: u8) -> Value {
             "place": fault.place,
             "found": fault.found,
             "expected": fault.expected,
-            "hint": fault.advice,
+            "hint": match fault.advice.as_str() {
+                "" => hint.trim_start_matches("\n  hint: "),
+                advice => advice,
+            },
         }),
         Error::Option {
             option,

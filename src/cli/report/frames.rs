@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::info::kind::frames_in;
 use crate::cli::report::name;
-use crate::cli::report::sample::read_picture;
 use crate::error::Result;
+use crate::report::contact_sheet::Picture;
 use crate::report::embedded::jpeg;
 use crate::report::summary::Sequence;
 
@@ -52,7 +52,7 @@ fn sequence(folder: &Path, frames: &[&PathBuf]) -> Result<Sequence> {
         let preview = frames[index].with_extension("png");
         sequence
             .frames
-            .push(jpeg(&read_picture(&preview)?.reduced_to(WIDTH))?);
+            .push(jpeg(&Picture::read(&preview)?.reduced_to(WIDTH))?);
         sequence.names.push(format!(
             "{} ({} of {})",
             name(&preview),

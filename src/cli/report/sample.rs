@@ -5,7 +5,6 @@ use crate::cli::Command;
 use crate::cli::report::products::Products;
 use crate::cli::session::Session;
 use crate::error::{Error, Result};
-use crate::format::image;
 use crate::report::contact_sheet::Picture;
 use crate::report::embedded::Embedded;
 use crate::report::summary::Chapter;
@@ -68,19 +67,5 @@ fn relief(products: &Products, sample: &Sample, session: &Session) -> Result<Opt
     ))?;
     let path = folder.path().join("relief.png");
     arguments.draw_relief(sample, &path, &session.with_seed(Some(seed)))?;
-    read_picture(&path).map(Some)
-}
-
-/// An 8-bit picture from a file.
-pub(super) fn read_picture(path: &std::path::Path) -> Result<Picture> {
-    let image = image::read(path)?.into_rgb();
-    Ok(Picture {
-        width: image.width,
-        height: image.height,
-        pixels: image
-            .data
-            .iter()
-            .map(|value| (value * 255.0 + 0.5) as u8)
-            .collect(),
-    })
+    Picture::read(&path).map(Some)
 }

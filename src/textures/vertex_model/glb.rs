@@ -4,10 +4,8 @@ use std::path::Path;
 
 use crate::error::Result;
 use crate::format::gltf::{self, AlphaMode, GltfMaterial, GltfMesh, VertexAttribute};
+use crate::textures::model::ROUGHNESS;
 use crate::textures::vertex_model::VertexModel;
-
-/// The roughness of surfaces of which nothing is known: between satin and chalk.
-const ROUGHNESS: f32 = 0.8;
 
 pub(super) fn write(path: &Path, model: &VertexModel<'_>) -> Result<()> {
     let map = model.map;
