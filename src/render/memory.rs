@@ -39,6 +39,8 @@ const SURFACE_HEIGHT: u64 = 24;
 const SEEN_HEIGHT: u64 = 6;
 /// Bytes by which a list of quadratic weights is longer.
 const LONGER_LIST: u64 = 72;
+/// Sums of a view's images that fill light is made of.
+const SUMS: usize = 4;
 /// Bytes that are filled at a time when the sample laid out for shading goes to disk.
 const SLAB: u64 = 256 << 20;
 /// The program, and working memory of its threads.
@@ -89,8 +91,12 @@ fn view_moves(options: &RenderOptions) -> bool {
 /// Bytes of the sample laid out for shading that stay in memory, and of the factors of a factored one.
 pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
     let description = sample.description();
-    let finest =
-        (sample.grid().len() * sample.image_count() * 3) as u64 * description.dtype.size() as u64;
+    let sums = match options.fill > 0.0 {
+        true => SUMS * description.views.len(),
+        false => 0,
+    };
+    let numbers = sample.grid().len() * (sample.image_count() + sums) * 3;
+    let finest = numbers as u64 * description.dtype.size() as u64;
     let all = if options.uses_mip() {
         finest + finest / 3
     } else {

@@ -11,7 +11,7 @@ use toml::Value;
 use crate::cli::failure::likely_names::suggestion;
 use crate::cli::run::document::{Document, Key, Section};
 use crate::cli::run::faults::{Faults, Place};
-use crate::render::UpAxis;
+use crate::render::Axis;
 
 /// Keys at the top of a scene.
 const TOP: [&str; 5] = ["name", "output", "seed", "sample", "surface"];
@@ -228,10 +228,10 @@ impl Scene {
     }
 
     /// The axis that points up in the first sequence of frames.
-    pub fn up(&self) -> UpAxis {
+    pub fn up(&self) -> Axis {
         let stated = self.section("render").and_then(|section| section.key("up"));
         let name = stated.and_then(|key| key.value.as_str());
-        let axis = name.map(|name| UpAxis::from_str(name, true));
+        let axis = name.map(|name| Axis::from_str(name, true));
         axis.and_then(std::result::Result::ok).unwrap_or_default()
     }
 
