@@ -20,9 +20,9 @@ use crate::render::vertex_shading::Scene;
 /// Lights up to which each sample of a pixel casts its own rays; with more, one sample speaks for all.
 const FEW_LIGHTS: usize = 4;
 /// The sky is found at so many points along either side of a square.
-const SIDE: usize = 193;
+const SIDE: usize = 113;
 /// Rays at each of them.
-const RAYS: u32 = 64;
+const RAYS: u32 = 192;
 /// Half the square's side over the mesh's radius, and from where on the sky opens to its border.
 const REACH: f64 = 4.0;
 const FADING: f64 = 2.0;

@@ -24,6 +24,8 @@ const PIXEL: u64 = 108;
 const WAITING_PIXEL: u64 = 36;
 /// Bytes of a pixel whose colour is written in 32 bits, or that has a layer beyond the standard ones.
 const WIDE_PIXEL: u64 = 48;
+/// Bytes of a pixel of a frame with a ground: layers of its own, and the ground's depth.
+const GROUND_PIXEL: u64 = 32;
 /// Bytes of a point kept for the next frame by pixel shading, and how many pixels are kept.
 const KEPT_POINT: u64 = 320;
 const KEPT_PIXELS: u64 = 1 << 20;
@@ -61,6 +63,9 @@ pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
     }
     if options.float || !options.layers.iter().all(standard) {
         pixel += WIDE_PIXEL;
+    }
+    if options.ground {
+        pixel += GROUND_PIXEL;
     }
     let mut bytes = width * height * pixel + PROGRAM;
     if many && options.shading == Shading::Pixel {

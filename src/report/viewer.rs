@@ -53,6 +53,8 @@ pub struct ViewerOptions {
     pub error: f64,
     /// The axis of the mesh that points up.
     pub up: Axis,
+    /// The side that is seen first; guessed from the mesh's shape where it is `None`.
+    pub front: Option<Axis>,
 }
 
 impl ViewerOptions {
@@ -102,7 +104,7 @@ pub fn viewer_page(
     let factors = view_factors(sample, &limits, progress)?;
     let notes = notes(&factors, options, sample);
     let up = options.up;
-    let front = Front::of(&map.mesh, up, None)?.axis.vector().to_array();
+    let front = Front::of(&map.mesh, up, options.front)?.axis.vector().to_array();
     let description = json!({
         "sample": sample_description(sample, &factors),
         "surface": surface,

@@ -227,12 +227,11 @@ impl Scene {
         self.file(&format!("{kind}.html"))
     }
 
-    /// The axis that points up in the first sequence of frames.
-    pub fn up(&self) -> Axis {
-        let stated = self.section("render").and_then(|section| section.key("up"));
-        let name = stated.and_then(|key| key.value.as_str());
-        let axis = name.map(|name| Axis::from_str(name, true));
-        axis.and_then(std::result::Result::ok).unwrap_or_default()
+    /// The axis that the first sequence of frames states as its `up` or `front`.
+    pub fn axis(&self, option: &str) -> Option<Axis> {
+        let section = self.section("render")?;
+        let name = section.key(option)?.value.as_str()?;
+        Axis::from_str(name, true).ok()
     }
 
     /// What the file of the map ends with.
