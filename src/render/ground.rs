@@ -12,13 +12,15 @@ use rayon::prelude::*;
 use crate::render::bounds::Bounds;
 use crate::render::camera::View;
 use crate::render::frame::GeometryLayers;
-use crate::render::light::luminance;
+use crate::render::light::{Incidence, Light, luminance};
 use crate::render::occlusion::{Cone, Departure, Occluders};
 use crate::render::raster::{Hit, SurfaceBuffer};
 use crate::render::vertex_shading::Scene;
 
 /// Lights up to which each sample of a pixel casts its own rays; with more, one sample speaks for all.
 const FEW_LIGHTS: usize = 4;
+/// Rays over a light's disc that tell whether a sample lies in the shadow's edge, where all are cast.
+const FIRST_RAYS: u32 = 4;
 /// The sky is found at so many points along either side of a square.
 const SIDE: usize = 113;
 /// Rays at each of them.
@@ -119,9 +121,7 @@ impl Ground {
             free += 1;
             if asked < most {
                 asked += 1;
-                dark += at(*offset).map_or(0.0, |seen| {
-                    self.darkness(scene, seen.point, offsets.len() as u32)
-                });
+                dark += at(*offset).map_or(0.0, |seen| self.darkness(scene, seen.point));
             }
         }
         if dark <= 0.0 {
@@ -146,23 +146,30 @@ impl Ground {
         })
     }
 
-    /// The share of the light that does not reach a point of the ground, 1 − received / sent; `samples` share the rays of a
-    /// light's disc.
-    fn darkness(&self, scene: &Scene, point: DVec3, samples: u32) -> f32 {
+    /// The share of the light that does not reach a point of the ground, 1 − received / sent.
+    fn darkness(&self, scene: &Scene, point: DVec3) -> f32 {
         let Some(occluders) = scene.occluders else {
             return 0.0;
         };
         let (p, up) = (point.as_vec3(), self.up.as_vec3());
         let turn = p.x.to_bits() ^ p.y.to_bits().rotate_left(11) ^ p.z.to_bits().rotate_left(22);
+        let seen = |light: &Light, incidence: &Incidence, rays: u32| {
+            let cone = Cone::of_light(light, rays);
+            occluders.visibility(p, up, Departure::Point, incidence, cone, turn)
+        };
         let (mut sent, mut received) = (0.0, 0.0);
         for light in scene.lights {
             let incidence = light.at(p);
             let falls = luminance(incidence.irradiance) * incidence.towards.dot(up);
             if falls > 0.0 {
-                let cone = Cone::of_light(light, (scene.soft_rays / samples).max(2));
                 sent += falls;
-                received +=
-                    falls * occluders.visibility(p, up, Departure::Point, &incidence, cone, turn);
+                let first = seen(light, &incidence, scene.soft_rays.min(FIRST_RAYS));
+                let is_edge = first > 0.0 && first < 1.0;
+                received += falls
+                    * match is_edge {
+                        true => seen(light, &incidence, scene.soft_rays),
+                        false => first,
+                    };
             }
         }
         if let Some(fill) = &scene.fill {

@@ -128,6 +128,37 @@ fn fill_light_is_an_environment_brighter_from_above() {
 }
 
 #[test]
+fn texture_maps_have_fill_light_too() {
+    let bench = white_ball();
+    let output = bench.path("baked");
+    let inputs = [
+        "bake-maps",
+        text(&bench.sample),
+        text(&bench.map),
+        "-o",
+        text(&output),
+    ];
+    let dark = "--unwrap --resolution 64 --irradiance 0 --shadows none --fill 0.4";
+    let words: Vec<&str> = inputs.into_iter().chain(dark.split(' ')).collect();
+    let run = mesotex(&words);
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
+    let radiance = read_frame(&output.join("radiance.exr")).channels["R"].clone();
+    let lit: Vec<f64> = radiance.into_iter().filter(|&r| r > 0.0).collect();
+    // 0.4 · 0.8 · (1 ± ½) from below to above.
+    let (least, most) = lit
+        .iter()
+        .fold((1.0, 0.0), |(a, b): (f64, f64), &r| (a.min(r), b.max(r)));
+    assert!(
+        (0.14..0.18).contains(&least) && (0.45..0.5).contains(&most),
+        "{least} {most}"
+    );
+}
+
+#[test]
 fn the_ground_catches_a_shadow_and_leaves_the_surface_alone() {
     let bench = white_ball();
     let words = [

@@ -87,8 +87,8 @@ impl Pages<'_> {
             map,
             output: output.to_path_buf(),
             error: view::DEFAULT_ERROR,
-            up: self.scene.axis("up").unwrap_or_default(),
-            front: self.scene.axis("front"),
+            up: self.scene.up(),
+            front: self.scene.front(),
             force: false,
             common: self.common.clone(),
         };

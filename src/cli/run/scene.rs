@@ -227,8 +227,17 @@ impl Scene {
         self.file(&format!("{kind}.html"))
     }
 
-    /// The axis that the first sequence of frames states as its `up` or `front`.
-    pub fn axis(&self, option: &str) -> Option<Axis> {
+    /// The axis that points up in the first sequence of frames.
+    pub fn up(&self) -> Axis {
+        self.axis("up").unwrap_or_default()
+    }
+
+    /// The front that the first sequence of frames states.
+    pub fn front(&self) -> Option<Axis> {
+        self.axis("front")
+    }
+
+    fn axis(&self, option: &str) -> Option<Axis> {
         let section = self.section("render")?;
         let name = section.key(option)?.value.as_str()?;
         Axis::from_str(name, true).ok()
