@@ -19,7 +19,6 @@ use mesotex::maps::MapHeader;
 use mesotex::maps::vertex_map::SurfaceTextonMap;
 use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::progress::Progress;
-use mesotex::render::bounds::Bounds;
 use mesotex::render::frame::LayerGroup;
 use mesotex::render::frame_range::FrameRange;
 use mesotex::render::nearest::Weighting;
@@ -28,6 +27,7 @@ use mesotex::render::plan::{PlannedFrame, plan};
 use mesotex::render::radiance::{Radiance, Texels};
 use mesotex::render::raster::Samples;
 use mesotex::render::renderer::{Manner, Renderer, Shading, Shadows};
+use mesotex::render::subject::Subject;
 use mesotex::render::texel_table::Allowance;
 use mesotex::render::values::{ImageSize, Sweep};
 
@@ -152,6 +152,7 @@ fn radiance(mip: bool) -> Radiance {
         Weighting::Continuous,
         Texels::Nearest,
         mip,
+        false,
         &allowance,
         &Progress::silent(),
     )
@@ -166,8 +167,8 @@ fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
         camera_elevation: 30.0,
         ..RenderOptions::default()
     };
-    let bounds = Bounds::of(&material().map.mesh).unwrap();
-    plan(&options, &bounds, glam::DVec3::ZERO, &Progress::silent()).unwrap()
+    let subject = Subject::new(&material().map.mesh, glam::DVec3::ZERO, &options).unwrap();
+    plan(&options, &subject, &Progress::silent()).unwrap()
 }
 
 /// Colour alone.
@@ -177,6 +178,8 @@ fn manner(shading: Shading, shadows: Shadows) -> Manner {
         shadows,
         samples: Samples::Four,
         soft_rays: 1,
+        fill: None,
+        ground: None,
         geometry_layers: false,
         extra_layers: false,
     }

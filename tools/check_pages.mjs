@@ -9,7 +9,7 @@
 // compared with the frame that MESOTEX draws with `--shading pixel`; SCREENSHOTS is a folder for pictures of both pages.
 
 import { execFileSync } from "node:child_process";
-import { mkdirSync, mkdtempSync, readFileSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
@@ -58,13 +58,15 @@ async function open(browser, page) {
   return { tab, faults };
 }
 
-// The frame that `mesotex render` draws, as a data address.
+// The frame that `mesotex render` draws, as a data address. A camera of a file is fitted as the viewer's is.
 function rendered({ view, light }) {
   const folder = mkdtempSync(join(tmpdir(), "frames-"));
   const azimuth = ((((light.azimuth - view.azimuth + 180) % 360) + 360) % 360) - 180;
+  const camera = join(folder, "camera.csv");
+  writeFileSync(camera, `camera_azimuth,camera_elevation\n${view.azimuth},${view.elevation}\n`);
   execFileSync(mesotex, ["render", sample, map, "-o", folder, "--quiet", "--shading", "pixel", "--shadows", "none",
-    "--texels", "nearest", "--size", `${SIZE.width}x${SIZE.height}`, "--camera-azimuth", view.azimuth, "--camera-elevation",
-    view.elevation, "--light-azimuth", azimuth, "--light-elevation", light.elevation].map(String));
+    "--texels", "nearest", "--tone", "clip", "--size", `${SIZE.width}x${SIZE.height}`, "--camera-path", camera,
+    "--light-azimuth", azimuth, "--light-elevation", light.elevation].map(String));
   return `data:image/png;base64,${readFileSync(join(folder, "frame.0001.png")).toString("base64")}`;
 }
 

@@ -45,10 +45,11 @@ def view_of(header, shape, args):
     options = json.loads(header["mesotex:options"])
     if options["projection"] != "perspective" or "lightDirection" not in header:
         raise SystemExit("frames must have a perspective camera and one directional light")
+    half = np.tan(np.radians(options["fov"]) / 2) / options.get("zoom", 1.0)
     camera = np.array(header["worldToCamera"], float).reshape(4, 4)
     away = np.linalg.norm(camera[3, :3])
     return {
-        "width": shape[1], "height": shape[0], "supersampling": args.supersampling, "fov": options["fov"],
+        "width": shape[1], "height": shape[0], "supersampling": args.supersampling, "fov": float(np.degrees(2 * np.arctan(half))),
         "position": np.linalg.inv(camera)[3, :3].tolist(), "up": camera[:3, 1].tolist(), "ahead": camera[:3, 2].tolist(),
         "near": 0.05 * away, "far": 20.0 * away,
         "light": np.array(header["lightDirection"], float).tolist(), "irradiance": float(header["lightIrradiance"]),

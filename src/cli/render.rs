@@ -48,6 +48,8 @@ Examples:
   mesotex render weave.sample bunny.map.ply -o frames
   mesotex render weave.sample bunny.map.ply -o frames --sweep light-azimuth --frames 48
   mesotex render weave.sample bunny.map.ply -o orbit --sweep view-orbit --shading pixel --animation gif
+  mesotex render weave.sample bunny.map.ply -o studio --fill 0.12 --ground --light-radius 2 --background '#c8ccd0'
+  mesotex render weave.sample bunny.map.ply -o closer --front x --zoom 2.5
   mesotex render weave.sample bunny.map.ply -o two --light sun:30,40 --light point:0,2,1,1.5
   mesotex render leaf.sample bunny.atlas -o frames --displace 0.02 --shading pixel
   mesotex render rust.sample bunny.faces.ply -o frames --texels bilinear
@@ -315,6 +317,11 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
         outcome = outcome.line(format!(
             "the sample laid out for shading: {mebibytes:.0} MiB {place}"
         ));
+    }
+    if let Some(front) = &report.front {
+        outcome = outcome
+            .line(front.describe())
+            .figure("front", front.to_string());
     }
     if let Some(parallax) = &report.parallax {
         outcome = outcome

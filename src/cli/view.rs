@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::format::id::check_same;
 use crate::format::ours::Format;
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::render::UpAxis;
+use crate::render::Axis;
 use crate::render::renderer::Shading;
 use crate::report::page;
 use crate::report::viewer::{ViewerOptions, viewer_page};
@@ -48,7 +48,10 @@ pub struct Arguments {
     pub error: f64,
     /// The axis of the mesh that points up.
     #[arg(long, value_enum, default_value_t, allow_hyphen_values = true)]
-    pub up: UpAxis,
+    pub up: Axis,
+    /// The side of the mesh that is seen first. Default: as `render` chooses it, from the mesh's shape.
+    #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true)]
+    pub front: Option<Axis>,
     /// Make the page even though the map was made from a sample with another id.
     #[arg(long)]
     pub force: bool,
@@ -61,6 +64,7 @@ impl Arguments {
         ViewerOptions {
             error: self.error,
             up: self.up,
+            front: self.front,
         }
     }
 

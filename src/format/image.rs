@@ -30,6 +30,7 @@ mod primaries;
 mod radiance;
 mod raster;
 mod srgb;
+mod srgb_color;
 mod tagged;
 mod tagged_directory;
 mod tagged_samples;
@@ -48,6 +49,7 @@ pub use crate::format::image::options::{
 pub use crate::format::image::png_file::{PngImage, PngNumbers, write_png};
 pub use crate::format::image::primaries::{adapted_to_rec709, rec709_to_xyz};
 pub use crate::format::image::srgb::{decode_srgb, encode_srgb, encode_srgb8};
+pub use crate::format::image::srgb_color::SrgbColor;
 
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;

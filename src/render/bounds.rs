@@ -18,13 +18,16 @@ pub struct Bounds {
     pub radius: f64,
 }
 
+/// The corners of all triangles, shared ones more than once.
+pub fn used_points(mesh: &TriangleMesh) -> impl Iterator<Item = DVec3> + '_ {
+    let corners = mesh.triangles.iter().flatten();
+    corners.map(|&v| mesh.positions[v as usize].as_dvec3())
+}
+
 impl Bounds {
     /// Vertices that no triangle uses do not count; a mesh without triangles has no bounds.
     pub fn of(mesh: &TriangleMesh) -> Result<Self> {
-        let used = || {
-            let corners = mesh.triangles.iter().flatten();
-            corners.map(|&v| mesh.positions[v as usize].as_dvec3())
-        };
+        let used = || used_points(mesh);
         if mesh.triangles.is_empty() {
             return Err(Error::data("mesh", "no triangle").expected("at least one"));
         }

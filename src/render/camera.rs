@@ -37,51 +37,19 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The camera at a direction from a sphere's centre, so far off that the whole sphere is seen
-    /// with a margin.
-    ///
-    /// `towards_camera` is a unit vector; `aspect` is the image's width over its height.
-    pub fn fitted(
-        centre: DVec3,
-        radius: f64,
-        towards_camera: DVec3,
-        up: DVec3,
-        projection: FittedProjection,
-        aspect: f64,
-    ) -> Self {
-        const MARGIN: f64 = 1.04;
-        let radius = radius.max(f64::MIN_POSITIVE) * MARGIN;
-        let (distance, projection) = match projection {
-            FittedProjection::Perspective { vertical_fov } => {
-                let half = (0.5 * vertical_fov).tan();
-                let narrow = (half * aspect.min(1.0)).atan();
-                let distance = radius / narrow.sin();
-                (distance, Projection::Perspective { vertical_fov })
-            }
-            FittedProjection::Orthographic => {
-                let height = 2.0 * radius / aspect.min(1.0);
-                (2.0 * radius, Projection::Orthographic { height })
-            }
+    /// The camera with a picture that shows a part of its own, `zoom` times as large.
+    #[must_use]
+    pub fn zoomed(self, zoom: f64) -> Self {
+        let projection = match self.projection {
+            Projection::Perspective { vertical_fov } => Projection::Perspective {
+                vertical_fov: 2.0 * ((0.5 * vertical_fov).tan() / zoom).atan(),
+            },
+            Projection::Orthographic { height } => Projection::Orthographic {
+                height: height / zoom,
+            },
         };
-        Self {
-            position: centre + towards_camera * distance,
-            target: centre,
-            up,
-            projection,
-        }
+        Self { projection, ..self }
     }
-}
-
-/// The projection of a camera that is yet to be fitted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FittedProjection {
-    /// See [`Projection::Perspective`].
-    Perspective {
-        /// The angle between the image's top and bottom, in radians.
-        vertical_fov: f64,
-    },
-    /// The height follows from what is to be seen.
-    Orthographic,
 }
 
 /// A camera with its image: axes, scale and principal point, ready to project.
@@ -202,6 +170,18 @@ impl View {
         }
     }
 
+    /// The line of sight through a place of the image: where it begins, and a vector along it that is 1 deep.
+    #[inline]
+    pub fn line_of_sight(&self, [x, y]: [f64; 2]) -> (DVec3, DVec3) {
+        let [columns, rows] = self.size.map(f64::from);
+        let across = self.right * ((x - 0.5 * columns) / self.pixels_per_unit)
+            + self.up * ((0.5 * rows - y) / self.pixels_per_unit);
+        match self.is_perspective() {
+            true => (self.camera.position, self.forward + across),
+            false => (self.camera.position + across, self.forward),
+        }
+    }
+
     /// OpenEXR's `worldToCamera`: row-major, for row vectors (p · M), left-handed, +z ahead.
     pub fn world_to_camera(&self) -> [f32; 16] {
         let axes = [self.right, self.up, self.forward];
@@ -295,9 +275,11 @@ mod tests {
             let view = view(projection);
             for point in [DVec3::new(0.3, 0.9, 0.2), DVec3::new(-1.0, 1.4, -2.0)] {
                 let camera = view.camera_from_world(point);
+                let (x, y) = view.pixel_from_camera(camera);
+                let (origin, direction) = view.line_of_sight([x, y]);
+                assert!((origin + direction * camera.z - point).length() < 1e-9);
                 let matrix = row_times(point, &view.world_to_camera());
                 assert!((matrix - camera).length() < 1e-5);
-                let (x, y) = view.pixel_from_camera(camera);
                 let ndc = row_times(point, &view.world_to_ndc());
                 assert!((ndc.x * 200.0 - x).abs() < 1e-3, "{} {x}", ndc.x * 200.0);
                 assert!((ndc.y * 100.0 - y).abs() < 1e-3);
@@ -306,30 +288,18 @@ mod tests {
     }
 
     #[test]
-    fn a_fitted_camera_sees_the_whole_sphere() {
-        for aspect in [0.5, 1.0, 2.0] {
-            for projection in [
-                FittedProjection::Perspective { vertical_fov: 0.6 },
-                FittedProjection::Orthographic,
-            ] {
-                let camera = Camera::fitted(
-                    DVec3::new(1.0, 2.0, 3.0),
-                    2.0,
-                    DVec3::Z,
-                    DVec3::Y,
-                    projection,
-                    aspect,
-                );
-                let size = [(200.0 * aspect) as u32, 200];
-                let view = View::new(camera, size).unwrap();
-                for k in 0..64 {
-                    let (sin, cos) = (f64::from(k) * 0.1).sin_cos();
-                    let rim = DVec3::new(1.0 + 2.0 * cos, 2.0 + 2.0 * sin, 3.0);
-                    let (x, y) = view.pixel_from_camera(view.camera_from_world(rim));
-                    assert!(x > 0.0 && x < f64::from(size[0]), "{x}");
-                    assert!(y > 0.0 && y < f64::from(size[1]), "{y}");
-                }
-            }
+    fn zoom_enlarges_about_the_middle() {
+        for projection in [
+            Projection::Perspective { vertical_fov: 1.2 },
+            Projection::Orthographic { height: 3.0 },
+        ] {
+            let plain = view(projection);
+            let zoomed = View::new(plain.camera.zoomed(2.5), plain.size).unwrap();
+            let point = DVec3::new(0.3, 1.2, -0.4);
+            let at = |view: &View| view.pixel_from_camera(view.camera_from_world(point));
+            let ((x, y), (zoomed_x, zoomed_y)) = (at(&plain), at(&zoomed));
+            assert!((zoomed_x - 100.0 - 2.5 * (x - 100.0)).abs() < 1e-9);
+            assert!((zoomed_y - 50.0 - 2.5 * (y - 50.0)).abs() < 1e-9);
         }
     }
 

@@ -2,15 +2,17 @@
 //!
 //! Azimuth turns counter-clockwise seen from above, elevation is from the horizontal. Azimuth 0
 //! of lights and orbits points towards the first frame's camera; the camera itself is placed from
-//! [`front`], the side a viewer of that up axis expects.
+//! the mesh's [front](crate::render::front).
+
+use std::fmt;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// The axis of the world that points up.
+/// An axis of the world, with its sign.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum UpAxis {
+pub enum Axis {
     /// +x
     #[value(name = "x")]
     X,
@@ -35,7 +37,17 @@ pub enum UpAxis {
     MinusZ,
 }
 
-impl UpAxis {
+impl Axis {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::X,
+        Self::Y,
+        Self::Z,
+        Self::MinusX,
+        Self::MinusY,
+        Self::MinusZ,
+    ];
+
     /// The axis as a unit vector.
     pub fn vector(self) -> DVec3 {
         match self {
@@ -47,13 +59,26 @@ impl UpAxis {
             Self::MinusZ => -DVec3::Z,
         }
     }
+}
 
-    /// The horizontal side that counts as the front: +z, or −y when z is up or down.
-    pub fn front(self) -> DVec3 {
-        match self {
-            Self::Z | Self::MinusZ => -DVec3::Y,
-            _ => DVec3::Z,
-        }
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::MinusX => "-x",
+            Self::MinusY => "-y",
+            Self::MinusZ => "-z",
+        })
+    }
+}
+
+/// The horizontal side that is usually the front: +z, or −y when z is up or down.
+pub fn front_of(up: Axis) -> Axis {
+    match up {
+        Axis::Z | Axis::MinusZ => Axis::MinusY,
+        _ => Axis::Z,
     }
 }
 
@@ -65,29 +90,34 @@ pub struct Compass {
 }
 
 impl Compass {
-    /// Azimuth 0 at the front of an up axis.
-    pub fn of_axis(up: UpAxis) -> Self {
+    /// Azimuth 0 at a horizontal side.
+    pub fn facing(up: Axis, front: Axis) -> Self {
         Self {
             up: up.vector(),
-            zero: up.front(),
+            zero: front.vector(),
         }
     }
 
-    /// Azimuth 0 in the horizontal direction of `towards`; at the axis' front when that has none.
-    pub fn towards(up: UpAxis, towards: DVec3) -> Self {
-        let axis = up.vector();
-        let level = towards - axis * axis.dot(towards);
+    /// Azimuth 0 in the horizontal direction of `towards`; where it was when that has none.
+    #[must_use]
+    pub fn turned_towards(&self, towards: DVec3) -> Self {
+        let level = towards - self.up * self.up.dot(towards);
         let zero = if level.length() > 1e-6 * towards.length() {
             level.normalize()
         } else {
-            up.front()
+            self.zero
         };
-        Self { up: axis, zero }
+        Self { zero, ..*self }
     }
 
     /// The unit vector that points up.
     pub fn up(&self) -> DVec3 {
         self.up
+    }
+
+    /// The unit vector of azimuth 0.
+    pub fn zero(&self) -> DVec3 {
+        self.zero
     }
 
     /// The unit direction at an azimuth and elevation, both in radians.
@@ -117,18 +147,18 @@ mod tests {
 
     #[test]
     fn azimuth_turns_counter_clockwise_seen_from_above() {
-        let compass = Compass::of_axis(UpAxis::Y);
+        let compass = Compass::facing(Axis::Y, front_of(Axis::Y));
         assert!((compass.direction(0.0, 0.0) - DVec3::Z).length() < 1e-15);
         // Looking down −y with +z towards the reader, counter-clockwise from +z comes +x.
         assert!((compass.direction(FRAC_PI_2, 0.0) - DVec3::X).length() < 1e-15);
         assert!((compass.direction(1.0, FRAC_PI_2) - DVec3::Y).length() < 1e-15);
-        let z_up = Compass::of_axis(UpAxis::Z);
+        let z_up = Compass::facing(Axis::Z, front_of(Axis::Z));
         assert!((z_up.direction(FRAC_PI_2, 0.0) - DVec3::X).length() < 1e-15);
     }
 
     #[test]
     fn angles_invert_directions() {
-        let compass = Compass::towards(UpAxis::Z, DVec3::new(1.0, 2.0, 0.5));
+        let compass = Compass::facing(Axis::Z, Axis::X).turned_towards(DVec3::new(1.0, 2.0, 0.5));
         for (azimuth, elevation) in [(0.1, 0.2), (3.0, -0.4), (6.0, 1.2)] {
             let (a, e) = compass.angles(compass.direction(azimuth, elevation));
             assert!((a - azimuth).abs() < 1e-12 && (e - elevation).abs() < 1e-12);

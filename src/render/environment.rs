@@ -204,7 +204,7 @@ fn light_of(
 mod tests {
     use super::*;
     use crate::format::image::{Encoding, Precision};
-    use crate::render::compass::UpAxis;
+    use crate::render::compass::Axis;
 
     fn image(value: impl Fn(u32, u32) -> f32) -> FloatImage {
         let (width, height) = (64, 32);
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn energy_is_kept_whatever_the_number_of_lights() {
-        let compass = Compass::of_axis(UpAxis::Y);
+        let compass = Compass::facing(Axis::Y, Axis::Z);
         let uniform = image(|_, _| 0.5);
         for count in [1, 2, 7, 64] {
             let lights = lights(&uniform, &compass, count, 1.0, 0.0);
@@ -241,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_lambertian_plane_under_a_uniform_sky_shows_its_radiance() {
-        let compass = Compass::of_axis(UpAxis::Y);
+        let compass = Compass::facing(Axis::Y, Axis::Z);
         let lights = lights(&image(|_, _| 1.0), &compass, 256, 1.0, 0.0).unwrap();
         let radiance: f64 = lights
             .iter()
@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn a_bright_spot_is_found_where_it_is() {
-        let compass = Compass::of_axis(UpAxis::Y);
+        let compass = Compass::facing(Axis::Y, Axis::Z);
         // In the middle of the image: azimuth 180, on the horizon. A quarter to the right of it,
         // clockwise seen from above: azimuth 90.
         for (column, azimuth) in [(32, 180.0f64), (48, 90.0), (16, 270.0)] {

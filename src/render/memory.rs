@@ -24,6 +24,8 @@ const PIXEL: u64 = 108;
 const WAITING_PIXEL: u64 = 36;
 /// Bytes of a pixel whose colour is written in 32 bits, or that has a layer beyond the standard ones.
 const WIDE_PIXEL: u64 = 48;
+/// Bytes of a pixel of a frame with a ground: layers of its own, and the ground's depth.
+const GROUND_PIXEL: u64 = 32;
 /// Bytes of a point kept for the next frame by pixel shading, and how many pixels are kept.
 const KEPT_POINT: u64 = 320;
 const KEPT_PIXELS: u64 = 1 << 20;
@@ -39,6 +41,8 @@ const SURFACE_HEIGHT: u64 = 24;
 const SEEN_HEIGHT: u64 = 6;
 /// Bytes by which a list of quadratic weights is longer.
 const LONGER_LIST: u64 = 72;
+/// Sums of a view's images that fill light is made of.
+const SUMS: usize = 4;
 /// Bytes that are filled at a time when the sample laid out for shading goes to disk.
 const SLAB: u64 = 256 << 20;
 /// The program, and working memory of its threads.
@@ -59,6 +63,9 @@ pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
     }
     if options.float || !options.layers.iter().all(standard) {
         pixel += WIDE_PIXEL;
+    }
+    if options.ground {
+        pixel += GROUND_PIXEL;
     }
     let mut bytes = width * height * pixel + PROGRAM;
     if many && options.shading == Shading::Pixel {
@@ -89,8 +96,12 @@ fn view_moves(options: &RenderOptions) -> bool {
 /// Bytes of the sample laid out for shading that stay in memory, and of the factors of a factored one.
 pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
     let description = sample.description();
-    let finest =
-        (sample.grid().len() * sample.image_count() * 3) as u64 * description.dtype.size() as u64;
+    let sums = match options.fill > 0.0 {
+        true => SUMS * description.views.len(),
+        false => 0,
+    };
+    let numbers = sample.grid().len() * (sample.image_count() + sums) * 3;
+    let finest = numbers as u64 * description.dtype.size() as u64;
     let all = if options.uses_mip() {
         finest + finest / 3
     } else {

@@ -124,6 +124,27 @@ impl Occluders {
         seen as f32 / cone.rays as f32
     }
 
+    /// The share of the hemisphere about `normal` that is open, by cosine: the mean over `rays`, whose pattern `turn` turns.
+    pub fn openness(
+        &self,
+        point: Vec3,
+        normal: Vec3,
+        departure: Departure,
+        rays: u32,
+        turn: u32,
+    ) -> f32 {
+        let origin = point + normal * self.lift;
+        let (side, up) = normal.any_orthonormal_pair();
+        let is_open = |&ray: &u32| {
+            // A point of the disc, lifted to the hemisphere above it.
+            let [x, y] = disc_point(ray, rays, turn);
+            let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+            let towards = side * x + up * y + normal * z;
+            self.is_free(origin, towards.normalize(), f32::INFINITY, departure)
+        };
+        (0..rays).filter(is_open).count() as f32 / rays as f32
+    }
+
     /// Whether nothing lies between a point above the surface and the light.
     fn is_free(&self, origin: Vec3, towards: Vec3, distance: f32, departure: Departure) -> bool {
         let shear = Shear::new(towards);

@@ -7,13 +7,14 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::format::exr::Compression;
 use crate::format::image::SourceEncoding;
-use crate::render::compass::UpAxis;
+use crate::render::compass::Axis;
 use crate::render::frame_range::{FramePattern, FrameRange, LAST_FRAME, Shard};
 use crate::render::nearest::Weighting;
 use crate::render::parallax::Parallax;
 use crate::render::radiance::Texels;
 use crate::render::raster::Samples;
 use crate::render::renderer::{Shading, Shadows};
+use crate::render::tone::{Background, ToneCurve};
 use crate::render::values::{
     Animation, ImageSize, Layer, LightSpec, Mip, Point, ProjectionKind, STANDARD_LAYERS, Sweep,
 };
@@ -114,9 +115,19 @@ pub struct RenderOptions {
         allow_hyphen_values = true,
         help_heading = "Camera"
     )]
-    pub up: UpAxis,
-    /// Azimuth of the camera in degrees, counter-clockwise seen from above; 0 is in front: +z, or
-    /// −y when z is up.
+    pub up: Axis,
+    /// The side of the mesh that is its front, which the camera sees at azimuth 0. Default: the side that an open mesh
+    /// faces, else the broad side.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "AXIS",
+        allow_hyphen_values = true,
+        help_heading = "Camera"
+    )]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub front: Option<Axis>,
+    /// Azimuth of the camera in degrees, counter-clockwise seen from above; 0 is in front.
     #[arg(long, value_name = "DEGREES", default_value_t = Self::default().camera_azimuth, allow_negative_numbers = true, help_heading = "Camera")]
     pub camera_azimuth: f64,
     /// Elevation of the camera in degrees.
@@ -131,7 +142,8 @@ pub struct RenderOptions {
     )]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera_position: Option<Point>,
-    /// Point in the picture's middle. Default: the centre of the mesh's bounding box.
+    /// Point in the picture's middle. Default: the middle of what is seen; the centre of the mesh's bounding box where the
+    /// camera moves or is given.
     #[arg(
         long,
         value_name = "X,Y,Z",
@@ -143,7 +155,10 @@ pub struct RenderOptions {
     /// How the camera projects.
     #[arg(long, value_enum, default_value_t, help_heading = "Camera")]
     pub projection: ProjectionKind,
-    /// Vertical field of view in degrees.
+    /// How many times as large the picture shows its middle. At 1 a fitted camera sees the whole mesh.
+    #[arg(long, value_name = "X", default_value_t = Self::default().zoom, help_heading = "Camera")]
+    pub zoom: f64,
+    /// Vertical field of view in degrees, at zoom 1.
     #[arg(long, value_name = "DEGREES", default_value_t = Self::default().fov, help_heading = "Camera")]
     pub fov: f64,
     /// Focal length in mm for a picture 24 mm high, in place of --fov.
@@ -190,6 +205,13 @@ pub struct RenderOptions {
     /// Shadow rays a point and light when --light-radius is not 0.
     #[arg(long, value_name = "N", default_value_t = Self::default().shadow_rays, help_heading = "Light")]
     pub shadow_rays: u32,
+    /// Radiance of a dim environment that fills the shade, brighter from above than from below: with X, white surfaces show
+    /// about as X where no light falls.
+    #[arg(long, value_name = "X", default_value_t = Self::default().fill, help_heading = "Light")]
+    pub fill: f64,
+    /// A level ground below the mesh that catches its shadow: black in the frames, as opaque as it is dark.
+    #[arg(long, help_heading = "Light")]
+    pub ground: bool,
     /// A latitude-longitude image (OpenEXR, Radiance HDR) whose light falls in from all around, in
     /// place of the light above; its middle lies at azimuth 180.
     #[arg(long, value_name = "FILE", help_heading = "Light")]
@@ -241,12 +263,16 @@ pub struct RenderOptions {
     #[arg(long, value_name = "I/N", help_heading = "Files")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
+    /// How previews show what is bright; frames keep it as it is.
+    #[arg(long, value_enum, default_value_t, help_heading = "Files")]
+    pub tone: ToneCurve,
     /// Stops by which previews are brightened.
     #[arg(long, value_name = "STOPS", default_value_t = Self::default().exposure, allow_negative_numbers = true, help_heading = "Files")]
     pub exposure: f32,
-    /// Linear grey behind the surface in previews.
-    #[arg(long, value_name = "GREY", default_value_t = Self::default().background, help_heading = "Files")]
-    pub background: f32,
+    /// What is behind the surface in previews: a linear grey from 0 to 1, or a colour as sRGB, R,G,B with numbers from 0 to
+    /// 255 or #RRGGBB.
+    #[arg(long, value_name = "GREY|COLOR", default_value_t = Self::default().background, help_heading = "Files")]
+    pub background: Background,
     /// A moving preview.
     #[arg(long, value_enum, default_value_t, help_heading = "Files")]
     pub animation: Animation,
@@ -273,12 +299,14 @@ impl Default for RenderOptions {
             texels: Texels::default(),
             parallax: Parallax::default(),
             mip: Mip::default(),
-            up: UpAxis::default(),
+            up: Axis::default(),
+            front: None,
             camera_azimuth: 0.0,
             camera_elevation: 15.0,
             camera_position: None,
             camera_target: None,
             projection: ProjectionKind::default(),
+            zoom: 1.0,
             fov: 30.0,
             focal_length: None,
             view_height: None,
@@ -289,6 +317,8 @@ impl Default for RenderOptions {
             irradiance: std::f64::consts::PI,
             light_radius: 0.0,
             shadow_rays: 16,
+            fill: 0.0,
+            ground: false,
             environment: None,
             environment_encoding: None,
             environment_layer: None,
@@ -302,8 +332,9 @@ impl Default for RenderOptions {
             pattern: FramePattern::default(),
             skip_existing: false,
             shard: None,
+            tone: ToneCurve::default(),
             exposure: 0.0,
-            background: 0.03,
+            background: Background::default(),
             animation: Animation::default(),
             table_memory: 4096,
         }
@@ -316,11 +347,13 @@ impl RenderOptions {
         let from_zero = |most: f64| [0.0, most];
         for (option, value, [least, most]) in [
             ("irradiance", Some(self.irradiance), from_zero(BRIGHTEST)),
+            ("fill", Some(self.fill), from_zero(1e6)),
             (
                 "environment-scale",
                 Some(self.environment_scale),
                 from_zero(BRIGHTEST),
             ),
+            ("zoom", Some(self.zoom), [1e-3, 1e6]),
             ("fov", Some(self.fov), [0.001, 179.999]),
             ("light-radius", Some(self.light_radius), from_zero(45.0)),
             ("sweep-from", self.sweep_from, ANGLES),
@@ -338,11 +371,6 @@ impl RenderOptions {
             ("exposure", Some(f64::from(self.exposure)), [-100.0, 100.0]),
             ("focal-length", self.focal_length, [0.01, 1e6]),
             ("view-height", self.view_height, [1.0 / FARTHEST, FARTHEST]),
-            (
-                "background",
-                Some(f64::from(self.background)),
-                from_zero(1.0),
-            ),
         ] {
             if let Some(value) = value.filter(|value| !(least..=most).contains(value)) {
                 let expected = format!("{} to {}", Plain(least), Plain(most));
@@ -381,6 +409,13 @@ impl RenderOptions {
         }
         if self.layers.is_empty() {
             return Err(Error::option("layers", "none", "at least one"));
+        }
+        if self.ground && self.shadows == Shadows::None {
+            return Err(Error::option(
+                "ground",
+                "given with --shadows none",
+                "--shadows vertex or pixel: the ground shows nothing but a shadow",
+            ));
         }
         self.check_lights()
     }
@@ -461,7 +496,7 @@ mod tests {
         let options: RenderOptions = toml::from_str(text).unwrap();
         assert_eq!(options.sweep, Sweep::ViewOrbit);
         assert_eq!(options.frames, Some(FrameRange::count(12)));
-        assert_eq!(options.up, UpAxis::MinusZ);
+        assert_eq!(options.up, Axis::MinusZ);
         assert!(toml::from_str::<RenderOptions>("swep = 1").is_err());
     }
 

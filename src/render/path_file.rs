@@ -57,6 +57,18 @@ impl Row {
         }
     }
 
+    /// Whether it says anything of the camera.
+    pub fn moves_camera(&self) -> bool {
+        let numbers = [
+            self.camera_azimuth,
+            self.camera_elevation,
+            self.fov,
+            self.view_height,
+        ];
+        let points = [self.camera, self.target, self.up];
+        numbers.iter().any(Option::is_some) || points.iter().any(Option::is_some)
+    }
+
     /// Sets a field by name; `None` when there is no such field.
     fn set(&mut self, field: &str, value: f64) -> Option<()> {
         let single = match field {

@@ -126,11 +126,12 @@ fn shade_point<T: Stored>(
         if lights.len() > 1 {
             radiance.merge_lights(&mut corner.blend);
         }
+        corner.irradiance += scene.add_fill::<T>(&mut corner.blend, &axes, vertex, point.turned);
     }
     let mut shaded = Shaded::default();
     let read = corners.iter_mut().zip(&point.corners).zip(triangle);
     for (((corner, seen), &vertex), share) in read.zip(hit.barycentric()) {
-        if corner.seen == 0.0 || share <= 0.0 {
+        if corner.blend.is_dark() || share <= 0.0 {
             continue;
         }
         let texture = radiance.at(table, seen.coord, seen.detail, &mut corner.blend);

@@ -5,15 +5,16 @@ use glam::DVec3;
 use crate::error::{Error, Result};
 use crate::format::image::FloatImage;
 use crate::progress::Progress;
-use crate::render::bounds::Bounds;
-use crate::render::camera::{Camera, FittedProjection, Projection, View};
+use crate::render::camera::View;
+use crate::render::camera_plan::CameraPlan;
 use crate::render::compass::Compass;
 use crate::render::environment;
 use crate::render::frame_range::FrameRange;
 use crate::render::light::{Light, Origin};
 use crate::render::options::RenderOptions;
 use crate::render::path_file::{self, Row};
-use crate::render::values::{LightSpec, ProjectionKind, Sweep};
+use crate::render::subject::Subject;
+use crate::render::values::{LightSpec, Sweep};
 
 /// One frame to make.
 #[derive(Clone, Debug)]
@@ -33,26 +34,24 @@ const DEFAULT_SWEEP: u32 = 24;
 
 /// Works out the frames of a sweep round a mesh.
 ///
-/// Positions that options and files name are in the coordinates of the mesh's file. Bounds and frames
-/// count from `origin`, as the map does. `progress` hears what is to be said of the environment's image.
+/// Positions that options and files name are in the coordinates of the mesh's file. Frames count from the
+/// subject's origin, as the map does. `progress` hears what is to be said of the environment's image.
 pub fn plan(
     options: &RenderOptions,
-    bounds: &Bounds,
-    origin: DVec3,
+    subject: &Subject<'_>,
     progress: &Progress<'_>,
 ) -> Result<Vec<PlannedFrame>> {
     options.validate()?;
-    let planner = Planner::new(options, bounds, origin, progress)?;
+    let rows = read_rows(options)?;
+    let planner = Planner::new(options, subject, &rows, progress)?;
     let range = planner.range();
     let length = planner.length(range)?;
     options
         .pattern
         .check(range.numbers().count(), range.last())?;
     let first = planner.moment(1, length, None)?;
-    let compass = Compass::towards(
-        options.up,
-        first.view.camera.position - first.view.camera.target,
-    );
+    let towards = first.view.camera.position - first.view.camera.target;
+    let compass = planner.cameras.compass().turned_towards(towards);
     range
         .numbers()
         .map(|number| {
@@ -69,9 +68,9 @@ pub fn plan(
 
 struct Planner<'a> {
     options: &'a RenderOptions,
-    bounds: &'a Bounds,
-    origin: DVec3,
-    rows: Vec<Row>,
+    subject: &'a Subject<'a>,
+    rows: &'a [Row],
+    cameras: CameraPlan<'a>,
     environment: Option<FloatImage>,
 }
 
@@ -83,8 +82,8 @@ struct Moment {
 impl<'a> Planner<'a> {
     fn new(
         options: &'a RenderOptions,
-        bounds: &'a Bounds,
-        origin: DVec3,
+        subject: &'a Subject<'a>,
+        rows: &'a [Row],
         progress: &Progress<'_>,
     ) -> Result<Self> {
         let environment = match &options.environment {
@@ -93,9 +92,9 @@ impl<'a> Planner<'a> {
         };
         Ok(Self {
             options,
-            bounds,
-            origin,
-            rows: read_rows(options)?,
+            subject,
+            rows,
+            cameras: CameraPlan::new(options, subject, rows),
             environment,
         })
     }
@@ -141,7 +140,7 @@ impl<'a> Planner<'a> {
             }
             other => other,
         };
-        let camera = self.camera(&row);
+        let camera = self.cameras.camera(&row);
         let view = View::new(camera, self.options.size.0)
             .map_err(in_frame)
             .map_err(|error| of_options(self.options, "camera-position", error))?;
@@ -185,47 +184,6 @@ impl<'a> Planner<'a> {
         from_file.overlaid(swept)
     }
 
-    fn camera(&self, row: &Row) -> Camera {
-        let options = self.options;
-        let compass = Compass::of_axis(options.up);
-        let point = |given: Option<[f64; 3]>| given.map(|p| DVec3::from_array(p) - self.origin);
-        let target = point(row.target)
-            .or(point(options.camera_target.map(|p| p.0)))
-            .unwrap_or(self.bounds.centre);
-        let azimuth = row.camera_azimuth.unwrap_or(options.camera_azimuth);
-        let elevation = row.camera_elevation.unwrap_or(options.camera_elevation);
-        let towards = compass.direction(azimuth.to_radians(), elevation.to_radians());
-        let vertical_fov = row.fov.map_or(options.vertical_fov(), f64::to_radians);
-        let projection = match options.projection {
-            ProjectionKind::Perspective => FittedProjection::Perspective { vertical_fov },
-            ProjectionKind::Orthographic => FittedProjection::Orthographic,
-        };
-        let [width, height] = options.size.0.map(f64::from);
-        let radius = self.bounds.radius + (target - self.bounds.centre).length();
-        let mut camera = Camera::fitted(
-            target,
-            radius,
-            towards,
-            compass.up(),
-            projection,
-            width / height,
-        );
-        if let Some(position) = point(row.camera) {
-            camera.position = position;
-        } else if let Some(position) = point(options.camera_position.map(|p| p.0)) {
-            camera.position = orbited(options, position, target, azimuth);
-        }
-        if let (Projection::Orthographic { height }, Some(given)) = (
-            &mut camera.projection,
-            row.view_height.or(options.view_height),
-        ) {
-            *height = given;
-        }
-        let up = row.up.map(DVec3::from_array);
-        camera.up = up.unwrap_or_else(|| upright(options, &camera));
-        camera
-    }
-
     fn lights(&self, row: &Row, compass: &Compass) -> Result<Vec<Light>> {
         let options = self.options;
         let mut specs = options.light.clone();
@@ -263,11 +221,12 @@ impl<'a> Planner<'a> {
                 position,
                 irradiance,
             } => {
-                let position = DVec3::from_array(position) - self.origin;
-                let reference = self.bounds.centre;
-                if (position - reference).length() < 1e-6 * self.bounds.radius {
-                    let fault = Error::data("point light", format!("{}", position + self.origin))
-                        .expected("a place outside the surface, not the mesh's centre");
+                let position = DVec3::from_array(position) - self.subject.origin;
+                let reference = self.subject.bounds.centre;
+                if (position - reference).length() < 1e-6 * self.subject.bounds.radius {
+                    let fault =
+                        Error::data("point light", format!("{}", position + self.subject.origin))
+                            .expected("a place outside the surface, not the mesh's centre");
                     return Err(of_options(self.options, "light", fault));
                 }
                 let origin = Origin::Point {
@@ -324,7 +283,7 @@ impl<'a> Planner<'a> {
         };
         let towards = match key.origin {
             Origin::Directional { towards } => towards,
-            Origin::Point { position, .. } => position - self.bounds.centre,
+            Origin::Point { position, .. } => position - self.subject.bounds.centre,
         };
         let (azimuth, elevation) = compass.angles(towards);
         format!("light {} {}  {view}", degrees(azimuth), degrees(elevation))
@@ -374,28 +333,6 @@ fn span(options: &RenderOptions, from: f64, to: f64) -> (f64, f64) {
     )
 }
 
-/// A given viewpoint, carried round the target by an orbit.
-fn orbited(options: &RenderOptions, position: DVec3, target: DVec3, azimuth: f64) -> DVec3 {
-    let compass = Compass::of_axis(options.up);
-    let offset = position - target;
-    let (own, elevation) = compass.angles(offset);
-    let turned = own + (azimuth - options.camera_azimuth).to_radians();
-    if turned == own {
-        return position;
-    }
-    target + compass.direction(turned, elevation) * offset.length()
-}
-
-/// The up vector, or the front where the camera looks along it.
-fn upright(options: &RenderOptions, camera: &Camera) -> DVec3 {
-    let (up, sight) = (options.up.vector(), camera.target - camera.position);
-    if up.cross(sight).length() <= 1e-6 * sight.length() {
-        // Looking down, the front is at the picture's bottom; looking up, at its top.
-        return options.up.front() * up.dot(sight).signum();
-    }
-    up
-}
-
 /// A fault of a camera or a light is the option's where no file of rows moves them.
 pub(super) fn of_options(options: &RenderOptions, option: &str, error: Error) -> Error {
     let from_file = matches!(options.sweep, Sweep::File(_)) || options.camera_path.is_some();
@@ -429,15 +366,21 @@ fn move_key_light(key: &mut LightSpec, row: &Row) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::triangle_mesh::TriangleMesh;
     use crate::render::values::Point;
 
-    fn bounds() -> Bounds {
-        Bounds {
-            low: -DVec3::ONE,
-            high: DVec3::ONE,
-            centre: DVec3::ZERO,
-            radius: 1.0,
-        }
+    /// The plan for an octahedron of radius 1.
+    fn planned(options: &RenderOptions) -> Result<Vec<PlannedFrame>> {
+        let corners = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis.as_vec3());
+        let [x, y, z] = corners;
+        let mesh = TriangleMesh {
+            positions: vec![x, -x, y, -y, z, -z],
+            triangles: (0..8)
+                .map(|k| [k & 1, 2 + (k >> 1 & 1), 4 + (k >> 2)])
+                .collect(),
+        };
+        let subject = Subject::new(&mesh, DVec3::ZERO, options)?;
+        plan(options, &subject, &Progress::silent())
     }
 
     fn towards(frame: &PlannedFrame) -> DVec3 {
@@ -457,7 +400,7 @@ mod tests {
             camera_azimuth: 90.0,
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap();
+        let frames = planned(&options).unwrap();
         // The camera stands at +x; seen from above, counter-clockwise from +x comes −z.
         for (frame, wanted) in frames
             .iter()
@@ -482,10 +425,7 @@ mod tests {
             frames: Some("3-12x4".parse().unwrap()),
             ..whole.clone()
         };
-        let (whole, part) = (
-            plan(&whole, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap(),
-            plan(&part, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap(),
-        );
+        let (whole, part) = (planned(&whole).unwrap(), planned(&part).unwrap());
         assert_eq!(part.len(), 3);
         for frame in &part {
             let same = &whole[frame.number as usize - 1];
@@ -501,7 +441,7 @@ mod tests {
             light_azimuth: 0.0,
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap();
+        let frames = planned(&options).unwrap();
         for (frame, wanted) in frames.iter().zip([DVec3::Z, DVec3::Y, -DVec3::Z]) {
             assert!((towards(frame) - wanted).length() < 1e-12);
         }
@@ -515,7 +455,7 @@ mod tests {
             camera_position: Some(Point([0.0, 1.0, 3.0])),
             ..RenderOptions::default()
         };
-        let frames = plan(&options, &bounds(), DVec3::ZERO, &Progress::silent()).unwrap();
+        let frames = planned(&options).unwrap();
         let wanted = [
             [0.0, 1.0, 3.0],
             [3.0, 1.0, 0.0],
@@ -535,11 +475,7 @@ mod tests {
 
     #[test]
     fn impossible_plans_are_refused() {
-        let refused = |options: RenderOptions| {
-            plan(&options, &bounds(), DVec3::ZERO, &Progress::silent())
-                .unwrap_err()
-                .to_string()
-        };
+        let refused = |options: RenderOptions| planned(&options).unwrap_err().to_string();
         let short = RenderOptions {
             sweep: Sweep::ViewOrbit,
             frames: Some("5-9".parse().unwrap()),

@@ -6,9 +6,10 @@ use glam::{DVec3, Vec3};
 use crate::error::{Error, Result};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
-use crate::render::bounds::Bounds;
-use crate::render::camera::{Camera, FittedProjection, View};
-use crate::render::compass::{Compass, UpAxis};
+use crate::render::bounds::{Bounds, used_points};
+use crate::render::camera::View;
+use crate::render::compass::{Axis, Compass};
+use crate::render::framing::{Aim, FittedProjection};
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 
 /// Draws a mesh in the colours of its vertices (8-bit sRGB values, interpolated as they stand)
@@ -20,21 +21,19 @@ pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) ->
             .expected(format!("{}, one a vertex", mesh.positions.len())));
     }
     let bounds = Bounds::of(mesh)?;
-    let compass = Compass::of_axis(UpAxis::Y);
+    let compass = Compass::facing(Axis::Y, Axis::Z);
     let towards = compass.direction(25f64.to_radians(), 20f64.to_radians());
-    let projection = FittedProjection::Perspective {
-        vertical_fov: 30f64.to_radians(),
-    };
-    let aspect = f64::from(size[0]) / f64::from(size[1]);
-    let camera = Camera::fitted(
-        bounds.centre,
-        bounds.radius,
+    let aim = Aim {
+        target: bounds.centre,
         towards,
-        DVec3::Y,
-        projection,
-        aspect,
-    );
-    let view = View::new(camera, size)?;
+        up: DVec3::Y,
+        projection: FittedProjection::Perspective {
+            vertical_fov: 30f64.to_radians(),
+        },
+        aspect: f64::from(size[0]) / f64::from(size[1]),
+    };
+    let framed = aim.still(used_points(mesh), bounds.radius, true);
+    let view = View::new(aim.camera(&framed), size)?;
     let surface = SurfaceBuffer::draw(
         &view,
         mesh,

@@ -13,9 +13,10 @@ use crate::error::Result;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
 use crate::progress::Progress;
+use crate::render::even_light;
 use crate::render::nearest::{DirectionSet, PairSet, Scratch, Weight, Weighting, lifted};
 use crate::render::parallax::{Place, ReadList, Relief};
-use crate::render::texel_table::{Allowance, AnyTable, Stored, TexelTable};
+use crate::render::texel_table::{Allowance, AnyTable, RowLayout, Stored, TexelTable};
 
 /// How values between texel centres are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -36,6 +37,8 @@ pub struct Radiance {
     /// The sample, texel by texel.
     pub table: AnyTable,
     texels: Texels,
+    /// Sums of a view's images that lie beside them.
+    sums: usize,
     grid: TexelGrid,
     relief: Option<Relief>,
 }
@@ -52,12 +55,13 @@ enum Directions {
 }
 
 impl Radiance {
-    /// Lays out a sample for shading.
+    /// Lays out a sample for shading; with `filled` so that a [`Fill`](crate::render::fill::Fill) can be added. Scattered samples have none.
     pub fn new(
         sample: &Sample,
         weighting: Weighting,
         texels: Texels,
         mip: bool,
+        filled: bool,
         allowance: &Allowance,
         progress: &Progress,
     ) -> Result<Self> {
@@ -80,10 +84,19 @@ impl Radiance {
                 (Directions::Pairs(pairs), images)
             }
         };
+        let layout = match &directions {
+            Directions::Product { lights, .. } if filled => RowLayout {
+                images: lights.len(),
+                sums: even_light::sums(lights).to_vec(),
+            },
+            _ => RowLayout::plain(images.len()),
+        };
+        let sums = layout.sums.len();
         Ok(Self {
             directions,
-            table: AnyTable::build(sample, &images, mip, allowance, progress)?,
+            table: AnyTable::build(sample, (&images, &layout), mip, allowance, progress)?,
             texels,
+            sums,
             grid: sample.grid(),
             relief: None,
         })
@@ -282,6 +295,20 @@ impl Radiance {
         blend.beyond += if is_beyond { luminance } else { 0.0 };
     }
 
+    /// Adds light from all around, by its [shares](crate::render::fill::Fill::shares) of the four sums; after the lights.
+    #[inline(always)]
+    pub fn add_fill<T: Stored>(&self, blend: &mut Blend, shares: [f32; 4]) {
+        let Directions::Product { lights, .. } = &self.directions else {
+            return;
+        };
+        let first = lights.len() as u32;
+        let columns = (first..).zip(shares).take(self.sums);
+        blend.columns.extend(columns.map(|(sum, share)| Column {
+            offset: 3 * sum,
+            weight: Vec4::new(share, share, share, 0.0) * T::UNDO[0],
+        }));
+    }
+
     /// Joins columns that several lights added, so that each image is read once.
     #[inline(always)]
     pub fn merge_lights(&self, blend: &mut Blend) {
@@ -424,11 +451,11 @@ impl Radiance {
         total.max(Vec4::ZERO)
     }
 
-    /// Numbers of a row of a texel: RGB per light of a view, or none where all pairs are one row.
+    /// Numbers of a row of a texel: RGB per light of a view and per sum of them, or none where all pairs are one row.
     #[inline(always)]
     fn row_length(&self) -> usize {
         match &self.directions {
-            Directions::Product { lights, .. } => 3 * lights.len(),
+            Directions::Product { lights, .. } => 3 * (lights.len() + self.sums),
             Directions::Pairs(_) => 0,
         }
     }

@@ -4,9 +4,8 @@
 //! geometry layers) is kept until the view changes, so that a light sweep pays for it once.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::Vec4;
+use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -17,8 +16,10 @@ use crate::progress::Progress;
 use crate::render::bounds::Bounds;
 use crate::render::camera::View;
 use crate::render::cover::Cover;
+use crate::render::fill::{Fill, openness};
 use crate::render::fragment::{Pieces, point};
 use crate::render::frame::{Frame, GeometryLayers};
+use crate::render::ground::Ground;
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::Light;
 use crate::render::occlusion::Occluders;
@@ -31,6 +32,7 @@ use crate::render::sides::has_border;
 use crate::render::vertex_lights::VertexLights;
 use crate::render::vertex_shading::{self, Scene, Site};
 use crate::render::vertex_shadows::{ShadowCaster, VertexShadows};
+use crate::render::vertices::Vertices;
 
 /// The rate at which colour is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -67,6 +69,10 @@ pub struct Manner {
     pub samples: Samples,
     /// Shadow rays for lights that have a size.
     pub soft_rays: u32,
+    /// The light that fills the shade.
+    pub fill: Option<Fill>,
+    /// Up, where a ground catches the shadow.
+    pub ground: Option<DVec3>,
     /// Whether frames carry the layers of the view: depth, normals, uv, textons.
     pub geometry_layers: bool,
     /// Whether frames carry `shadow.Y` and `weight.Y`.
@@ -84,17 +90,13 @@ pub struct Renderer<'a> {
     has_border: bool,
     bounds: Bounds,
     caster: Option<ShadowCaster>,
+    ground: Option<Ground>,
+    /// Per vertex the share of the fill light that reaches it.
+    openness: Option<Vec<f32>>,
     shadows: VertexShadows,
     weights: VertexLights,
     vertices: Vertices,
     seen: Option<Seen>,
-}
-
-/// Vertices to shade, those that some triangle uses.
-struct Vertices {
-    by_texel: Vec<Site>,
-    /// The same, neighbours after each other; empty where nothing casts shadows.
-    by_place: Vec<u32>,
 }
 
 /// What one view sees.
@@ -107,9 +109,6 @@ struct Seen {
     /// What pixel shading finds of the view, once it has stayed for a second frame.
     points: Option<KeptPoints>,
 }
-
-/// Vertices that one task chooses from.
-const CHOSEN: usize = 1 << 14;
 
 /// Lights that vertices are shaded by in one go: bounds the memory for what reaches them.
 const LIGHTS_AT_ONCE: usize = 64;
@@ -127,9 +126,18 @@ impl<'a> Renderer<'a> {
         let casts_shadows = manner.shadows != Shadows::None;
         let occluders = || Occluders::new(&map.mesh, &bounds);
         let caster = casts_shadows.then(|| ShadowCaster::new(&map.mesh, occluders(), has_border));
+        let (mut ground, mut open) = (None, None);
+        if let Some(caster) = &caster {
+            let below = |up| Ground::below(&bounds, up, &caster.occluders, manner.fill.is_some());
+            ground = manner.ground.map(below);
+            let openness = |_| openness(&caster.occluders, map, caster.vertices(), &progress);
+            open = manner.fill.map(openness);
+        }
         progress.check()?;
         Ok(Self {
             map,
+            ground,
+            openness: open,
             radiance,
             manner,
             cover: None,
@@ -167,7 +175,12 @@ impl<'a> Renderer<'a> {
         };
         self.refresh_weights(&seen, lights);
         let mut shadows = std::mem::take(&mut self.shadows);
-        let rgba = self.resolve(&seen, lights, &mut shadows);
+        let mut rgba = self.resolve(&seen, lights, &mut shadows);
+        let mut geometry = seen.layers.clone();
+        if let Some(ground) = &self.ground {
+            let scene = self.scene(view, lights, KnownWeights::default());
+            ground.darken(&scene, &seen.surface, &mut rgba, geometry.as_mut());
+        }
         let extra = self.manner.extra_layers;
         let (shadow, beyond) = if extra {
             let (shadow, beyond) = self.extra_layers(&seen, lights, &mut shadows);
@@ -178,7 +191,7 @@ impl<'a> Renderer<'a> {
         let frame = Frame {
             size: view.size,
             rgba,
-            geometry: seen.layers.clone(),
+            geometry,
             shadow,
             beyond,
         };
@@ -230,6 +243,8 @@ impl<'a> Renderer<'a> {
             soft_rays: self.manner.soft_rays,
             patches: self.patches.as_ref(),
             cover: self.cover,
+            fill: self.manner.fill,
+            openness: self.openness.as_deref(),
             side: None,
             progress: self.progress,
         }
@@ -272,17 +287,27 @@ impl<'a> Renderer<'a> {
         let scene = self.scene(&seen.view, lights, self.weights.all());
         match (self.manner.shading, self.manner.shadows) {
             (Shading::Vertex, Shadows::None | Shadows::Vertex) => {
-                let colors = self.shade_vertices(&scene, &seen.vertices, Some(shadows));
-                let mesh = &self.map.mesh;
-                seen.surface.map_pixels(
-                    CLEAR,
-                    || (),
-                    |(), hits| mean_color(mesh, &colors, seen.surface.color_hits(hits)),
-                )
+                self.resolve_vertices(seen, &scene, Some(shadows))
             }
             (Shading::Vertex, Shadows::Pixel) => self.resolve_pixel_shadows(seen, &scene),
             (Shading::Pixel, _) => self.resolve_pixels(seen, &scene, shadows),
         }
+    }
+
+    /// Colours of vertices, interpolated; without `shadows` as if nothing cast any.
+    fn resolve_vertices(
+        &self,
+        seen: &Seen,
+        scene: &Scene,
+        shadows: Option<&mut VertexShadows>,
+    ) -> Vec<[f32; 4]> {
+        let colors = self.shade_vertices(scene, &seen.vertices, shadows);
+        let mesh = &self.map.mesh;
+        seen.surface.map_pixels(
+            CLEAR,
+            || (),
+            |(), hits| mean_color(mesh, &colors, seen.surface.color_hits(hits)),
+        )
     }
 
     /// Colours by vertex, red to blue, of the chosen ones; without `shadows` as if nothing cast any.
@@ -293,10 +318,15 @@ impl<'a> Renderer<'a> {
         mut shadows: Option<&mut VertexShadows>,
     ) -> Vec<Vec4> {
         let mut colors = vec![Vec4::ZERO; self.map.mesh.positions.len()];
-        for (part, lights) in scene.lights.chunks(LIGHTS_AT_ONCE).enumerate() {
+        let parts = scene.lights.len().div_ceil(LIGHTS_AT_ONCE).max(1);
+        for part in 0..parts {
+            let first = part * LIGHTS_AT_ONCE;
+            let last = scene.lights.len().min(first + LIGHTS_AT_ONCE);
+            let lights = &scene.lights[first..last];
             let scene = Scene {
                 lights,
-                weights: scene.weights.from(part * LIGHTS_AT_ONCE),
+                weights: scene.weights.from(first),
+                fill: scene.fill.filter(|_| part == 0),
                 ..*scene
             };
             let reaches = match shadows.as_deref_mut() {
@@ -330,11 +360,19 @@ impl<'a> Renderer<'a> {
 
     /// Vertex colours, light by light, under shadows found in every pixel.
     fn resolve_pixel_shadows(&self, seen: &Seen, scene: &Scene) -> Vec<[f32; 4]> {
-        let mut sum: Vec<[f32; 4]> = Vec::new();
+        let filled = scene.fill.map(|_| Scene {
+            lights: &[],
+            ..*scene
+        });
+        let mut sum = match filled {
+            Some(scene) => self.resolve_vertices(seen, &scene, None),
+            None => Vec::new(),
+        };
         for (index, light) in scene.lights.iter().enumerate() {
             let scene = Scene {
                 lights: std::slice::from_ref(light),
                 weights: scene.weights.from(index),
+                fill: None,
                 ..*scene
             };
             let part = self.resolve_shadows_of(seen, &scene);
@@ -494,53 +532,6 @@ struct Pixel {
 impl Pixel {
     fn rgba(self) -> [f32; 4] {
         self.color.with_w(self.coverage).to_array()
-    }
-}
-
-impl Vertices {
-    /// Those of all triangles that some sample sees. One is turned where all of its triangles are seen from `inside`.
-    fn seen_in(
-        &self,
-        surface: &SurfaceBuffer,
-        mesh: &TriangleMesh,
-        inside: impl Fn(&Hit) -> bool + Sync,
-    ) -> Self {
-        let none = || -> Vec<AtomicBool> {
-            let vertices = mesh.positions.iter();
-            vertices.map(|_| AtomicBool::new(false)).collect()
-        };
-        let [needed, outside] = [none(), none()];
-        surface.for_each_surface(|hit| {
-            let is_outside = !inside(hit);
-            for vertex in mesh.triangles[hit.triangle as usize] {
-                needed[vertex as usize].store(true, Ordering::Relaxed);
-                if is_outside {
-                    outside[vertex as usize].store(true, Ordering::Relaxed);
-                }
-            }
-        });
-        let is_needed = |vertex: u32| needed[vertex as usize].load(Ordering::Relaxed);
-        let turned = |site: &Site| {
-            let mut site = *site;
-            site.turned = !outside[site.vertex as usize].load(Ordering::Relaxed);
-            site
-        };
-        Self {
-            by_texel: self
-                .by_texel
-                .par_iter()
-                .with_min_len(CHOSEN)
-                .filter(|site| is_needed(site.vertex))
-                .map(turned)
-                .collect(),
-            by_place: self
-                .by_place
-                .par_iter()
-                .with_min_len(CHOSEN)
-                .copied()
-                .filter(|&vertex| is_needed(vertex))
-                .collect(),
-        }
     }
 }
 

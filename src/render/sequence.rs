@@ -19,15 +19,17 @@ use crate::format::ours::{Format, check_replaceable};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_text;
 use crate::progress::Progress;
-use crate::render::bounds::Bounds;
 use crate::render::cover::Cover;
+use crate::render::fill::Fill;
 use crate::render::frame::{Frame, LayerGroup};
+use crate::render::front::Front;
 use crate::render::light::Origin;
 use crate::render::options::RenderOptions;
 use crate::render::parallax::{Decision, Parallax};
 use crate::render::plan::{PlannedFrame, of_options, plan};
 use crate::render::radiance::Radiance;
 use crate::render::renderer::{Manner, Renderer};
+use crate::render::subject::Subject;
 use crate::render::surroundings;
 use crate::render::texel_table::Allowance;
 use crate::render::tone::{Tone, preview};
@@ -80,6 +82,8 @@ pub struct Report {
     pub table_bytes: usize,
     /// Whether the table was mapped from disk.
     pub table_mapped: bool,
+    /// The side of the mesh that is seen at azimuth 0.
+    pub front: Option<Front>,
     /// Whether views are blended with their parallax, and why; `None` when no frame was made.
     pub parallax: Option<Decision>,
 }
@@ -104,9 +108,11 @@ const HASH: &str = "mesotex:hash";
 pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Result<Report> {
     options.validate()?;
     check_pair(inputs)?;
-    let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds, inputs.map.header.origin, progress)?;
-    surroundings::check(&inputs.map.mesh, &bounds, &frames, progress)
+    check_fill(inputs, options)?;
+    let map = inputs.map;
+    let subject = Subject::new(&map.mesh, map.header.origin, options)?;
+    let frames = plan(options, &subject, progress)?;
+    surroundings::check(&map.mesh, &subject.bounds, &frames, progress)
         .map_err(|error| of_options(options, "light", error))?;
     let job = Job {
         inputs,
@@ -114,7 +120,10 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
         header_options: header_options(options)?,
         heights: heights_id(inputs.sample, options)?,
     };
-    let mut report = Report::default();
+    let mut report = Report {
+        front: Some(subject.front),
+        ..Report::default()
+    };
     job.refuse_foreign_files(&frames)?;
     let wanted = job.choose(&frames, &mut report);
     job.warn_of_strangers(&frames, progress);
@@ -135,8 +144,10 @@ pub fn with_renderer<R>(
 ) -> Result<(R, Decision)> {
     options.validate()?;
     check_pair(inputs)?;
-    let bounds = Bounds::of(&inputs.map.mesh)?;
-    let frames = plan(options, &bounds, inputs.map.header.origin, progress)?;
+    check_fill(inputs, options)?;
+    let map = inputs.map;
+    let subject = Subject::new(&map.mesh, map.header.origin, options)?;
+    let frames = plan(options, &subject, progress)?;
     let (radiance, parallax) = lay_out(inputs, options, progress)?;
     let renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
     let mut renderer = renderer.over(inputs.cover);
@@ -166,6 +177,18 @@ fn check_pair(inputs: &Inputs) -> Result<()> {
     )
 }
 
+/// Refuses fill light for scattered samples: their views have no lights of their own to sum over.
+fn check_fill(inputs: &Inputs, options: &RenderOptions) -> Result<()> {
+    match inputs.sample.description().pairs.is_some() && options.fill > 0.0 {
+        true => Err(Error::option(
+            "fill",
+            format!("{} for a sample of scattered pairs", options.fill),
+            "a sample whose every view has all lights; --environment works with this one",
+        )),
+        false => Ok(()),
+    }
+}
+
 fn lay_out(
     inputs: &Inputs,
     options: &RenderOptions,
@@ -181,6 +204,7 @@ fn lay_out(
         options.weights,
         options.texels,
         options.uses_mip(),
+        options.fill > 0.0,
         &allowance,
         progress,
     )?;
@@ -202,6 +226,11 @@ fn manner(options: &RenderOptions) -> Manner {
         shadows: options.shadows,
         samples: options.samples,
         soft_rays: options.shadow_rays,
+        fill: (options.fill > 0.0).then(|| Fill {
+            radiance: options.fill as f32,
+            up: options.up.vector(),
+        }),
+        ground: options.ground.then(|| options.up.vector()),
         geometry_layers: any(|layer| !matches!(layer, Layer::Rgba | Layer::Shadow | Layer::Weight)),
         extra_layers: any(|layer| matches!(layer, Layer::Shadow | Layer::Weight)),
     }
@@ -349,6 +378,7 @@ impl Job<'_> {
         } = finished;
         let tone = Tone {
             exposure: self.options.exposure,
+            curve: self.options.tone,
             background: self.options.background,
         };
         let [width, height] = frame.size;

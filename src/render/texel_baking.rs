@@ -9,10 +9,12 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::progress::Progress;
 use crate::render::cover::Cover;
+use crate::render::fill::RAYS;
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::Light;
-use crate::render::occlusion::Departure;
+use crate::render::occlusion::{Departure, Occluders};
 use crate::render::parallax::PatchReach;
 use crate::render::pixel_shading::{Workspace, shade_hit};
 use crate::render::plan::PlannedFrame;
@@ -88,18 +90,26 @@ impl Renderer<'_> {
         let patches = self
             .has_parallax()
             .then(|| PatchReach::of_edges(points.map, points.neighbors));
+        let found = self.scene(&frame.view, &frame.lights, KnownWeights::default());
+        let open = found.openness.and(found.occluders);
+        let open = open.map(|occluders| openness_of(occluders, points, &progress));
         let whole = Scene {
             patches: patches.as_ref(),
             map: points.map,
             cover: points.cover,
+            openness: open.as_deref(),
             side: Some(texel),
-            ..self.scene(&frame.view, &frame.lights, KnownWeights::default())
+            ..found
         };
         let sites = sites_of(points.map, whole.radiance.grid(), |_| true);
         let mut colors = vec![Vec4::ZERO; sites.len()];
         progress.begin("texels", frame.lights.len() as u64);
-        for lights in frame.lights.chunks(LIGHTS_AT_ONCE) {
-            let scene = Scene { lights, ..whole };
+        for (part, lights) in frame.lights.chunks(LIGHTS_AT_ONCE).enumerate() {
+            let scene = Scene {
+                lights,
+                fill: whole.fill.filter(|_| part == 0),
+                ..whole
+            };
             let reaches: Vec<Vec<f32>> = lights
                 .iter()
                 .map(|light| reaches(&scene, points.facets, light))
@@ -117,6 +127,19 @@ impl Renderer<'_> {
             .map(|color| color.truncate().to_array())
             .collect())
     }
+}
+
+/// The open share of the hemisphere above the triangle that each point lies on.
+fn openness_of(occluders: &Occluders, points: OwnPoints, progress: &Progress) -> Vec<f32> {
+    let all = points.map.mesh.positions.par_iter().zip(points.facets);
+    let open = |(turn, (&point, facet)): (usize, (&Vec3, &Vec3))| {
+        if progress.is_interrupted() {
+            return 1.0;
+        }
+        let normal = facet.normalize_or(points.map.normals[turn]);
+        occluders.openness(point, normal, Departure::Point, RAYS, turn as u32)
+    };
+    all.enumerate().with_min_len(CHUNK).map(open).collect()
 }
 
 /// The share of a light that reaches each point, by rays that leave the side of its triangle that faces the light.

@@ -2,7 +2,7 @@
 //! one small piece of memory, and vertices sorted by texel share it.
 //!
 //! In: a sample, the images to keep, in the order wanted. Out: per pyramid level an array
-//! [H, W, images, RGB] in the sample's number type. Level l + 1 holds 2×2 means of level l. A
+//! [H, W, images, RGB] in the sample's number type, weighted sums of the images beside them where asked for. Level l + 1 holds 2×2 means of level l. A
 //! table larger than the allowance is built slab by slab in a temporary file.
 
 use std::ops::{Deref, Range};
@@ -38,12 +38,61 @@ pub struct Allowance {
     pub folder: PathBuf,
 }
 
+/// How the images of a texel are laid out: row after row, of views.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RowLayout {
+    /// Images of a row.
+    pub images: usize,
+    /// Sums of a row's images that follow them: per sum the share of each image. What is below 0 is stored as 0.
+    pub sums: Vec<Vec<f32>>,
+}
+
+impl RowLayout {
+    /// One row without sums.
+    pub fn plain(images: usize) -> Self {
+        Self {
+            images,
+            sums: Vec::new(),
+        }
+    }
+
+    /// Images and sums of a row.
+    fn row(&self) -> usize {
+        self.images + self.sums.len()
+    }
+
+    /// Where an image lies among images and sums.
+    fn place(&self, image: usize) -> usize {
+        image / self.images * self.row() + image % self.images
+    }
+
+    /// Adds the sums to a texel's numbers.
+    fn add_sums<T: Stored>(&self, texel: &mut [T]) {
+        for row in texel.chunks_exact_mut(3 * self.row()) {
+            let (images, sums) = row.split_at_mut(3 * self.images);
+            for (shares, out) in self.sums.iter().zip(sums.chunks_exact_mut(3)) {
+                let mut sum = [0.0; 3];
+                for (share, color) in shares.iter().zip(images.chunks_exact(3)) {
+                    for (sum, number) in sum.iter_mut().zip(color) {
+                        *sum += share * number.value();
+                    }
+                }
+                for (out, sum) in out.iter_mut().zip(sum) {
+                    *out = T::nearest(sum.clamp(0.0, T::LARGEST));
+                }
+            }
+        }
+    }
+}
+
 /// A number type of tables. Numbers are finite and not negative.
 pub trait Stored: npy::Element + Copy {
     /// Four neighbouring numbers, times 2 to the power of −112 for halfs.
     fn widen(four: [Self; 4]) -> Vec4;
     /// What undoes the factor of [`widen`](Self::widen), as a product of two safe factors.
     const UNDO: [f32; 2];
+    /// The largest number.
+    const LARGEST: f32;
     /// The number itself.
     fn value(self) -> f32;
     /// The nearest stored number.
@@ -66,6 +115,7 @@ impl Stored for u16 {
     }
 
     const UNDO: [f32; 2] = [TWO_56, TWO_56];
+    const LARGEST: f32 = 65504.0;
 
     fn value(self) -> f32 {
         f16::from_bits(self).to_f32()
@@ -96,6 +146,7 @@ impl Stored for f32 {
     }
 
     const UNDO: [f32; 2] = [1.0, 1.0];
+    const LARGEST: f32 = f32::MAX;
 
     fn value(self) -> f32 {
         self
@@ -171,11 +222,11 @@ pub enum AnyTable {
 }
 
 impl AnyTable {
-    /// Lays out the wanted `images` of a sample, in their order; with `mip` all levels down to a
+    /// Lays out the wanted `images` of a sample, in their order, in rows; with `mip` all levels down to a
     /// single texel, else the finest alone.
     pub fn build(
         sample: &Sample,
-        images: &[u32],
+        (images, layout): (&[u32], &RowLayout),
         mip: bool,
         allowance: &Allowance,
         progress: &Progress,
@@ -183,6 +234,7 @@ impl AnyTable {
         let source = Source {
             sample,
             images,
+            layout,
             progress,
         };
         Ok(match sample.description().dtype {
@@ -211,13 +263,14 @@ impl AnyTable {
 struct Source<'a> {
     sample: &'a Sample,
     images: &'a [u32],
+    layout: &'a RowLayout,
     progress: &'a Progress<'a>,
 }
 
 impl<T: Stored> TexelTable<T> {
     fn build(source: &Source, mip: bool, allowance: &Allowance) -> Result<Self> {
         let mut grid = source.sample.grid();
-        let stride = source.images.len() * 3;
+        let stride = source.stride();
         source
             .progress
             .begin("laying out the sample", grid.len() as u64);
@@ -278,9 +331,14 @@ impl<T: Stored> Level<T> {
 }
 
 impl Source<'_> {
+    /// Numbers of a texel.
+    fn stride(&self) -> usize {
+        3 * self.layout.place(self.images.len())
+    }
+
     /// Fills the numbers of the texels from `first` on, some images at a time.
     fn transpose<T: Stored>(&self, first: usize, out: &mut [T]) -> Result<()> {
-        let stride = self.images.len() * 3;
+        let stride = self.stride();
         let texels = first..first + out.len() / stride;
         let unread = Pixels::of_type(self.sample.description().dtype);
         let mut held = vec![unread; GROUP.min(self.images.len())];
@@ -289,10 +347,14 @@ impl Source<'_> {
                 .read_texels_of(images, texels.clone(), &mut held[..images.len()])?;
             for (block, out) in out.chunks_mut(BLOCK * stride).enumerate() {
                 for (position, pixels) in held[..images.len()].iter().enumerate() {
-                    let at = (group * GROUP + position) * 3;
+                    let at = 3 * self.layout.place(group * GROUP + position);
                     put(pixels, block * BLOCK, out, stride, at).ok_or_else(|| self.fault())?;
                 }
             }
+        }
+        if !self.layout.sums.is_empty() {
+            out.chunks_exact_mut(stride)
+                .for_each(|texel| self.layout.add_sums(texel));
         }
         Ok(())
     }

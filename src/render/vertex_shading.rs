@@ -14,6 +14,7 @@ use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::render::camera::View;
 use crate::render::cover::{Cover, received};
+use crate::render::fill::Fill;
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::{Incidence, Light};
 use crate::render::occlusion::{Cone, Departure, Occluders};
@@ -63,6 +64,10 @@ pub struct Scene<'a> {
     pub patches: Option<&'a PatchReach>,
     /// A plain colour below the texture, where it is transparent.
     pub cover: Option<&'a Cover>,
+    /// The light that fills the shade.
+    pub fill: Option<Fill>,
+    /// Per vertex the share of that light which reaches its outside; all of it where it is `None`.
+    pub openness: Option<&'a [f32]>,
     /// The side of what is shaded, in mesh units, by which levels of the sample are chosen; a pixel's footprint
     /// where it is `None`.
     pub side: Option<f64>,
@@ -131,6 +136,29 @@ impl Scene<'_> {
     #[inline(always)]
     pub fn reach(&self, vertex: usize) -> f32 {
         self.patches.map_or(0.0, |patches| patches.of(vertex))
+    }
+
+    /// Adds the light that fills the shade at a vertex to a blend; returns what a plane receives of it.
+    #[inline(always)]
+    pub fn add_fill<T: Stored>(
+        &self,
+        blend: &mut Blend,
+        axes: &Axes,
+        vertex: usize,
+        turned: bool,
+    ) -> Vec4 {
+        let Some(fill) = &self.fill else {
+            return Vec4::ZERO;
+        };
+        let up = axes.local(fill.up);
+        let open = match self.openness {
+            Some(open) if !turned => open[vertex],
+            _ => 1.0,
+        };
+        let shares = fill.shares(up).map(|share| share * open);
+        self.radiance.add_fill::<T>(blend, shares);
+        let received = open * fill.irradiance(up.z);
+        Vec4::new(received, received, received, 0.0)
     }
 
     /// Whether the inside of a triangle is seen at a point of it.
@@ -241,6 +269,7 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
     if scene.lights.len() > 1 {
         scene.radiance.merge_lights(blend);
     }
+    received_light += scene.add_fill::<T>(blend, &axes, site.vertex as usize, site.turned);
     Begun {
         view_cosine: view.z,
         irradiance: received_light,

@@ -5,7 +5,7 @@
 //! | [`contact_sheet`], [`lettering`], [`animation`] | pictures of frames, labelled or moving |
 //! | [`viewer`] | the page of `mesotex view` |
 //! | [`summary`], [`embedded`] | the page of `mesotex report`, pictures as parts of it |
-//! | [`view_factors`], [`surface_columns`], `even_light` | a sample and a surface small enough for a page |
+//! | [`view_factors`], [`surface_columns`] | a sample and a surface small enough for a page |
 //! | [`page`], [`numbers`] | templates filled in, numbers as text |
 //!
 //! `web/` has the templates, the style, the scripts and the shaders.
@@ -13,7 +13,6 @@
 pub mod animation;
 pub mod contact_sheet;
 pub mod embedded;
-mod even_light;
 pub mod lettering;
 pub mod numbers;
 pub mod page;

@@ -7,11 +7,13 @@ use crate::btf::sample::Sample;
 use crate::error::{Error, Result};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
-use crate::render::UpAxis;
+use crate::render::Axis;
 use crate::render::bounds::Bounds;
+use crate::render::even_light;
+use crate::render::front::Front;
 use crate::report::page::{STYLE, bundle, filled, json};
 use crate::report::view_factors::{Limits, ViewFactors, view_factors};
-use crate::report::{even_light, numbers, surface_columns};
+use crate::report::{numbers, surface_columns};
 
 /// The most bytes of a page.
 pub const LARGEST_PAGE: usize = 30_000_000;
@@ -50,7 +52,9 @@ pub struct ViewerOptions {
     /// The error that factors may leave, relative to the root mean square of all values.
     pub error: f64,
     /// The axis of the mesh that points up.
-    pub up: UpAxis,
+    pub up: Axis,
+    /// The side that is seen first; guessed from the mesh's shape where it is `None`.
+    pub front: Option<Axis>,
 }
 
 impl ViewerOptions {
@@ -100,14 +104,15 @@ pub fn viewer_page(
     let factors = view_factors(sample, &limits, progress)?;
     let notes = notes(&factors, options, sample);
     let up = options.up;
+    let front = Front::of(&map.mesh, up, options.front)?.axis.vector().to_array();
     let description = json!({
         "sample": sample_description(sample, &factors),
         "surface": surface,
         "centre": bounds.centre.to_array(),
         "radius": bounds.radius,
         "fov": 30.0,
-        "compass": {"up": up.vector().to_array(), "zero": up.front().to_array()},
-        "lightZero": up.front().to_array(),
+        "compass": {"up": up.vector().to_array(), "zero": front},
+        "lightZero": front,
         "view": {"azimuth": 0.0, "elevation": 15.0},
         "light": {"azimuth": 30.0, "elevation": 45.0},
         "irradiance": std::f64::consts::PI,

@@ -7,7 +7,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::format::image::decode_srgb;
+use crate::format::image::SrgbColor;
 use crate::textures::texture::Texture;
 
 /// A colour as 8-bit sRGB: `R,G,B` with numbers from 0 to 255, or `#RRGGBB`.
@@ -18,7 +18,7 @@ pub struct SurfaceColor(pub [u8; 3]);
 impl SurfaceColor {
     /// Linear Rec. 709.
     pub fn linear(self) -> [f32; 3] {
-        self.0.map(|value| decode_srgb(f32::from(value) / 255.0))
+        SrgbColor(self.0).linear()
     }
 
     /// A linear colour of the texture over this one: `alpha` is the share of the texture.
@@ -52,33 +52,14 @@ impl FromStr for SurfaceColor {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let parsed = match text.strip_prefix('#') {
-            Some(digits) => hexadecimal(digits),
-            None => decimal(text),
-        };
-        parsed.map(Self).ok_or_else(|| {
-            format!("`{text}` is no colour R,G,B of three numbers from 0 to 255, nor #RRGGBB")
-        })
+        let SrgbColor(color) = text.parse()?;
+        Ok(Self(color))
     }
-}
-
-fn hexadecimal(digits: &str) -> Option<[u8; 3]> {
-    let is_whole = digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
-    let number = u32::from_str_radix(digits, 16).ok().filter(|_| is_whole)?;
-    let [_, red, green, blue] = number.to_be_bytes();
-    Some([red, green, blue])
-}
-
-fn decimal(text: &str) -> Option<[u8; 3]> {
-    let numbers = text.split(',').map(|part| part.trim().parse().ok());
-    let numbers: Option<Vec<u8>> = numbers.collect();
-    numbers?.try_into().ok()
 }
 
 impl fmt::Display for SurfaceColor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [red, green, blue] = self.0;
-        write!(f, "#{red:02x}{green:02x}{blue:02x}")
+        SrgbColor(self.0).fmt(f)
     }
 }
 
@@ -99,28 +80,7 @@ impl From<SurfaceColor> for String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn colours_are_read_in_two_forms() {
-        let read = |text: &str| text.parse::<SurfaceColor>();
-        assert_eq!(read("#00ff80"), Ok(SurfaceColor([0, 255, 128])));
-        assert_eq!(read("0, 255,128"), read("#00FF80"));
-        assert_eq!(read("#00ff80").unwrap().to_string(), "#00ff80");
-        for wrong in [
-            "",
-            "#",
-            "#12345",
-            "#+12345",
-            "green",
-            "1,2",
-            "1,2,3,4",
-            "0.2,0.5,0.1",
-            "0,0,256",
-        ] {
-            let text = read(wrong).unwrap_err();
-            assert!(text.contains("0 to 255") && text.contains(wrong), "{text}");
-        }
-    }
+    use crate::format::image::decode_srgb;
 
     #[test]
     fn blending_is_linear() {

@@ -156,6 +156,8 @@ const TRIED: &[Tried] = &[
             ("--camera-position", Numbers("*,1,3")),
             ("--camera-target", Numbers("*,1,0")),
             ("--fov", Numbers("*")),
+            ("--zoom", Numbers("*")),
+            ("--fill", Numbers("*")),
             ("--focal-length", Numbers("*")),
             ("--view-height", Numbers("*")),
             ("--light-azimuth", Numbers("*")),

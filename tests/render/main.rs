@@ -4,6 +4,7 @@
 mod interruptions;
 mod keeping;
 mod lambert;
+mod looks;
 mod pairs;
 mod steadiness;
 mod weights;

@@ -127,3 +127,13 @@ fn quadratic_weights_are_refused_for_scattered_pairs() {
         "{error}"
     );
 }
+
+#[test]
+fn scattered_pairs_have_no_fill_light() {
+    let bench = Bench::new(|path| write_scattered(path, 12), |id| ball(6, [5, 4], id));
+    let error = bench.refuse(&["--fill", "0.1"], 2);
+    assert!(
+        error.contains("--fill") && error.contains("scattered pairs"),
+        "{error}"
+    );
+}

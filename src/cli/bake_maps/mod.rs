@@ -36,7 +36,7 @@ const RESOLUTION: u32 = 1024;
 const TEXEL: u64 = 160;
 
 /// Options of rendering that a texture map has no use for.
-const IDLE: [&str; 20] = [
+const IDLE: [&str; 23] = [
     "sweep",
     "frames",
     "sweep_length",
@@ -55,6 +55,9 @@ const IDLE: [&str; 20] = [
     "skip_existing",
     "shard",
     "background",
+    "tone",
+    "ground",
+    "zoom",
     "animation",
     "mip",
 ];

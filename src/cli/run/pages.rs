@@ -88,6 +88,7 @@ impl Pages<'_> {
             output: output.to_path_buf(),
             error: view::DEFAULT_ERROR,
             up: self.scene.up(),
+            front: self.scene.front(),
             force: false,
             common: self.common.clone(),
         };

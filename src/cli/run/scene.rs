@@ -11,7 +11,7 @@ use toml::Value;
 use crate::cli::failure::likely_names::suggestion;
 use crate::cli::run::document::{Document, Key, Section};
 use crate::cli::run::faults::{Faults, Place};
-use crate::render::UpAxis;
+use crate::render::Axis;
 
 /// Keys at the top of a scene.
 const TOP: [&str; 5] = ["name", "output", "seed", "sample", "surface"];
@@ -228,11 +228,19 @@ impl Scene {
     }
 
     /// The axis that points up in the first sequence of frames.
-    pub fn up(&self) -> UpAxis {
-        let stated = self.section("render").and_then(|section| section.key("up"));
-        let name = stated.and_then(|key| key.value.as_str());
-        let axis = name.map(|name| UpAxis::from_str(name, true));
-        axis.and_then(std::result::Result::ok).unwrap_or_default()
+    pub fn up(&self) -> Axis {
+        self.axis("up").unwrap_or_default()
+    }
+
+    /// The front that the first sequence of frames states.
+    pub fn front(&self) -> Option<Axis> {
+        self.axis("front")
+    }
+
+    fn axis(&self, option: &str) -> Option<Axis> {
+        let section = self.section("render")?;
+        let name = section.key(option)?.value.as_str()?;
+        Axis::from_str(name, true).ok()
     }
 
     /// What the file of the map ends with.

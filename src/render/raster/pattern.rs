@@ -97,6 +97,16 @@ impl Samples {
         positions
     }
 
+    /// Where the colour samples lie, in pixels from the pixel's upper left corner.
+    pub fn offsets(self) -> Vec<[f64; 2]> {
+        let positions = self.positions::<17>();
+        let pixels = |at: [i32; 2]| at.map(|k| f64::from(k) / f64::from(SUBPIXEL));
+        positions[..self.count()]
+            .iter()
+            .map(|at| pixels(*at))
+            .collect()
+    }
+
     /// The colour samples, nearest to the pixel's centre first.
     pub(super) fn by_distance(self) -> Vec<usize> {
         let positions = self.positions::<17>();

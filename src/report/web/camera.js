@@ -1,14 +1,14 @@
-// The camera of `mesotex render`: fitted to the mesh's bounding sphere, turned and zoomed.
+// The camera of `mesotex render --camera-path`: fitted to the mesh's bounding sphere, turned and zoomed.
 
 import { add, cross, direction, RADIANS, times, unit } from "./vectors.js";
 
-const MARGIN = 1.04;
+const MARGIN = 1.05;
 
 // Position and axes of a camera at angles, so far off that the sphere fills the picture at zoom 1.
 export function fittedCamera({ centre, radius, fov, compass }, angles, zoom, aspect) {
   const half = Math.tan((0.5 * fov * RADIANS));
-  const narrow = Math.atan(half * Math.min(1, aspect));
-  const distance = (MARGIN * radius) / Math.sin(narrow);
+  const slope = (half * Math.min(1, aspect)) / MARGIN;
+  const distance = (radius * Math.hypot(1, slope)) / slope;
   const towards = direction(compass, angles);
   const eye = add(centre, towards, distance);
   const forward = times(towards, -1);
