@@ -222,11 +222,11 @@ pub struct RenderOptions {
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = STANDARD_LAYERS, help_heading = "Files")]
     pub layers: Vec<Layer>,
     /// Colour in 16-bit floats (the default).
-    #[arg(long, overrides_with = "float", help_heading = "Files")]
+    #[arg(long, conflicts_with = "float", help_heading = "Files")]
     #[serde(skip_serializing)]
     pub half: bool,
     /// Colour in 32-bit floats.
-    #[arg(long, overrides_with = "half", help_heading = "Files")]
+    #[arg(long, help_heading = "Files")]
     pub float: bool,
     /// Compression of a frame's file; all but pxr24 keep every bit.
     #[arg(long, value_enum, default_value_t, help_heading = "Files")]
