@@ -294,7 +294,11 @@ pub fn main() -> ExitCode {
         Err(error) => return failure::refuse(&error, &words),
     };
     let as_json = command.common().json;
-    if let Err(error) = unused_options::check(&command, &given) {
+    // Values by themselves before combinations of them.
+    let checked = command
+        .check()
+        .and_then(|()| unused_options::check(&command, &given));
+    if let Err(error) = checked {
         return failure::fail(&error, as_json);
     }
     let session = match Session::new(command.common(), command.if_interrupted()) {

@@ -196,16 +196,11 @@ pub struct RenderOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<PathBuf>,
     /// How the environment's numbers stand for light. [default: as its file says]
-    #[arg(long, value_enum, requires = "environment", help_heading = "Light")]
+    #[arg(long, value_enum, help_heading = "Light")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_encoding: Option<SourceEncoding>,
     /// The layer, part or view of an environment that has several.
-    #[arg(
-        long,
-        value_name = "NAME",
-        requires = "environment",
-        help_heading = "Light"
-    )]
+    #[arg(long, value_name = "NAME", help_heading = "Light")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_layer: Option<String>,
     /// Directional lights that stand for the environment.

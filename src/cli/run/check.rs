@@ -112,7 +112,9 @@ fn parse(words: &[String]) -> Result<Command, Objection> {
         .collect();
     let (command, given) =
         CommandLine::read(&words).map_err(|error| Objection::of(&error, &words))?;
-    let checked = unused_options::check(&command, &given).and_then(|()| command.check());
+    let checked = command
+        .check()
+        .and_then(|()| unused_options::check(&command, &given));
     match checked {
         Ok(()) => Ok(command),
         Err(error) => Err(Objection {

@@ -48,10 +48,9 @@ pub(super) struct SampleSize {
 /// A bake of so many rays per texel and image, reflected so often.
 pub(super) fn bake(sample: SampleSize, samples: f64, bounces: f64) -> Cost {
     let rays = sample.texels * sample.images * samples;
-    let material = 100.0 * sample.texels;
     Cost::new(
-        0.05 + 6e-8 * rays * (1.0 + 0.3 * bounces),
-        material + 18.0 * sample.texels * sample.lights,
+        0.05 + 1.8e-5 * sample.texels + 6e-8 * rays * (1.0 + 0.3 * bounces),
+        sample.texels * (100.0 + 18.0 * sample.lights),
     )
 }
 

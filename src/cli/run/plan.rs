@@ -9,12 +9,13 @@ use serde_json::{Value, json};
 
 use crate::btf::bake::Samples;
 use crate::btf::sample::Sample;
+use crate::cli::exemplar::with_kind;
 use crate::cli::machine::available_memory;
 use crate::cli::run::check::Stage;
 use crate::cli::run::cost::{self, Cost, SampleSize, Sequence, Synthesis};
 use crate::cli::{Command, bake, exemplar, import, mesh, render, synth, textons};
 use crate::error::Result;
-use crate::format::image;
+use crate::format::{image, ply};
 use crate::mesh::reading;
 use crate::progress::Progress;
 use crate::render::memory::{frame_count, light_count};
@@ -170,11 +171,11 @@ impl Sizes<'_> {
         match &stage.command {
             Command::Bake(arguments) => self.bake(arguments),
             Command::Import(arguments) => self.import(arguments, is_done),
-            Command::Exemplar(arguments) => self.exemplar(arguments),
+            Command::Exemplar(arguments) => self.exemplar(arguments, is_done),
             Command::Textons(arguments) => self.textons(arguments),
             Command::Gram(_) => Some(cost::gram()),
             Command::Knn(_) => Some(cost::knn(self.sample?.texels)),
-            Command::Mesh(arguments) => self.mesh(arguments),
+            Command::Mesh(arguments) => self.mesh(arguments, is_done),
             Command::Synth(arguments) => self.synth(arguments),
             Command::Render(arguments) => self.render(arguments),
             _ => None,
@@ -205,9 +206,14 @@ impl Sizes<'_> {
         None
     }
 
-    fn exemplar(&mut self, arguments: &exemplar::Arguments) -> Option<Cost> {
-        let image = image::read(arguments.images.first()?).ok()?;
-        let texels = f64::from(image.width) * f64::from(image.height);
+    fn exemplar(&mut self, arguments: &exemplar::Arguments, is_done: bool) -> Option<Cost> {
+        let texels = match is_done {
+            true => size_of(&with_kind(&arguments.output, "sample"))?.texels,
+            false => {
+                let image = image::read(arguments.images.first()?).ok()?;
+                f64::from(image.width) * f64::from(image.height)
+            }
+        };
         self.sample = Some(SampleSize {
             texels,
             images: 1.0,
@@ -228,9 +234,13 @@ impl Sizes<'_> {
         Some(cost::textons(sample, chosen, count, grid, channels))
     }
 
-    fn mesh(&mut self, arguments: &mesh::Arguments) -> Option<Cost> {
-        let own = self.vertices_in(&arguments.input)?;
+    /// Of a mesh that is made already, the input need not be read.
+    fn mesh(&mut self, arguments: &mesh::Arguments, is_done: bool) -> Option<Cost> {
         let asked = arguments.options.vertices.map(|count| count as f64);
+        let own = match is_done {
+            true => self.vertices_in(&arguments.output)?,
+            false => self.vertices_in(&arguments.input)?,
+        };
         self.vertices = Some(asked.unwrap_or(own));
         Some(cost::mesh(own, asked, arguments.wants_field()))
     }
@@ -280,8 +290,17 @@ impl Sizes<'_> {
 
     /// How many vertices a mesh has, where it can be read.
     fn vertices_in(&self, path: &Path) -> Option<f64> {
-        let user = reading::read(path, self.progress).ok()?;
-        Some(user.mesh.positions.len() as f64)
+        let is_ply = path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("ply"));
+        let count = match is_ply {
+            true => ply::vertex_count(path).ok()?,
+            false => {
+                let user = reading::read(path, self.progress).ok()?;
+                user.mesh.positions.len()
+            }
+        };
+        Some(count as f64)
     }
 }
 

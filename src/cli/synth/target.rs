@@ -75,7 +75,7 @@ pub struct TargetArguments {
     #[arg(long, value_enum)]
     pub onto: Option<Onto>,
     /// What lies beyond the grid's border
-    #[arg(long, value_enum, default_value_t = Border::Wrap, requires = "grid")]
+    #[arg(long, value_enum, default_value_t = Border::Wrap)]
     pub border: Border,
     #[command(flatten)]
     pub surface: SurfaceOptions,

@@ -129,6 +129,8 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     },
     Rule {
         options: &[
+            "environment-encoding",
+            "environment-layer",
             "environment-lights",
             "environment-scale",
             "environment-azimuth",

@@ -111,6 +111,11 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
         expected: "the vertices of a mesh; an atlas has --texture-scale, and a grid none",
     },
     Rule {
+        options: &["border"],
+        unused: |arguments| given_for(arguments, arguments.target.grid.is_none()),
+        expected: "--grid WxH beside it: a mesh has borders of its own",
+    },
+    Rule {
         options: &["direction", "guide", "align", "field-energy"],
         unused: |arguments| given_for(arguments, arguments.target.grid.is_some()),
         expected: "a mesh; on a grid every site is one texel, and s runs along its rows",
