@@ -33,7 +33,9 @@ pub(super) fn check_folder(option: &str, path: &Path, own: Option<&str>) -> Resu
     match ending_of(path) {
         Some(ending) if is_known(&ending) && own != Some(ending.as_str()) => {
             let expected = match own {
-                Some(own) => format!("a name that ends in .{own}, which is what this writes"),
+                Some(own) => {
+                    format!("the name of a folder, as NAME.{own}, which is what this writes")
+                }
                 None => "the name of a folder, which this writes".into(),
             };
             Err(refusal(option, path, &ending, &expected))
@@ -122,8 +124,8 @@ mod tests {
             "{of_map}"
         );
         let of_sample = |path: &str| says(check_folder("output", Path::new(path), Some("sample")));
-        assert!(of_sample("a.npz").contains("a name that ends in .sample"));
-        assert!(of_sample("a.atlas").contains("a name that ends in .sample"));
+        assert!(of_sample("a.npz").contains("as NAME.sample"));
+        assert!(of_sample("a.atlas").contains("as NAME.sample"));
         assert_eq!(of_sample("a.sample"), "");
         let of_frames = says(check_folder("output", Path::new("a.sample"), None));
         assert!(of_frames.contains("the name of a folder"), "{of_frames}");
