@@ -84,8 +84,9 @@ impl CommandLine {
 const EXAMPLES: &str = "\
 Examples:
   mesotex demo -o demo                                     everything below on built-in inputs
+  mesotex init --material Bricks075_2K-PNG/ --mesh bunny.obj
+                                                           a scene of everything below, for `mesotex run`
   mesotex bake Bricks075_2K-PNG/ -o bricks.sample          a BTF from a folder of texture maps
-  mesotex init --material Bricks075_2K-PNG/ --mesh bunny.obj   a commented scene of all stages, for `mesotex run`
   mesotex import capture/ -o coin.sample                   a BTF from photographs or a measured file
   mesotex textons bricks.sample -o bricks.textons.npz      its 3D textons
   mesotex gram bricks.textons.npz -o bricks.space.npz      their dot products
