@@ -142,11 +142,13 @@ impl Synthesis {
         let per_site = match (self.method, self.search) {
             (Method::KCoherence, Search::KCoherence) if self.is_atlas => 70.0,
             (Method::KCoherence, Search::KCoherence) => 97.0,
-            (Method::KCoherence, Search::Full) | (Method::WeiLevoy, _) => 82.0 + 0.009 * texels,
+            (Method::KCoherence, Search::Full) | (Method::WeiLevoy, _) => {
+                63.0 + 0.9 * texels.sqrt()
+            }
             (Method::Adaptive, _) => 78.0,
-            (Method::Multiscale, _) => 118.0 + 0.01 * texels,
+            (Method::Multiscale, _) => 90.0 + 1.1 * texels.sqrt(),
             (Method::Coherent, _) => 31.0,
-            (Method::Progressive, _) => 200.0 + 0.02 * texels,
+            (Method::Progressive, _) => 200.0 + 2.0 * texels.sqrt(),
             (Method::Choosy, _) => 220.0,
         };
         let per_site = per_site + 320.0 * self.polish;

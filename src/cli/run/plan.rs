@@ -21,12 +21,9 @@ use crate::progress::Progress;
 use crate::render::memory::{frame_count, light_count};
 use crate::render::nearest::Weighting;
 use crate::render::renderer::{Shading, Shadows};
-use crate::texton::options::ByteSize;
 
 /// Rays per texel and image that `--samples auto` takes on average.
 const AUTO_SAMPLES: f64 = 12.0;
-/// Stages whose names are longer are not aligned.
-const NAME_WIDTH: usize = 10;
 
 /// A stage of a plan.
 pub(super) struct PlannedStage {
@@ -106,23 +103,25 @@ impl Plan {
             duration(seconds),
             memory(peak)
         )];
-        lines.extend(self.stages.iter().map(|stage| self.line(stage)));
+        let names = self.stages.iter().map(|stage| stage.name.chars().count());
+        let width = names.max().unwrap_or(0);
+        lines.extend(self.stages.iter().map(|stage| self.line(stage, width)));
         let free = available_memory().filter(|free| peak > free.0 as f64);
         lines.extend(free.map(|free| format!("this machine has {free} free now")));
         lines
     }
 
-    fn line(&self, stage: &PlannedStage) -> String {
+    fn line(&self, stage: &PlannedStage, width: usize) -> String {
         let name = &stage.name;
         let takes = match (stage.is_done, stage.cost) {
             (true, _) => "nothing changed".into(),
-            (false, None) => "not known before an earlier stage has run".into(),
+            (false, None) => "not known yet: it depends on data that is not there".into(),
             (false, Some(cost)) => {
                 let seconds = duration(cost.seconds_on(self.threads));
                 format!("{seconds:>8}  {:>8}", memory(cost.bytes))
             }
         };
-        format!("  {name:<NAME_WIDTH$} {takes}")
+        format!("  {name:<width$}  {takes}")
     }
 
     fn seconds(&self, stage: &PlannedStage) -> Option<f64> {
@@ -136,7 +135,7 @@ impl Plan {
                 "stage": stage.name,
                 "skipped": stage.is_done,
                 "seconds": self.seconds(stage),
-                "bytes": stage.cost.map(|cost| cost.bytes.round()),
+                "bytes": stage.cost.map(|cost| cost.bytes as u64),
             })
         });
         json!({"threads": self.threads, "stages": stages.collect::<Vec<_>>()})
@@ -153,8 +152,13 @@ fn duration(seconds: f64) -> String {
     }
 }
 
+/// A size as a person says it.
 fn memory(bytes: f64) -> String {
-    ByteSize(bytes as u64).to_string()
+    let mebibytes = bytes / f64::from(1 << 20);
+    match mebibytes < 999.5 {
+        true => format!("{mebibytes:.0} MiB"),
+        false => format!("{:.1} GiB", mebibytes / 1024.0),
+    }
 }
 
 /// What is known of the inputs of later stages.
@@ -322,5 +326,6 @@ mod tests {
     fn times_are_said_in_fitting_units() {
         let said = [0.04, 9.94, 9.96, 99.0, 120.0, 7200.0].map(duration);
         assert_eq!(said, ["0.0 s", "9.9 s", "10 s", "99 s", "2 min", "2.0 h"]);
+        assert_eq!([3e7, 3e9].map(memory), ["29 MiB", "2.8 GiB"]);
     }
 }

@@ -2,7 +2,10 @@
 //!
 //! A draft is the scene without its finest level. A baked sample has half as many texels a side and a level less, the
 //! mesh a quarter of the vertices, a texel is twice as wide, so that the texture lies as it will. Frames are half as
-//! large and a quarter as many. Outputs are called NAME-draft: neither quality writes over the other.
+//! large and a quarter as many. Outputs are called NAME-draft, reports and pictures too: neither quality writes over
+//! the other.
+
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use toml::Value;
@@ -22,6 +25,20 @@ pub enum Quality {
     Final,
 }
 
+/// Keys that name files beside a stage's product.
+const SIDE_OUTPUTS: [&str; 9] = [
+    "preview",
+    "surface",
+    "report",
+    "montage",
+    "label-map",
+    "pictures",
+    "vertex-colors",
+    "glb",
+    "levels-out",
+];
+/// What a draft adds to names.
+const MARK: &str = "-draft";
 /// Texels a side that a draft leaves at least.
 const LEAST_SIZE: i64 = 16;
 /// Vertices that a draft leaves at least.
@@ -33,10 +50,32 @@ impl Quality {
         if self == Self::Final || scene.name.is_empty() {
             return;
         }
-        scene.name.push_str("-draft");
+        scene.name.push_str(MARK);
+        rename_side_outputs(scene);
         thin_surface(scene);
         thin_frames(scene);
     }
+}
+
+fn rename_side_outputs(scene: &mut Scene) {
+    let keys = scene.document.sections.iter_mut();
+    let keys = keys.flat_map(|section| &mut section.keys);
+    for key in keys.filter(|key| SIDE_OUTPUTS.contains(&key.name.as_str())) {
+        if let Value::String(path) = &mut key.value {
+            *path = marked(Path::new(path)).to_string_lossy().into_owned();
+        }
+    }
+}
+
+/// `out/look-draft.png` for `out/look.png`.
+fn marked(path: &Path) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(MARK);
+    if let Some(ending) = path.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    path.with_file_name(name)
 }
 
 /// Halves the sample where the mesh can follow it, and quarters the vertices where the texture stays as large.
@@ -105,8 +144,6 @@ fn number(scene: &Scene, section: &str, key: &str) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::cli::run::faults::Faults;
 
@@ -125,14 +162,15 @@ mod tests {
     #[test]
     fn a_draft_is_the_scene_without_its_finest_level() {
         let commands = drafted(
-            "name = \"a\"\n[bake]\npreset = \"weave\"\nsamples = \"auto\"\nerror = 0.1\n[textons]\nlevels = 3\n\
+            "name = \"a\"\n[bake]\npreset = \"weave\"\nsamples = \"auto\"\nerror = 0.1\n\
+             preview = \"out/p.png\"\n[textons]\nlevels = 3\n\
              [mesh]\ninput = \"b.obj\"\nvertices = 60000\n[synth]\ntexel = 0.5\nlevels = 4\n\
              [[render]]\nsweep = \"view-orbit\"\nframes = 10\nsize = \"641x480\"\n[[render]]\nname = \"still\"\n",
         );
         assert_eq!(
             commands,
             [
-                "bake -o a-draft.sample --preset=weave --samples=1 --size=64",
+                "bake -o a-draft.sample --preset=weave --preview=out/p-draft.png --samples=1 --size=64",
                 "textons a-draft.sample -o a-draft.textons.npz --levels=2",
                 "gram a-draft.textons.npz -o a-draft.space.npz",
                 "knn a-draft.space.npz -o a-draft.knn.npz",
