@@ -189,7 +189,10 @@ impl Sizes<'_> {
     fn bake(&mut self, arguments: &bake::Arguments) -> Option<Cost> {
         let options = &arguments.options;
         let views = options.views.directions().ok()?.len() as f64;
-        let lights = options.lights.directions().ok()?.len() as f64;
+        let directions = options.lights.directions().ok()?;
+        let lights = directions.len() as f64;
+        let steep = directions.iter().map(|light| 1.0 / light.0.z.max(0.01));
+        let slant = steep.sum::<f64>() / lights;
         let size = f64::from(arguments.size);
         let sample = SampleSize {
             texels: size * size,
@@ -201,7 +204,12 @@ impl Sizes<'_> {
             Samples::Fixed(count) => f64::from(count),
             Samples::Auto => AUTO_SAMPLES,
         };
-        Some(cost::bake(sample, samples, f64::from(options.bounces)))
+        Some(cost::bake(
+            sample,
+            samples,
+            f64::from(options.bounces),
+            slant,
+        ))
     }
 
     /// The size of a data set is known once it is imported.
