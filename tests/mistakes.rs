@@ -88,7 +88,7 @@ const MISTAKES: [(&str, i32, &[&str]); 29] = [
     (
         "bake --preset weave -o b.npz",
         2,
-        &["--output: b.npz", "ends in .npz", "a folder"],
+        &["--output: b.npz", "ends in .npz", "the name of a folder"],
     ),
     (
         "bake weave.sample -o b.sample",

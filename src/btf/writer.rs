@@ -232,6 +232,7 @@ fn check(description: &Description) -> Result<()> {
 /// The folder of a sample.
 pub(crate) const SAMPLE_FOLDER: OwnFolder = OwnFolder {
     name: "a sample",
+    ending: Some("sample"),
     description: DESCRIPTION,
     format: FORMAT,
     members: &ARRAYS,

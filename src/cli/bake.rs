@@ -20,12 +20,15 @@ use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::format::ours::Format;
 
 /// Bytes a texel of the material takes while it is made and baked, measured on presets of 1024 and 2048
 /// texels a side.
 const BYTES_A_TEXEL: u64 = 100;
+
+/// Texels along the longer side, where nothing else is said.
+pub const SIZE: u32 = 128;
 
 /// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str = "type the same command to go on after the last whole image";
@@ -58,7 +61,7 @@ pub struct Arguments {
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
     /// Texels along the longer side; maps are brought to it by area means.
-    #[arg(long, default_value_t = 128)]
+    #[arg(long, default_value_t = SIZE)]
     pub size: u32,
     /// Also write a picture: relief beside flat texture, and a sheet of views × lights.
     #[arg(long, value_name = "FILE.png")]
@@ -124,13 +127,6 @@ impl Arguments {
 
     /// Refuses options that no input could satisfy.
     pub fn check(&self) -> Result<()> {
-        if self.preset.is_some() && self.maps != MapOptions::default() {
-            return Err(Error::option(
-                "preset",
-                "given with options of maps",
-                "a preset as it is, or a material with maps",
-            ));
-        }
         self.maps.validate()?;
         self.options.validate()
     }

@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::cli::endings::check_folder;
 use crate::cli::outcome::Outcome;
 use crate::cli::run;
+use crate::cli::run::quality::Quality;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::atomic;
@@ -35,8 +37,14 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// Refuses the name of a file.
+    pub fn check(&self) -> Result<()> {
+        check_folder("output", &self.output, None)
+    }
+
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        self.check()?;
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let scene = self.output.join("scene.toml");
         write_if_missing(&scene)?;
@@ -48,7 +56,10 @@ impl Arguments {
             scene: scene.clone(),
             fresh: false,
             dry_run: false,
+            plan: false,
             no_pages: false,
+            quality: Quality::Final,
+            until: None,
             common: self.common.clone(),
         };
         Ok(scene_run

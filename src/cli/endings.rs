@@ -6,9 +6,10 @@ use crate::error::{Error, Result};
 use crate::format::ours::Format;
 
 /// Endings that a reader takes for one kind of file.
-const OF_FILES: [&str; 23] = [
-    "bmp", "btf", "csv", "exr", "gif", "glb", "gltf", "hdr", "html", "jpeg", "jpg", "json", "npy",
-    "npz", "obj", "off", "ply", "png", "ptm", "stl", "tif", "toml", "usda",
+const OF_FILES: [&str; 29] = [
+    "bmp", "btf", "csv", "exr", "gif", "glb", "gltf", "gz", "hdr", "htm", "html", "jpeg", "jpg",
+    "json", "lp", "npy", "npz", "obj", "off", "ply", "png", "ptm", "rti", "stl", "tif", "tiff",
+    "toml", "usda", "zip",
 ];
 /// Endings of products that are folders.
 const OF_FOLDERS: [&str; 2] = ["sample", "atlas"];
@@ -26,12 +27,18 @@ pub(super) fn check_file(option: &str, path: &Path, format: Format) -> Result<()
     }
 }
 
-/// Refuses the name of a folder that ends as a file does.
-pub(super) fn check_folder(option: &str, path: &Path) -> Result<()> {
+/// Refuses the name of a folder that ends as a file, or as a folder of another kind, does; `own` is what folders of its
+/// kind end in.
+pub(super) fn check_folder(option: &str, path: &Path, own: Option<&str>) -> Result<()> {
     match ending_of(path) {
-        Some(ending) if OF_FILES.contains(&ending.as_str()) => {
-            let expected = "the name of a folder, which this writes";
-            Err(refusal(option, path, &ending, expected))
+        Some(ending) if is_known(&ending) && own != Some(ending.as_str()) => {
+            let expected = match own {
+                Some(own) => {
+                    format!("the name of a folder, as NAME.{own}, which is what this writes")
+                }
+                None => "the name of a folder, which this writes".into(),
+            };
+            Err(refusal(option, path, &ending, &expected))
         }
         _ => Ok(()),
     }
@@ -46,18 +53,21 @@ fn refusal(option: &str, path: &Path, ending: &str, expected: &str) -> Error {
     Error::option(option, found, expected)
 }
 
-/// Refuses a stem of several products that already ends as one of them.
-pub(super) fn check_stem(option: &str, stem: &Path) -> Result<()> {
+/// Refuses a stem that the endings of several `products` are added to, and that already ends as a file or folder does.
+pub(super) fn check_stem(option: &str, stem: &Path, products: &[&str]) -> Result<()> {
     match ending_of(stem) {
-        Some(ending) if OF_FILES.contains(&ending.as_str()) || ending == "sample" => {
+        Some(ending) if is_known(&ending) => {
             let plain = stem.with_extension("");
-            let found = format!("{}: ends in .{ending}", stem.display());
+            let made: Vec<String> = products
+                .iter()
+                .map(|product| format!("{}.{product}", plain.display()))
+                .collect();
             let expected = format!(
-                "a name that the endings of several products are added to: {0} makes {0}.sample, {0}.space.npz and \
-                 {0}.knn.npz",
-                plain.display()
+                "a name that endings are added to: {} makes {}",
+                plain.display(),
+                made.join(", ")
             );
-            Err(Error::option(option, found, expected))
+            Err(refusal(option, stem, &ending, &expected))
         }
         _ => Ok(()),
     }
@@ -73,6 +83,9 @@ fn endings(format: Format) -> &'static [&'static str] {
     match format {
         Format::Archive => &["npz"],
         Format::Mesh => &["ply", "obj", "glb"],
+        Format::Ply => &["ply"],
+        Format::Obj => &["obj"],
+        Format::Scene => &["toml"],
         Format::Model => &["glb"],
         Format::Usda => &["usda"],
         Format::Page => &["html", "htm"],
@@ -105,15 +118,24 @@ mod tests {
         assert_eq!(of_mesh("bunny.map.ply"), "");
         assert_eq!(of_mesh("bunny.map"), "");
         assert!(of_mesh("a.sample").contains(".ply"));
-        let of_folder = |path: &str| says(check_folder("output", Path::new(path)));
-        assert!(of_folder("a.npz").contains("the name of a folder"));
-        assert_eq!(of_folder("a.sample"), "");
+        let of_map = says(check_file("output", Path::new("map.obj"), Format::Ply));
+        assert!(
+            of_map.contains("ends in .obj; expected a name that ends in .ply"),
+            "{of_map}"
+        );
+        let of_sample = |path: &str| says(check_folder("output", Path::new(path), Some("sample")));
+        assert!(of_sample("a.npz").contains("as NAME.sample"));
+        assert!(of_sample("a.atlas").contains("as NAME.sample"));
+        assert_eq!(of_sample("a.sample"), "");
+        let of_frames = says(check_folder("output", Path::new("a.sample"), None));
+        assert!(of_frames.contains("the name of a folder"), "{of_frames}");
     }
 
     #[test]
     fn a_stem_has_no_ending_of_a_product() {
-        assert!(check_stem("output", Path::new("x.sample")).is_err());
-        assert!(check_stem("output", Path::new("x.npz")).is_err());
-        assert!(check_stem("output", Path::new("v1.5")).is_ok());
+        let of_stem = |path: &str| says(check_stem("output", Path::new(path), &["sample"]));
+        assert!(of_stem("x.sample").ends_with("x makes x.sample"));
+        assert!(of_stem("x.npz").contains("ends in .npz"));
+        assert_eq!(of_stem("v1.5"), "");
     }
 }

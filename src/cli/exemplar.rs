@@ -33,6 +33,9 @@ use crate::format::id::ContentId;
 use crate::format::image::FloatImage;
 use crate::format::ours::Format;
 
+/// What is written: NAME with each of these endings.
+const PRODUCTS: [&str; 3] = ["sample", "space.npz", "knn.npz"];
+
 impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Files {
@@ -45,13 +48,12 @@ impl Arguments {
     }
 
     fn outputs(&self) -> [PathBuf; 3] {
-        ["sample", "space.npz", "knn.npz"].map(|kind| with_kind(&self.output, kind))
+        PRODUCTS.map(|kind| with_kind(&self.output, kind))
     }
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
-        check_stem("output", &self.output)?;
         let _locks = self.files().claim()?;
         let outputs = self.outputs();
         let [sample_path, space_path, table_path] = &outputs;
@@ -94,6 +96,7 @@ impl Arguments {
 
     /// Refuses options that no input could satisfy.
     pub fn check(&self) -> Result<()> {
+        check_stem("output", &self.output, &PRODUCTS)?;
         self.check_kinds()?;
         weights::check(&self.weights, self.images.len())?;
         self.knn.validate()

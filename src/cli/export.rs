@@ -96,6 +96,11 @@ enum Kind {
 }
 
 impl Target {
+    /// Whether it is a mesh.
+    pub fn is_mesh(self) -> bool {
+        matches!(self.kind(), Kind::Model(_))
+    }
+
     fn kind(self) -> Kind {
         match self {
             Self::Ubo2003 => Kind::ImageSet(ImageSet::Ubo2003),
@@ -122,9 +127,7 @@ impl Arguments {
             Kind::Bonn(format) => self.bonn.validate(Some(format))?,
             Kind::ImageSet(_) | Kind::Ptm | Kind::Model(_) => self.bonn.validate(None)?,
         }
-        self.fit.validate(matches!(self.to, Target::Ptm))?;
-        self.colors
-            .validate(matches!(self.to.kind(), Kind::Model(_)))
+        self.fit.validate(matches!(self.to, Target::Ptm))
     }
 
     /// What the command reads and writes.
@@ -135,7 +138,8 @@ impl Arguments {
             Kind::ImageSet(_) => Product::NewFolder,
             Kind::Model(ModelFormat::Glb) => Product::File(Format::Model),
             Kind::Model(ModelFormat::Usda) => Product::File(Format::Usda),
-            Kind::Model(ModelFormat::Obj | ModelFormat::Ply) => Product::File(Format::Mesh),
+            Kind::Model(ModelFormat::Obj) => Product::File(Format::Obj),
+            Kind::Model(ModelFormat::Ply) => Product::File(Format::Ply),
         };
         let files = match self.to.kind() {
             Kind::Model(_) => Files::default().read_as(&[Input::Map], &self.input),

@@ -22,7 +22,6 @@ use crate::error::{Error, Result};
 use crate::format::gltf::companions::companions;
 use crate::format::json as json_file;
 use crate::format::ours::Format;
-use crate::mesh::field::guides::Alignment;
 use crate::mesh::quality::hausdorff;
 use crate::mesh::reading::{CleaningOptions, UserMesh, read_with};
 use crate::mesh::retile::carrying::retile_with_numbers;
@@ -219,7 +218,6 @@ impl Arguments {
     pub fn check(&self) -> Result<()> {
         self.options.validate()?;
         self.surface_options(0).validate()?;
-        self.check_effects()?;
         writing::check_name(&self.output)?;
         let as_ply = self
             .output
@@ -235,50 +233,14 @@ impl Arguments {
         Ok(())
     }
 
-    /// Refuses options that would change nothing.
-    fn check_effects(&self) -> Result<()> {
-        let (options, surface) = (&self.options, &self.surface);
-        let default = SurfaceOptions::default();
-        let measured = options.report.is_some() || options.pictures.is_some();
-        let field = measured || options.orient;
-        let of_field =
-            "--orient, --report or --pictures beside it: without a field it changes nothing";
-        let of_levels = "--report or --pictures beside it: it says what is measured and drawn";
-        let of_crease =
-            "--vertices, --report or --pictures beside it: it says which lines retiling keeps";
-        let given = [
-            ("direction", surface.direction.is_some(), field, of_field),
-            ("align", surface.align != Alignment::Smooth, field, of_field),
-            ("guide", surface.guide.is_some(), field, of_field),
-            (
-                "field-energy",
-                !surface.field_energy.is_default(),
-                field,
-                of_field,
-            ),
-            ("texel", surface.texel.is_some(), field, of_field),
-            (
-                "levels",
-                options.levels != default.levels,
-                measured,
-                of_levels,
-            ),
-            (
-                "crease",
-                surface.crease != default.crease,
-                measured || options.vertices.is_some(),
-                of_crease,
-            ),
-        ];
-        let idle = given.iter().find(|(_, given, used, _)| *given && !used);
-        match idle {
-            Some((name, .., needed)) => Err(Error::option(*name, "alone", *needed)),
-            None => Ok(()),
-        }
+    /// Whether the surface is measured or drawn.
+    pub fn is_measured(&self) -> bool {
+        self.options.report.is_some() || self.options.pictures.is_some()
     }
 
-    fn wants_field(&self) -> bool {
-        self.options.orient || self.options.report.is_some() || self.options.pictures.is_some()
+    /// Whether an orientation field is made.
+    pub fn wants_field(&self) -> bool {
+        self.options.orient || self.is_measured()
     }
 
     /// The mesh with so many even vertices, and how near it came to that.
@@ -311,7 +273,7 @@ impl Arguments {
     ) -> Result<Outcome> {
         let oriented = Oriented::new(user, options, session.progress())?;
         let mut outcome = oriented.describe(outcome, user);
-        if self.options.report.is_some() || self.options.pictures.is_some() {
+        if self.is_measured() {
             let folder = cache::folder_of(&self.output);
             let surface = prepare(user, options, Some(&folder), session.progress())?;
             outcome = describe_levels(outcome, &surface);

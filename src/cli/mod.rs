@@ -18,6 +18,7 @@ mod gram;
 mod heights;
 mod import;
 mod info;
+mod init;
 mod interruption;
 mod knn;
 mod machine;
@@ -34,12 +35,14 @@ mod synth;
 mod terminal;
 mod textons;
 mod transfer;
+mod unused_options;
 mod vary;
 mod view;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::Files;
@@ -61,10 +64,28 @@ struct CommandLine {
     command: Command,
 }
 
+impl CommandLine {
+    /// The command of a command line, and which options were given.
+    fn read<W>(
+        words: impl IntoIterator<Item = W>,
+    ) -> std::result::Result<(Command, unused_options::Given), clap::Error>
+    where
+        W: Into<OsString> + Clone,
+    {
+        let mut command = Self::command();
+        let matches = command.try_get_matches_from_mut(words)?;
+        let given = unused_options::Given::of(&command, &matches);
+        let line = Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
+        Ok((line.command, given))
+    }
+}
+
 /// What stands below the list of commands.
 const EXAMPLES: &str = "\
 Examples:
   mesotex demo -o demo                                     everything below on built-in inputs
+  mesotex init --material Bricks075_2K-PNG/ --mesh bunny.obj
+                                                           a scene of everything below, for `mesotex run`
   mesotex bake Bricks075_2K-PNG/ -o bricks.sample          a BTF from a folder of texture maps
   mesotex import capture/ -o coin.sample                   a BTF from photographs or a measured file
   mesotex textons bricks.sample -o bricks.textons.npz      its 3D textons
@@ -90,6 +111,7 @@ pub(in crate::cli) enum Command {
     Factor(factor::Arguments),
     Export(export::Arguments),
     Heights(heights::Arguments),
+    Init(init::Arguments),
     Info(info::Arguments),
     Textons(textons::Arguments),
     Gram(gram::Arguments),
@@ -125,6 +147,7 @@ impl Command {
             Self::Factor(arguments) => &arguments.common,
             Self::Export(arguments) => &arguments.common,
             Self::Heights(arguments) => &arguments.common,
+            Self::Init(arguments) => &arguments.common,
             Self::Info(arguments) => &arguments.common,
             Self::Textons(arguments) => &arguments.common,
             Self::Gram(arguments) => &arguments.common,
@@ -163,10 +186,11 @@ impl Command {
             Self::Transfer(arguments) => arguments.check(),
             Self::View(arguments) => arguments.check(),
             Self::Report(arguments) => arguments.check(),
-            Self::Demo(_)
-            | Self::Import(_)
+            Self::Demo(arguments) => arguments.check(),
+            Self::Import(_)
             | Self::Factor(_)
             | Self::Info(_)
+            | Self::Init(_)
             | Self::Gram(_)
             | Self::Run(_)
             | Self::Completions(_)
@@ -182,6 +206,7 @@ impl Command {
             Self::Factor(arguments) => Ok(arguments.files()),
             Self::Export(arguments) => Ok(arguments.files()),
             Self::Heights(arguments) => Ok(arguments.files()),
+            Self::Init(arguments) => arguments.files(),
             Self::Textons(arguments) => Ok(arguments.files()),
             Self::Gram(arguments) => Ok(arguments.files()),
             Self::Knn(arguments) => Ok(arguments.files()),
@@ -213,6 +238,7 @@ impl Command {
             | Self::Export(_)
             | Self::Heights(_)
             | Self::Info(_)
+            | Self::Init(_)
             | Self::Textons(_)
             | Self::Gram(_)
             | Self::Knn(_)
@@ -237,6 +263,7 @@ impl Command {
             Self::Factor(arguments) => arguments.run(session),
             Self::Export(arguments) => arguments.run(session),
             Self::Heights(arguments) => arguments.run(session),
+            Self::Init(arguments) => arguments.run(session),
             Self::Info(arguments) => arguments.run(session),
             Self::Textons(arguments) => arguments.run(session),
             Self::Gram(arguments) => arguments.run(session),
@@ -264,11 +291,18 @@ pub fn main() -> ExitCode {
     let words: Vec<String> = std::env::args_os()
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
-    let command = match CommandLine::try_parse() {
-        Ok(line) => line.command,
+    let (command, given) = match CommandLine::read(std::env::args_os()) {
+        Ok(read) => read,
         Err(error) => return failure::refuse(&error, &words),
     };
     let as_json = command.common().json;
+    // Values by themselves before combinations of them.
+    let checked = command
+        .check()
+        .and_then(|()| unused_options::check(&command, &given));
+    if let Err(error) = checked {
+        return failure::fail(&error, as_json);
+    }
     let session = match Session::new(command.common(), command.if_interrupted()) {
         Ok(session) => session,
         Err(error) => return failure::fail(&error, as_json),

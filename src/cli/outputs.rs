@@ -70,7 +70,10 @@ impl Output {
     fn check_ending(&self) -> Result<()> {
         match self.product {
             Product::File(format) => endings::check_file(self.option, &self.path, format),
-            _ => endings::check_folder(self.option, &self.path),
+            Product::Folder(kind) => endings::check_folder(self.option, &self.path, kind.ending),
+            Product::NewFolder | Product::Frames => {
+                endings::check_folder(self.option, &self.path, None)
+            }
         }
     }
 
@@ -170,6 +173,12 @@ impl Files {
             (Product::File(format), Standing::File(file)) => {
                 if is_ours(&file, format).map_err(Error::io(&file, "read"))? {
                     return Ok(());
+                }
+                if format == Format::Scene {
+                    return Err(output.refusal(
+                        "a file is there, and a scene is made to be edited",
+                        "a free name (or delete the file first)",
+                    ));
                 }
                 let name = format.name();
                 Err(output.refusal(

@@ -92,19 +92,7 @@ impl Arguments {
             displace: self.displace,
             ..ModelOptions::default()
         };
-        model.validate()?;
-        let given = [
-            ("displace", self.displace.is_some(), "heights"),
-            ("surface-color", self.surface_color.is_some(), "alpha"),
-        ];
-        match given.iter().find(|(_, is_given, _)| *is_given) {
-            Some((option, _, kind)) if !atlas::is_atlas(&self.map) => Err(Error::option(
-                *option,
-                format!("given for {}", self.map.display()),
-                format!("an atlas; other maps have no channel of {kind}"),
-            )),
-            _ => Ok(()),
-        }
+        model.validate()
     }
 
     fn look(&self) -> Look {
@@ -195,7 +183,7 @@ impl Arguments {
             .write(
                 "vertex-colors",
                 &self.vertex_colors,
-                Product::File(Format::Mesh),
+                Product::File(Format::Ply),
             );
         if let Some(shard) = self.options.shard {
             // Shards of one sweep write one folder side by side; any other two runs may not.

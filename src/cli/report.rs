@@ -16,6 +16,7 @@ use crate::btf::sample::Sample;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::report::products::Products;
+use crate::cli::run::quality::Quality;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::ours::Format;
@@ -37,6 +38,9 @@ pub struct Arguments {
     /// The page to write, NAME.html.
     #[arg(short, long, value_name = "PAGE.html")]
     pub output: PathBuf,
+    /// Of a scene: the products of this quality, as `mesotex run --quality` makes them.
+    #[arg(long, value_enum, default_value_t)]
+    pub quality: Quality,
     #[command(flatten)]
     pub common: Common,
 }
@@ -62,7 +66,7 @@ impl Arguments {
         let _locks = self.files().claim()?;
         // A scene's paths are relative to its folder, which is entered.
         let output = std::path::absolute(&self.output).map_err(Error::io(&self.output, "find"))?;
-        let products = Products::find(&self.input, session)?;
+        let products = Products::find(&self.input, self.quality, session)?;
         let (html, outcome) = page_of(&products, session)?;
         page::write(&output, &html)?;
         Ok(outcome.wrote(&self.output))

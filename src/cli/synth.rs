@@ -15,6 +15,7 @@ use clap::Args;
 
 pub use crate::cli::synth::report::FORMAT as REPORT_FORMAT;
 
+use crate::cli::endings::check_stem;
 use crate::cli::info::kind::{Kind, MESHES};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -198,12 +199,17 @@ impl Arguments {
     /// Refuses options that no input could satisfy.
     pub fn check(&self) -> Result<()> {
         self.renamed.refuse()?;
+        if let Some(name) = &self.pictures.pictures {
+            check_stem(
+                "pictures",
+                name,
+                &["coordinate.png", "label.png", "energy.png"],
+            )?;
+        }
         self.options.validate()?;
         self.target.check(self.options.method)?;
-        self.faces.check(self.is_onto_faces())?;
-        match self.is_onto_faces() {
-            true => self.check_faces()?,
-            false => self.check_table_is_given()?,
+        if !self.is_onto_faces() {
+            self.check_table_is_given()?;
         }
         product::check(&self.output, self.target.is_atlas(), &self.model)?;
         self.target.surface.validate()
@@ -232,18 +238,24 @@ impl Arguments {
         }
     }
 
-    fn is_onto_faces(&self) -> bool {
+    /// Whether sites are faces.
+    pub fn is_onto_faces(&self) -> bool {
         self.target.is_onto_faces(self.options.method)
     }
 
+    /// Whether a model is among what is written: an atlas holds one.
+    pub fn has_model(&self) -> bool {
+        product::is_atlas(&self.output)
+    }
+
     /// The mesh: the last of the files, as faces need no table before it.
-    fn mesh_path(&self) -> Option<&PathBuf> {
+    pub fn mesh_path(&self) -> Option<&PathBuf> {
         let only = self.table.as_ref().filter(|_| self.is_onto_faces());
         self.target.mesh.as_ref().or(only)
     }
 
     /// The table: what stands between space and mesh, where faces are written on.
-    fn table_path(&self) -> Option<&PathBuf> {
+    pub fn table_path(&self) -> Option<&PathBuf> {
         let is_mesh = self.is_onto_faces() && self.target.mesh.is_none();
         self.table.as_ref().filter(|_| !is_mesh)
     }
@@ -257,33 +269,6 @@ impl Arguments {
                 format!("{} with two files", self.options.method.name()),
                 "SPACE TABLE MESH, or SPACE TABLE --grid WxH; --method choosy alone needs no table",
             )),
-        }
-    }
-
-    /// Refuses what faces do not have.
-    fn check_faces(&self) -> Result<()> {
-        let given = [
-            (
-                "resume",
-                self.resume,
-                "no --resume: nothing unfinished is kept",
-            ),
-            (
-                "pictures",
-                self.pictures.pictures.is_some(),
-                "mesotex render, or --vertex-colors and --glb",
-            ),
-            (
-                "force",
-                self.force && self.table_path().is_none(),
-                "a table of another space, between space and mesh",
-            ),
-        ];
-        match given.into_iter().find(|(_, is_given, _)| *is_given) {
-            None => Ok(()),
-            Some((option, _, expected)) => {
-                Err(Error::option(option, "given for --onto faces", expected))
-            }
         }
     }
 

@@ -31,8 +31,12 @@ const START: u64 = 1 << 16;
 pub enum Format {
     /// `.npz`.
     Archive,
-    /// PLY, or OBJ.
+    /// A mesh in the format that its name says: PLY, OBJ or GLB.
     Mesh,
+    /// PLY.
+    Ply,
+    /// OBJ.
+    Obj,
     /// GLB.
     Model,
     /// USD text.
@@ -49,6 +53,8 @@ pub enum Format {
     Ptm,
     /// HTML.
     Page,
+    /// A scene, TOML.
+    Scene,
 }
 
 impl Format {
@@ -56,7 +62,7 @@ impl Format {
     pub fn name(self) -> &'static str {
         match self {
             Self::Archive => ".npz archive",
-            Self::Mesh => "mesh",
+            Self::Mesh | Self::Ply | Self::Obj => "mesh",
             Self::Model => "GLB",
             Self::Usda => "USD file",
             Self::Picture => "picture",
@@ -65,6 +71,7 @@ impl Format {
             Self::Btf => ".btf file",
             Self::Ptm => "PTM",
             Self::Page => "page",
+            Self::Scene => "scene",
         }
     }
 }
@@ -78,13 +85,15 @@ pub fn is_ours(path: &Path, format: Format) -> io::Result<bool> {
     }
     Ok(match format {
         Format::Archive => start.starts_with(b"PK") && has_member(path, ARCHIVE_MARK)?,
-        Format::Mesh | Format::Model => is_our_mesh(&start),
+        Format::Mesh | Format::Ply | Format::Obj | Format::Model => is_our_mesh(&start),
         Format::Usda => start.starts_with(b"#usda") && contains(&start, MESH_MARK.as_bytes()),
         Format::Picture => start.starts_with(b"\x89PNG") && contains(&start, &picture_mark()),
         Format::Frame => start.starts_with(&[0x76, 0x2f, 0x31, 1]) && contains(&start, b"mesotex:"),
         Format::Btf => start.starts_with(b"!") && contains(&start, BTF_MARK.as_bytes()),
         Format::Page => contains(&start, PAGE_MARK.as_bytes()),
         Format::Ptm => start.starts_with(b"PTM_") && ends_with(path, PTM_MARK)?,
+        // A scene is written to be edited: whatever it holds is the user's.
+        Format::Scene => false,
         Format::Json => matches!(start.trim_ascii_start().first(), Some(b'{' | b'[')),
     })
 }

@@ -18,6 +18,8 @@ use crate::format::ours::{Format, is_ours};
 pub struct OwnFolder {
     /// What a message calls it, with its article.
     pub name: &'static str,
+    /// What its name ends in, where that tells the kind.
+    pub ending: Option<&'static str>,
     /// The file that says what the folder is.
     pub description: &'static str,
     /// The field `format` of that file.
@@ -108,6 +110,7 @@ mod tests {
 
     const KIND: OwnFolder = OwnFolder {
         name: "a set of textures",
+        ending: None,
         description: "set.json",
         format: "mesotex-test",
         members: &["a.npy"],

@@ -97,6 +97,20 @@ pub fn read(path: &Path) -> Result<PlyFile> {
     guarded(path, || parse(BufReader::with_capacity(1 << 18, file)))
 }
 
+/// How many vertices a PLY file says it has; reads its header alone.
+pub fn vertex_count(path: &Path) -> Result<usize> {
+    let file = File::open(path).map_err(Error::io(path, "read"))?;
+    guarded(path, || {
+        let preamble = Preamble::read(&mut BufReader::new(file))?;
+        let parser = Parser::<Record>::new();
+        let header = parser
+            .read_header(&mut PlyReader::new(preamble.text.as_bytes()))
+            .map_err(|error| fault("header", &error))?;
+        let vertices = header.elements.get("vertex").map(|element| element.count);
+        vertices.ok_or_else(|| Error::data("header", "no element `vertex`"))
+    })
+}
+
 /// Parses a PLY file from any source.
 pub fn parse(mut source: impl BufRead) -> Result<PlyFile> {
     let preamble = Preamble::read(&mut source)?;

@@ -77,7 +77,7 @@ pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
         true => WEIGHTED + longer_list(options),
         false => 0,
     };
-    bytes + surface_bytes(map, lights(options), weighted) + plan_bytes(options)
+    bytes + surface_bytes(map, light_count(options), weighted) + plan_bytes(options)
 }
 
 fn longer_list(options: &RenderOptions) -> u64 {
@@ -133,10 +133,11 @@ fn surface_bytes(map: &SurfaceTextonMap, lights: u64, weighted: u64) -> u64 {
 /// Cameras and lights of all frames, planned before the first is made.
 fn plan_bytes(options: &RenderOptions) -> u64 {
     let frame = size_of::<PlannedFrame>() as u64 + 64;
-    frame_count(options) * (frame + lights(options) * size_of::<Light>() as u64)
+    frame_count(options) * (frame + light_count(options) * size_of::<Light>() as u64)
 }
 
-fn lights(options: &RenderOptions) -> u64 {
+/// Lights of a frame.
+pub fn light_count(options: &RenderOptions) -> u64 {
     let environment = match options.environment {
         Some(_) => u64::from(options.environment_lights),
         None => 0,
@@ -145,7 +146,7 @@ fn lights(options: &RenderOptions) -> u64 {
 }
 
 /// Frames of the run; 24 where a file says how many.
-fn frame_count(options: &RenderOptions) -> u64 {
+pub fn frame_count(options: &RenderOptions) -> u64 {
     match (&options.frames, options.sweep_length) {
         (Some(range), _) => range.numbers().count() as u64,
         (None, Some(length)) => u64::from(length),

@@ -218,16 +218,11 @@ pub struct RenderOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<PathBuf>,
     /// How the environment's numbers stand for light. [default: as its file says]
-    #[arg(long, value_enum, requires = "environment", help_heading = "Light")]
+    #[arg(long, value_enum, help_heading = "Light")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_encoding: Option<SourceEncoding>,
     /// The layer, part or view of an environment that has several.
-    #[arg(
-        long,
-        value_name = "NAME",
-        requires = "environment",
-        help_heading = "Light"
-    )]
+    #[arg(long, value_name = "NAME", help_heading = "Light")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_layer: Option<String>,
     /// Directional lights that stand for the environment.
@@ -244,11 +239,11 @@ pub struct RenderOptions {
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = STANDARD_LAYERS, help_heading = "Files")]
     pub layers: Vec<Layer>,
     /// Colour in 16-bit floats (the default).
-    #[arg(long, overrides_with = "float", help_heading = "Files")]
+    #[arg(long, conflicts_with = "float", help_heading = "Files")]
     #[serde(skip_serializing)]
     pub half: bool,
     /// Colour in 32-bit floats.
-    #[arg(long, overrides_with = "half", help_heading = "Files")]
+    #[arg(long, help_heading = "Files")]
     pub float: bool,
     /// Compression of a frame's file; all but pxr24 keep every bit.
     #[arg(long, value_enum, default_value_t, help_heading = "Files")]

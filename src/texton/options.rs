@@ -101,14 +101,21 @@ impl TextonOptions {
         let held = sample.image_count();
         match self.images {
             None if sample.factors().is_some() => Ok(held),
-            None => Ok(held.min(PAPER_COUNT as usize)),
-            Some(ImageCount::Named(Named::All)) => Ok(held),
-            Some(ImageCount::Count(count)) if count as usize <= held => Ok(count as usize),
-            Some(ImageCount::Count(count)) => Err(Error::option(
+            Some(ImageCount::Count(count)) if count as usize > held => Err(Error::option(
                 "images",
                 format!("{count} of a sample of {held} images"),
                 format!("at most {held}, or `all`"),
             )),
+            _ => Ok(self.chosen_of(held)),
+        }
+    }
+
+    /// How many representative images are taken of so many, at most all of them.
+    pub fn chosen_of(&self, held: usize) -> usize {
+        match self.images {
+            None => held.min(PAPER_COUNT as usize),
+            Some(ImageCount::Named(Named::All)) => held,
+            Some(ImageCount::Count(count)) => held.min(count as usize),
         }
     }
 

@@ -26,6 +26,7 @@ const FORMAT: &str = "mesotex-textures";
 /// A folder of textures.
 pub(crate) const TEXTURES_FOLDER: OwnFolder = OwnFolder {
     name: "a folder of textures",
+    ending: None,
     description: DESCRIPTION,
     format: FORMAT,
     members: &[MODEL],

@@ -49,9 +49,19 @@ fn small_files() -> &'static Path {
         }
         fs::remove_dir_all(at.join("m.ply.mesotex-cache")).unwrap();
         write_capture(at);
+        write_sky(&at.join("sky.hdr"));
         folder
     };
     FILES.get_or_init(make).path()
+}
+
+/// An environment of 8 × 4 pixels.
+fn write_sky(path: &Path) {
+    let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n".to_vec();
+    for pixel in 0..32 {
+        bytes.extend([100, 50 + pixel, 100, 128]);
+    }
+    fs::write(path, bytes).unwrap();
 }
 
 /// Images of two lights and their table, for `import` and `exemplar`.

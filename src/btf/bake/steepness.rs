@@ -54,6 +54,22 @@ impl Steepness {
         )
     }
 
+    /// The slope that 95 % are below, in degrees, of the same relief so many times as deep.
+    pub fn p95_at(self, times: f64) -> f64 {
+        (times * self.p95_deg.to_radians().tan())
+            .atan()
+            .to_degrees()
+    }
+
+    /// The depth nearest to `depth` at which slopes are plausible; a relief without slopes keeps its own.
+    pub fn plausible_depth(self, depth: f64) -> f64 {
+        let wanted = self.p95_deg.clamp(PLAUSIBLE_FLAT_DEG, PLAUSIBLE_STEEP_DEG);
+        match self.p95_deg > 0.0 {
+            true => rounded(depth * wanted.to_radians().tan() / self.p95_deg.to_radians().tan()),
+            false => depth,
+        }
+    }
+
     /// What is wrong with slopes that come from a height map of this depth (share of its width).
     pub fn objection(self, depth: f64) -> Option<String> {
         // Slopes are proportional to the depth.
@@ -136,6 +152,13 @@ mod tests {
             assert!((15.0..50.0).contains(&better.p95_deg), "{better:?}");
         }
         assert_eq!(Steepness::of(&waves(2.0)).objection(0.1), None);
+        for height in [0.01_f32, 1.0, 40.0] {
+            let slopes = Steepness::of(&waves(height));
+            let chosen = slopes.plausible_depth(0.5);
+            let better = Steepness::of(&waves(height * chosen as f32 / 0.5));
+            assert!((19.0..46.0).contains(&better.p95_deg), "{better:?}");
+            assert!((slopes.p95_at(chosen / 0.5) - better.p95_deg).abs() < 0.1);
+        }
         let flat = Steepness::of(&waves(0.0)).objection(0.1).unwrap();
         assert!(flat.contains("same everywhere"));
     }

@@ -35,24 +35,24 @@ const RESOLUTION: u32 = 1024;
 /// Bytes that a texel takes at the peak.
 const TEXEL: u64 = 160;
 
-/// Options of rendering that a texture map has no use for.
-const IDLE: [&str; 23] = [
+/// Options of rendering that a texture map has no use for: not shown in help, and refused.
+pub(in crate::cli) const OPTIONS_OF_FRAMES: [&str; 23] = [
     "sweep",
     "frames",
-    "sweep_length",
-    "sweep_from",
-    "sweep_to",
+    "sweep-length",
+    "sweep-from",
+    "sweep-to",
     "turns",
     "size",
     "samples",
     "shading",
-    "camera_path",
+    "camera-path",
     "layers",
     "half",
     "float",
     "compression",
     "pattern",
-    "skip_existing",
+    "skip-existing",
     "shard",
     "background",
     "tone",
@@ -69,7 +69,7 @@ const IDLE: [&str; 23] = [
 /// DIR/surface.glb, unlit. A texel that faces away from the camera is shaded as if it were seen at a grazing angle.
 #[derive(Clone, Debug, Args)]
 #[command(
-    mut_args(|arg| match IDLE.contains(&arg.get_id().as_str()) {
+    mut_args(|arg| match arg.get_long().is_some_and(|name| OPTIONS_OF_FRAMES.contains(&name)) {
         true => arg.hide(true),
         false => arg,
     }),
@@ -115,18 +115,10 @@ impl Arguments {
     /// Refuses options that no input could satisfy.
     pub fn check(&self) -> Result<()> {
         self.options.validate()?;
-        self.check_idle()?;
         if is_atlas(&self.map) {
-            return self.check_for_atlas();
+            return Ok(());
         }
         FaceMap::refuse_at(&self.map)?;
-        if self.surface_color.is_some() {
-            return Err(Error::option(
-                "surface-color",
-                format!("given for {}", self.map.display()),
-                "an atlas; other maps have no channel of alpha",
-            ));
-        }
         if self.mesh.is_none() && !self.unwrap {
             return Err(Error::option(
                 "mesh",
@@ -144,43 +136,8 @@ impl Arguments {
         }
     }
 
-    /// Refuses what an atlas brings itself.
-    fn check_for_atlas(&self) -> Result<()> {
-        let given = [
-            ("mesh", self.mesh.is_some()),
-            ("unwrap", self.unwrap),
-            ("resolution", self.resolution.is_some()),
-        ];
-        match given.into_iter().find(|(_, is_given)| *is_given) {
-            None => Ok(()),
-            Some((option, _)) => Err(Error::option(
-                option,
-                format!("given for {}", self.map.display()),
-                "a surface texton map; an atlas has a mesh, texture coordinates and a size",
-            )),
-        }
-    }
-
     fn resolution(&self) -> u32 {
         self.resolution.unwrap_or(RESOLUTION)
-    }
-
-    /// Refuses options of frames and sweeps.
-    fn check_idle(&self) -> Result<()> {
-        let values = |options: &RenderOptions| {
-            serde_json::to_value(options).map_err(|error| Error::data("options", error.to_string()))
-        };
-        let (given, default) = (values(&self.options)?, values(&RenderOptions::default())?);
-        let changed = IDLE.iter().map(|name| name.replace('_', "-"));
-        let mut changed = changed.filter(|name| given.get(name) != default.get(name));
-        match changed.next() {
-            None => Ok(()),
-            Some(name) => Err(Error::option(
-                name,
-                "given for texture maps, which have one view and light and a --resolution",
-                "options of camera, light, weights, texels and shadows",
-            )),
-        }
     }
 
     /// What the command reads and writes.

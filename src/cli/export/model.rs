@@ -65,30 +65,6 @@ impl Angles {
     }
 }
 
-impl ColorOptions {
-    /// Refuses options without effect.
-    pub(super) fn validate(&self, is_map: bool) -> Result<()> {
-        let given = [
-            ("sample", self.sample.is_some()),
-            ("view", self.view.is_some()),
-            ("light", self.light.is_some()),
-        ];
-        let first = given.iter().find(|(_, is_given)| *is_given);
-        match first {
-            Some((option, _)) if !is_map => {
-                let found = "given for a format that is no mesh";
-                Err(Error::option(*option, found, "--to glb, obj, usda or ply"))
-            }
-            Some((option, _)) if self.sample.is_none() => Err(Error::option(
-                *option,
-                "given without a sample",
-                "--sample beside it",
-            )),
-            _ => Ok(()),
-        }
-    }
-}
-
 /// Writes a map as a mesh.
 pub(super) fn run(
     input: &Path,

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::btf::sample::Sample;
 use crate::cli::info::kind::Kind;
 use crate::cli::run::overview::{Overview, overview};
+use crate::cli::run::quality::Quality;
 use crate::cli::session::Session;
 use crate::cli::view::name_of;
 use crate::error::{Error, Result};
@@ -44,9 +45,9 @@ pub(super) struct Products {
 
 impl Products {
     /// Those of a scene, of the one scene in a folder, or those that lie in a folder.
-    pub(super) fn find(input: &Path, session: &Session) -> Result<Self> {
+    pub(super) fn find(input: &Path, quality: Quality, session: &Session) -> Result<Self> {
         if !input.is_dir() {
-            return Self::of_scene(input, session);
+            return Self::of_scene(input, quality, session);
         }
         let entries = entries(input)?;
         let is_scene = |path: &&PathBuf| {
@@ -64,7 +65,7 @@ impl Products {
                 found.check_any(input)?;
                 Ok(found)
             }
-            [scene] => Self::of_scene(scene, session),
+            [scene] => Self::of_scene(scene, quality, session),
             _ => Err(Error::data("scenes", format!("{} of them", scenes.len()))
                 .expected("one")
                 .advice("name one of them: mesotex report SCENE.toml -o PAGE.html")
@@ -72,8 +73,8 @@ impl Products {
         }
     }
 
-    fn of_scene(scene: &Path, session: &Session) -> Result<Self> {
-        let overview = overview(scene, session)?;
+    fn of_scene(scene: &Path, quality: Quality, session: &Session) -> Result<Self> {
+        let overview = overview(scene, quality, session)?;
         let mut found = Self {
             title: overview.name.clone(),
             ..Self::default()

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{ArgAction, CommandFactory, Parser};
+use clap::{ArgAction, CommandFactory};
 use toml::Value;
 
 use crate::cli::failure::likely_names::suggestion;
@@ -13,7 +13,7 @@ use crate::cli::run::document::Key;
 use crate::cli::run::faults::{Faults, Place};
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::{Draft, Scene};
-use crate::cli::{Command, CommandLine};
+use crate::cli::{Command, CommandLine, unused_options};
 use crate::error::Error;
 
 /// Options that are the scene's to say, or `run`'s own.
@@ -110,16 +110,21 @@ fn parse(words: &[String]) -> Result<Command, Objection> {
     let words: Vec<String> = std::iter::once("mesotex".to_owned())
         .chain(words.iter().cloned())
         .collect();
-    let command =
-        CommandLine::try_parse_from(&words).map_err(|error| Objection::of(&error, &words))?;
-    let checked = command.command.check().map_err(|error| Objection {
-        option: match &error {
-            Error::Option { option, .. } => Some(option.clone()),
-            _ => None,
-        },
-        says: error.to_string(),
-    });
-    checked.map(|()| command.command)
+    let (command, given) =
+        CommandLine::read(&words).map_err(|error| Objection::of(&error, &words))?;
+    let checked = command
+        .check()
+        .and_then(|()| unused_options::check(&command, &given));
+    match checked {
+        Ok(()) => Ok(command),
+        Err(error) => Err(Objection {
+            option: match &error {
+                Error::Option { option, .. } => Some(option.clone()),
+                _ => None,
+            },
+            says: error.to_string(),
+        }),
+    }
 }
 
 /// Keys of a section that are no options of its command, or are set to what such an option cannot be.

@@ -37,6 +37,21 @@ impl Section {
         self.keys.iter().find(|key| key.name == name)
     }
 
+    /// Sets a key; one that is new stands where the section does.
+    pub fn set(&mut self, name: &str, value: Value) {
+        match self.keys.iter_mut().find(|key| key.name == name) {
+            Some(key) => key.value = value,
+            None => {
+                self.keys.push(Key {
+                    name: name.to_owned(),
+                    line: self.line,
+                    value,
+                });
+                self.keys.sort_by(|a, b| a.name.cmp(&b.name));
+            }
+        }
+    }
+
     /// Where a key of this section is, for a fault.
     pub fn place(&self, key: &Key) -> Place {
         Place::new(key.line, format!("[{}] {}", self.name, key.name))

@@ -1,17 +1,22 @@
 //! `mesotex run`: a scene file → every stage in order, skipping what is done.
 //!
 //! [`scene`] (from the [`document`]) says which stages there are, [`check`] holds them against the rules
-//! of their commands before the first one runs, [`record`] knows which are done. [`pages`] come last; [`overview`] is
-//! what they tell of the stages.
+//! of their commands before the first one runs, [`record`] knows which are done. [`quality`] makes a draft of a scene,
+//! [`until`] cuts it short, and [`plan`] says beforehand what it takes, by the [`cost`] of each stage. [`pages`] come
+//! last; [`overview`] is what they tell of the stages.
 
 mod check;
+mod cost;
 mod document;
 pub mod faults;
 mod known_files;
 pub(in crate::cli) mod overview;
 mod pages;
+mod plan;
+pub(in crate::cli) mod quality;
 mod record;
 pub mod scene;
+mod until;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,6 +32,8 @@ pub use crate::cli::run::record::FORMAT as RECORD_FORMAT;
 use crate::cli::run::check::Stage;
 use crate::cli::run::overview::{command_line, enter, opened, quoted, read_text};
 use crate::cli::run::pages::Pages;
+use crate::cli::run::plan::Plan;
+use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
@@ -42,7 +49,10 @@ use crate::format::lock::OutputLock;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex run scene.toml
-  mesotex run scene.toml --dry-run
+  mesotex run scene.toml --plan                      seconds and memory of each stage
+  mesotex run scene.toml --quality draft             a quick look, in files NAME-draft
+  mesotex run scene.toml --until synth               all stages up to the map
+  mesotex run scene.toml --dry-run                   the commands, to paste
   mesotex run scene.toml --fresh --seed 7")]
 pub struct Arguments {
     /// The scene file.
@@ -50,12 +60,22 @@ pub struct Arguments {
     /// Run every stage, even where nothing changed.
     #[arg(long)]
     pub fresh: bool,
+    /// How finely the scene is run.
+    #[arg(long, value_enum, default_value_t)]
+    pub quality: Quality,
+    /// Stop after this stage: bake, import, exemplar, textons, gram, knn, mesh, synth or render, or the name of a
+    /// rendering.
+    #[arg(long, value_name = "STAGE")]
+    pub until: Option<String>,
     /// Make no pages at the end.
     #[arg(long)]
     pub no_pages: bool,
     /// Check the scene, print the commands that would be run, and write nothing.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "plan")]
     pub dry_run: bool,
+    /// Check the scene, print the expected seconds and memory of each stage, and write nothing.
+    #[arg(long)]
+    pub plan: bool,
     #[command(flatten)]
     pub common: Common,
 }
@@ -66,17 +86,24 @@ impl Arguments {
         let text = read_text(&self.scene)?;
         let folder = self.scene.parent().unwrap_or(Path::new("")).to_path_buf();
         enter(&folder)?;
-        let (scene, stages, record) = opened(&self.scene, &text)?;
+        let (scene, stages, record) = opened(&self.scene, &text, self.quality)?;
+        let stages = until::up_to(stages, self.until.as_deref())?;
         let session = session.with_seed(self.common.seed.or(scene.seed));
         let is_damaged = record.is_damaged;
-        let chain = Chain {
+        let mut chain = Chain {
             session: &session,
             folder,
             fresh: self.fresh,
             record,
         };
         if self.dry_run {
-            return chain.plan(&stages);
+            return chain.commands(&stages);
+        }
+        let has_pages = !self.no_pages && self.until.is_none();
+        if self.plan {
+            let plan = chain.plan(&stages, has_pages)?;
+            let outcome = Outcome::default().figure("plan", plan.figures());
+            return Ok(plan.lines().into_iter().fold(outcome, Outcome::line));
         }
         fs::create_dir_all(&scene.output).map_err(Error::io(&scene.output, "create"))?;
         let _lock = OutputLock::acquire(&scene.output.join("scene"))?;
@@ -89,9 +116,11 @@ impl Arguments {
         let pages = Pages {
             scene: &scene,
             file: self.scene.file_name().unwrap_or_default().into(),
+            quality: self.quality,
             common: &self.common,
         };
-        chain.run(&stages, (!self.no_pages).then_some(&pages))
+        chain.tell_plan(&stages, has_pages)?;
+        chain.run(&stages, has_pages.then_some(&pages))
     }
 }
 
@@ -100,7 +129,7 @@ pub fn describe(path: &Path, session: &Session) -> Result<Outcome> {
     let text = read_text(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     enter(&folder)?;
-    let (scene, stages, record) = opened(path, &text)?;
+    let (scene, stages, record) = opened(path, &text, Quality::Final)?;
     let session = session.with_seed(scene.seed);
     let chain = Chain {
         session: &session,
@@ -172,8 +201,26 @@ impl Chain<'_> {
         Ok(report.json(&[]))
     }
 
+    /// What a run will take.
+    fn plan(&mut self, stages: &[Stage], has_pages: bool) -> Result<Plan> {
+        let done = self.done(stages)?;
+        Plan::of(stages, &done, has_pages, self.session.progress())
+    }
+
+    /// Says what the run will take, where something is to be done.
+    fn tell_plan(&mut self, stages: &[Stage], has_pages: bool) -> Result<()> {
+        let done = self.done(stages)?;
+        if done.iter().all(|is_done| *is_done) {
+            return Ok(());
+        }
+        let plan = Plan::of(stages, &done, has_pages, self.session.progress())?;
+        plan.lines()
+            .iter()
+            .try_for_each(|line| self.session.say(line))
+    }
+
     /// Says what would be run, as commands to paste; writes nothing.
-    fn plan(mut self, stages: &[Stage]) -> Result<Outcome> {
+    fn commands(mut self, stages: &[Stage]) -> Result<Outcome> {
         let mut outcome = Outcome::default();
         let mut reports = Vec::new();
         if !self.folder.as_os_str().is_empty() {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::cli::Command;
 use crate::cli::run::check::{self, Stage};
 use crate::cli::run::faults::Faults;
+use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
 use crate::cli::session::Session;
@@ -45,10 +46,14 @@ pub(in crate::cli) struct StageOverview {
 }
 
 /// Enters a scene's folder and says what its stages are; everything wrong with it is an error.
-pub(in crate::cli) fn overview(path: &Path, session: &Session) -> Result<Overview> {
+pub(in crate::cli) fn overview(
+    path: &Path,
+    quality: Quality,
+    session: &Session,
+) -> Result<Overview> {
     let text = read_text(path)?;
     enter(path.parent().unwrap_or(Path::new("")))?;
-    let (scene, stages, record) = opened(path, &text)?;
+    let (scene, stages, record) = opened(path, &text, quality)?;
     let seed = session.or_seed(scene.seed).seed();
     let stages = stages
         .into_iter()
@@ -65,10 +70,15 @@ pub(super) fn read_text(path: &Path) -> Result<String> {
 }
 
 /// The scene, its stages, and what is known of earlier runs; all that is wrong with it is one error.
-pub(super) fn opened(path: &Path, text: &str) -> Result<(Scene, Vec<Stage>, Record)> {
+pub(super) fn opened(
+    path: &Path,
+    text: &str,
+    quality: Quality,
+) -> Result<(Scene, Vec<Stage>, Record)> {
     guarded(path, || {
         let mut faults = Faults::default();
-        let scene = Scene::parse(text, &mut faults);
+        let mut scene = Scene::parse(text, &mut faults);
+        quality.apply(&mut scene);
         let record = Record::open(&scene.output.join("run.json"))?;
         let mut stages = Vec::new();
         if !scene.name.is_empty() {

@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::btf::sample;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::run::check::Stage;
+use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
@@ -19,8 +21,28 @@ pub(super) struct Pages<'a> {
     pub(super) scene: &'a Scene,
     /// The scene's file, in the folder that was entered.
     pub(super) file: PathBuf,
+    /// How finely the scene is run.
+    pub(super) quality: Quality,
     /// The options of all commands.
     pub(super) common: &'a Common,
+}
+
+/// A page of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Page {
+    /// The surface to turn.
+    View,
+    /// Everything that was made.
+    Report,
+}
+
+impl Page {
+    fn name(self) -> &'static str {
+        match self {
+            Self::View => "view",
+            Self::Report => "report",
+        }
+    }
 }
 
 impl Pages<'_> {
@@ -31,40 +53,68 @@ impl Pages<'_> {
         record: &mut Record,
         session: &Session,
     ) -> Result<Vec<PathBuf>> {
-        let files = self.files(stages, record, session.seed());
-        let key = Record::key(&["pages".to_owned()], session.seed());
-        let paths: Vec<PathBuf> = files
-            .writes
-            .iter()
-            .map(|output| output.path.clone())
-            .collect();
-        if record.is_done(&key, &files)? {
-            return Ok(paths);
-        }
         let begun = Instant::now();
-        for made in [
-            self.view(&paths[0], session),
-            self.report(&paths[1], session),
-        ] {
-            match made {
-                Ok(_) => {}
+        let (mut paths, mut has_news) = (Vec::new(), false);
+        for page in [Page::View, Page::Report] {
+            let path = self.scene.page(page.name());
+            match self.renew(page, &path, (stages, &mut *record), session) {
+                Ok(is_new) => has_news |= is_new,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Err(error) => {
-                    session
-                        .progress()
-                        .warn(format!("a page was not made: {error}"));
-                    return Ok(paths.into_iter().filter(|path| path.exists()).collect());
-                }
+                Err(error) => session
+                    .progress()
+                    .warn(format!("a page was not made: {error}")),
             }
+            paths.extend(path.exists().then_some(path));
         }
-        let seconds = begun.elapsed().as_secs_f64();
-        record.note(&key, (&files, &[]), seconds)?;
-        session.say(&format!("{:<10} {seconds:.1} s", "pages"))?;
+        if has_news {
+            let seconds = begun.elapsed().as_secs_f64();
+            session.say(&format!("{:<10} {seconds:.1} s", "pages"))?;
+        }
         Ok(paths)
     }
 
-    /// The pages show everything that stages wrote.
-    fn files(&self, stages: &[Stage], record: &Record, seed: u64) -> Files {
+    /// Makes a page where anything it shows has changed; says whether it did.
+    fn renew(
+        &self,
+        page: Page,
+        path: &PathBuf,
+        (stages, record): (&[Stage], &mut Record),
+        session: &Session,
+    ) -> Result<bool> {
+        let files = match page {
+            Page::View => self.files_of_view(path),
+            Page::Report => self.files_of_report(path, (stages, record), session.seed()),
+        };
+        let up = format!("{:?}", self.scene.up());
+        let key = Record::key(&["page".into(), page.name().into(), up], session.seed());
+        if record.is_done(&key, &files)? {
+            return Ok(false);
+        }
+        let begun = Instant::now();
+        match page {
+            Page::View => self.view(path, session)?,
+            Page::Report => self.report(path, session)?,
+        };
+        record.note(&key, (&files, &[]), begun.elapsed().as_secs_f64())?;
+        Ok(true)
+    }
+
+    /// The viewer shows the sample on the map.
+    fn files_of_view(&self, page: &PathBuf) -> Files {
+        let [sample, map] = self.scene.sample_and_map();
+        Files::default()
+            .read(&sample::files_of(&sample))
+            .read([&map])
+            .write("output", [page], Product::File(Format::Page))
+    }
+
+    /// The report shows everything that stages wrote.
+    fn files_of_report(
+        &self,
+        page: &PathBuf,
+        (stages, record): (&[Stage], &Record),
+        seed: u64,
+    ) -> Files {
         let written = stages.iter().filter_map(|stage| {
             let finished = record.finished(&Record::key(&stage.words, seed))?;
             Some(finished.outputs.into_keys())
@@ -74,10 +124,7 @@ impl Pages<'_> {
             ..Files::default()
         };
         files.reads.push(self.file.clone());
-        let product = Product::File(Format::Page);
-        files
-            .write("output", [&self.scene.page("view")], product)
-            .write("output", [&self.scene.page("report")], product)
+        files.write("output", [page], Product::File(Format::Page))
     }
 
     fn view(&self, output: &Path, session: &Session) -> Result<Outcome> {
@@ -99,6 +146,7 @@ impl Pages<'_> {
         let arguments = report::Arguments {
             input: self.file.clone(),
             output: output.to_path_buf(),
+            quality: self.quality,
             common: self.common.clone(),
         };
         arguments.run(session)

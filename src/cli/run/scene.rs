@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use toml::Value;
 
+use crate::cli::endings::check_stem;
 use crate::cli::failure::likely_names::suggestion;
 use crate::cli::run::document::{Document, Key, Section};
 use crate::cli::run::faults::{Faults, Place};
@@ -121,7 +122,13 @@ impl Scene {
         for key in &self.document.keys {
             let place = Place::new(key.line, &key.name);
             match (key.name.as_str(), &key.value) {
-                ("name", Value::String(name)) if is_plain(name) => self.name.clone_from(name),
+                ("name", Value::String(name)) if is_plain(name) => {
+                    self.name.clone_from(name);
+                    if let Err(error) = check_stem("name", Path::new(name), &["sample", "map.ply"])
+                    {
+                        faults.data(&place, error.to_string().trim_start_matches("--name: "));
+                    }
+                }
                 ("name", other) => faults.data(&place, format!("`{other}`; {PLAIN}")),
                 ("output", Value::String(path)) => self.output = path.into(),
                 ("sample", Value::String(path)) => self.sample = Some(path.into()),
@@ -196,8 +203,42 @@ impl Scene {
         faults.data(&Place::new(0, ""), format!("{found}; {expected}"));
     }
 
-    fn has(&self, section: &str) -> bool {
+    /// Whether there is a section of this name.
+    pub fn has(&self, section: &str) -> bool {
         self.section(section).is_some()
+    }
+
+    /// What a key of a section is set to.
+    pub fn value(&self, section: &str, key: &str) -> Option<&Value> {
+        Some(&self.section(section)?.key(key)?.value)
+    }
+
+    /// Sets a key; the section is added where there is none.
+    pub fn set(&mut self, section: &str, key: &str, value: Value) {
+        let sections = &mut self.document.sections;
+        let place = sections.iter().position(|other| other.name == section);
+        let place = place.unwrap_or_else(|| {
+            sections.push(Section {
+                name: section.to_owned(),
+                ..Section::default()
+            });
+            sections.len() - 1
+        });
+        sections[place].set(key, value);
+    }
+
+    /// Takes a key away.
+    pub fn unset(&mut self, section: &str, key: &str) {
+        let of_name = |other: &&mut Section| other.name == section;
+        for section in self.document.sections.iter_mut().filter(of_name) {
+            section.keys.retain(|other| other.name != key);
+        }
+    }
+
+    /// The sections of renderings.
+    pub fn renderings(&mut self) -> impl Iterator<Item = &mut Section> {
+        let sections = self.document.sections.iter_mut();
+        sections.filter(|section| section.name == "render")
     }
 
     fn section(&self, name: &str) -> Option<&Section> {

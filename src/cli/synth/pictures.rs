@@ -54,15 +54,7 @@ impl PictureArguments {
             let expected = "--sample X.sample beside it";
             return Err(Error::option("vertex-colors", "no colours", expected));
         }
-        self.check_size(space)?;
-        if self.sample.is_some() && self.pictures.is_none() && self.vertex_colors.is_none() {
-            return Err(Error::option(
-                "sample",
-                "nothing to draw in its colours",
-                "--pictures or --vertex-colors beside it",
-            ));
-        }
-        Ok(())
+        self.check_size(space)
     }
 
     /// Checks that the sample has the space's size.
@@ -93,7 +85,7 @@ impl PictureArguments {
             .write(
                 "vertex-colors",
                 &self.vertex_colors,
-                Product::File(Format::Mesh),
+                Product::File(Format::Ply),
             )
     }
 

@@ -31,7 +31,7 @@ fn ends_in(output: &Path, name: &str) -> bool {
 pub(super) fn product_at(output: &Path) -> Product {
     match is_atlas(output) {
         true => Product::Folder(&ATLAS_FOLDER),
-        false => Product::File(Format::Mesh),
+        false => Product::File(Format::Ply),
     }
 }
 
@@ -50,21 +50,6 @@ pub(super) fn check(output: &Path, onto_atlas: bool, model: &ModelOptions) -> Re
             found,
             "--onto atlas beside it, or NAME.map.ply",
         ));
-    }
-    let default = ModelOptions::default();
-    for (option, is_given) in [
-        ("displace", model.displace.is_some()),
-        ("transparency", model.transparency != default.transparency),
-        ("surface-color", model.surface_color.is_some()),
-    ] {
-        if is_given && !is_atlas(output) {
-            let found = format!("given for {}", output.display());
-            return Err(Error::option(
-                option,
-                found,
-                "-o NAME.atlas, which holds a model",
-            ));
-        }
     }
     Ok(())
 }

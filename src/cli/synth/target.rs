@@ -75,7 +75,7 @@ pub struct TargetArguments {
     #[arg(long, value_enum)]
     pub onto: Option<Onto>,
     /// What lies beyond the grid's border
-    #[arg(long, value_enum, default_value_t = Border::Wrap, requires = "grid")]
+    #[arg(long, value_enum, default_value_t = Border::Wrap)]
     pub border: Border,
     #[command(flatten)]
     pub surface: SurfaceOptions,
@@ -86,101 +86,16 @@ pub struct TargetArguments {
 }
 
 impl TargetArguments {
-    /// Refuses sites that the target does not have, and options that would change nothing.
+    /// Refuses sites that the target does not have.
     pub fn check(&self, method: Method) -> Result<()> {
-        let (surface, default) = (&self.surface, SurfaceOptions::default());
-        let is_atlas = self.is_atlas();
-        let has_one_mesh = is_atlas || matches!(method, Method::Adaptive | Method::Coherent);
-        let is_faces = self.is_onto_faces(method);
-        let has_field = self.grid.is_none() && !is_faces;
-        let has_pyramid = self.grid.is_none() && !has_one_mesh;
-        let of_mesh = match is_faces {
-            true => "another --method: faces have no orientation",
-            false => "a mesh; on a grid every site is one texel, and s runs along its rows",
-        };
-        let of_pyramid = "a mesh and a method that retiles it: creases are lines of coarser levels";
-        let of_vertices = "the vertices of a mesh; an atlas has --texture-scale, and a grid none";
-        let of_faces = "--onto faces beside it";
-        let (default_atlas, of_atlas) = (AtlasOptions::default(), "--onto atlas beside it");
-        let given = [
-            (
-                "texel",
-                surface.texel.is_some(),
-                self.grid.is_none() && !is_atlas,
-                of_vertices,
-            ),
-            ("direction", surface.direction.is_some(), has_field, of_mesh),
-            ("guide", surface.guide.is_some(), has_field, of_mesh),
-            (
-                "keys",
-                surface.keys.is_some(),
-                method == Method::Progressive,
-                "--method progressive; directions alone are for --guide",
-            ),
-            ("align", surface.align != default.align, has_field, of_mesh),
-            (
-                "field-energy",
-                !surface.field_energy.is_default(),
-                has_field,
-                of_mesh,
-            ),
-            (
-                "crease",
-                surface.crease != default.crease,
-                has_pyramid,
-                of_pyramid,
-            ),
-            (
-                "resolution",
-                self.atlas.resolution != default_atlas.resolution,
-                is_atlas,
-                of_atlas,
-            ),
-            (
-                "texture-scale",
-                self.atlas.texture_scale != default_atlas.texture_scale,
-                is_atlas,
-                of_atlas,
-            ),
-            ("unwrap", self.atlas.unwrap, is_atlas, of_atlas),
-            (
-                "charts",
-                self.atlas.charts != default_atlas.charts,
-                is_atlas,
-                of_atlas,
-            ),
-            (
-                "sampling",
-                self.atlas.sampling != default_atlas.sampling,
-                is_atlas,
-                of_atlas,
-            ),
-            (
-                "base-faces",
-                self.faces.base_faces.is_some(),
-                is_faces,
-                of_faces,
-            ),
-            (
-                "subdivisions",
-                self.faces.subdivisions.is_some(),
-                is_faces,
-                of_faces,
-            ),
-        ];
-        let idle = given.iter().find(|(_, given, used, _)| *given && !used);
-        if let Some((name, .., expected)) = idle {
-            let found = format!("given for {}", self.named(method));
-            return Err(Error::option(*name, found, *expected));
-        }
-        if is_atlas && method == Method::Adaptive {
+        if self.is_atlas() && method == Method::Adaptive {
             return Err(Error::option(
                 "onto",
                 "atlas with --method adaptive, whose neighbourhoods are round",
                 "vertices or grid, or another --method",
             ));
         }
-        if is_faces {
+        if self.is_onto_faces(method) {
             return self.check_faces(method);
         }
         match (self.onto, self.grid) {
@@ -227,7 +142,8 @@ impl TargetArguments {
         }
     }
 
-    fn named(&self, method: Method) -> String {
+    /// What a message calls the target.
+    pub fn named(&self, method: Method) -> String {
         match (self.grid, self.onto) {
             (Some(_), _) => "a flat grid".into(),
             (None, Some(Onto::Atlas)) => "--onto atlas".into(),

@@ -91,43 +91,9 @@ impl Arguments {
         }
         self.model.validate()?;
         FaceMap::refuse_at(&self.input)?;
-        let is_atlas = self.is_atlas();
-        if !is_atlas && self.input.is_dir() {
+        if !self.is_atlas() && self.input.is_dir() {
             let found = format!("{} is a folder without an atlas.json", self.input.display());
             return Err(Error::data("input", found).expected("NAME.atlas or NAME.map.ply"));
-        }
-        let default = ModelOptions::default();
-        let of_atlas = "an atlas; a surface texton map becomes a PLY";
-        for (option, given, used, expected) in [
-            (
-                "tile",
-                self.tile,
-                !is_atlas,
-                "no such option: an atlas states it",
-            ),
-            (
-                "displace",
-                self.model.displace.is_some(),
-                is_atlas,
-                of_atlas,
-            ),
-            (
-                "transparency",
-                self.model.transparency != default.transparency,
-                is_atlas,
-                of_atlas,
-            ),
-            (
-                "surface-color",
-                self.model.surface_color.is_some(),
-                is_atlas,
-                of_atlas,
-            ),
-        ] {
-            if given && !used {
-                let found = format!("given for {}", self.input.display());
-                return Err(Error::option(option, found, expected));
-            }
         }
         Ok(())
     }
@@ -142,11 +108,12 @@ impl Arguments {
                 [&self.output],
                 Product::Folder(&TEXTURES_FOLDER),
             ),
-            false => files.write("output", [&self.output], Product::File(Format::Mesh)),
+            false => files.write("output", [&self.output], Product::File(Format::Ply)),
         }
     }
 
-    fn is_atlas(&self) -> bool {
+    /// Whether the input is an atlas.
+    pub fn is_atlas(&self) -> bool {
         atlas::is_atlas(&self.input)
     }
 

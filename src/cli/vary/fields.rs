@@ -112,15 +112,6 @@ impl FieldOptions {
         if !self.ramp.is_finite() {
             return Err(Error::option("ramp", self.ramp.to_string(), "degrees"));
         }
-        let is_ramp = self.transition.is_none() && self.transition_key.is_empty();
-        if !is_ramp && (self.ramp, begin, end) != (0.0, 0.0, 1.0) {
-            let found = "given beside another transition";
-            return Err(Error::option(
-                "ramp",
-                found,
-                "one of --ramp, --transition, --transition-key",
-            ));
-        }
         for (name, radius) in [
             ("transition-radius", self.transition_radius),
             ("orientation-radius", self.orientation_radius),

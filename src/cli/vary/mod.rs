@@ -6,12 +6,14 @@
 //! | [`inputs`], [`fields`] | textures and masks, transition and orientation, as options name them |
 //! | [`product`] | what is written |
 
-mod blend;
+pub(in crate::cli) mod blend;
 mod distort;
 mod fields;
 mod inputs;
 mod product;
 mod warp;
+
+pub(in crate::cli) use crate::cli::vary::fields::FieldOptions;
 
 use clap::{Args, Subcommand};
 

@@ -64,7 +64,7 @@ impl OutputOptions {
     pub fn check(&self) -> Result<()> {
         match self.levels {
             1..=16 => {
-                check_stem("output", &self.output)?;
+                check_stem("output", &self.output, &["sample", "space.npz", "knn.npz"])?;
                 self.knn.validate()
             }
             levels => Err(Error::option("levels", levels.to_string(), "1 to 16")),

@@ -24,6 +24,7 @@ pub const MODEL: &str = "surface.glb";
 /// The folder of an atlas; the images of its channels are listed in its description.
 pub const ATLAS_FOLDER: OwnFolder = OwnFolder {
     name: "an atlas",
+    ending: Some("atlas"),
     description: DESCRIPTION,
     format: FORMAT,
     members: &[COORDS, TEXTON, SURFACE, MODEL],

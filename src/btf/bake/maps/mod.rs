@@ -261,6 +261,7 @@ pub fn material(
     }
     Ok(Loaded {
         material,
+        source: [relief.width, relief.height],
         depth: relief.depth,
         notes: relief.notes,
     })
@@ -271,6 +272,8 @@ pub fn material(
 pub struct Loaded {
     /// The material, at the size it is baked.
     pub material: Material,
+    /// Columns and rows of the map that the relief comes from.
+    pub source: [u32; 2],
     /// Height of map value 1 over 0 as a share of the map's width; `None` where no height map gives the
     /// relief.
     pub depth: Option<f64>,

@@ -30,22 +30,6 @@ pub struct FaceOutputs {
 }
 
 impl FaceOutputs {
-    /// Refuses products that other targets do not have.
-    pub fn check(&self, onto_faces: bool) -> Result<()> {
-        let given = [
-            ("glb", self.glb.is_some()),
-            ("levels-out", self.levels_out.is_some()),
-        ];
-        match given.iter().find(|(_, is_given)| *is_given && !onto_faces) {
-            None => Ok(()),
-            Some((option, _)) => Err(Error::option(
-                *option,
-                "given for sites that are no faces",
-                "--onto faces beside it",
-            )),
-        }
-    }
-
     /// Refuses products in colours where there are none.
     pub(super) fn refuse_without_colors(&self, pictures: &PictureArguments) -> Result<()> {
         let given = [

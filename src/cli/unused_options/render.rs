@@ -1,0 +1,229 @@
+//! Frames: sweeps, cameras and lights that exclude each other.
+
+use crate::cli::atlas;
+use crate::cli::render::Arguments;
+use crate::cli::unused_options::rule::{Rule, found};
+use crate::render::options::RenderOptions;
+use crate::render::renderer::Shadows;
+use crate::render::values::{LightSpec, ProjectionKind, Sweep};
+
+/// What only atlases have.
+pub(super) const ATLAS: &[Rule<Arguments>] = &[
+    Rule {
+        options: &["displace"],
+        unused: given_for_another_map,
+        expected: "an atlas; other maps have no channel of heights",
+    },
+    Rule {
+        options: &["surface-color"],
+        unused: given_for_another_map,
+        expected: "an atlas; other maps have no channel of alpha",
+    },
+];
+
+fn given_for_another_map(arguments: &Arguments) -> Option<String> {
+    let text = format!("given for {}", arguments.map.display());
+    found(!atlas::is_atlas(&arguments.map), text)
+}
+
+/// The options of frames.
+pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
+    Rule {
+        options: &["frames"],
+        unused: |options| {
+            let count = options.frames.map_or(1, |frames| frames.numbers().count());
+            let is_still = options.sweep == Sweep::None && options.camera_path.is_none();
+            found(
+                is_still && count > 1,
+                format!("{count} without a sweep, all of them alike"),
+            )
+        },
+        expected: "--sweep or --camera-path beside it",
+    },
+    Rule {
+        options: &["sweep-length", "sweep-from", "sweep-to"],
+        unused: |options| match &options.sweep {
+            Sweep::None => Some("given without a sweep".into()),
+            Sweep::File(path) => Some(format!(
+                "given with {}, which says all of its rows",
+                path.display()
+            )),
+            _ => None,
+        },
+        expected: "--sweep light-azimuth, light-elevation, light-spiral or view-orbit",
+    },
+    Rule {
+        options: &["turns"],
+        unused: |options| {
+            let text = format!("given with --sweep {}", options.sweep);
+            found(options.sweep != Sweep::LightSpiral, text)
+        },
+        expected: "--sweep light-spiral, which turns while it sinks",
+    },
+    Rule {
+        options: &["sweep"],
+        unused: |options| {
+            let has_point = matches!(options.light.first(), Some(LightSpec::Point { .. }));
+            let text = format!("{} with a point light as the first", options.sweep);
+            found(has_point && is_light_sweep(options), text)
+        },
+        expected: "a sun as the first --light (points are moved by a .csv file)",
+    },
+    Rule {
+        options: &["sweep"],
+        unused: |options| {
+            let rises = matches!(options.sweep, Sweep::LightElevation | Sweep::LightSpiral);
+            let text = format!("{} with an environment alone", options.sweep);
+            found(rises && is_environment_alone(options), text)
+        },
+        expected: "light-azimuth, which turns the environment, or a --light to move",
+    },
+    Rule {
+        options: &["light-azimuth"],
+        unused: light_azimuth_is_replaced,
+        expected: "one way to say where the light stands",
+    },
+    Rule {
+        options: &["light-elevation"],
+        unused: |options| match &options.sweep {
+            Sweep::LightElevation | Sweep::LightSpiral => {
+                Some(format!("given with --sweep {}", options.sweep))
+            }
+            _ => standing_light_is_replaced(options),
+        },
+        expected: "one way to say how high the light stands (--sweep-from and --sweep-to of a sweep)",
+    },
+    Rule {
+        options: &["irradiance"],
+        unused: |options| {
+            let own = |light: &LightSpec| match light {
+                LightSpec::Sun { irradiance, .. } | LightSpec::Point { irradiance, .. } => {
+                    irradiance.is_some()
+                }
+            };
+            match options.light.as_slice() {
+                [] => found(
+                    is_environment_alone(options) && !has_rows(options),
+                    "given with an environment alone",
+                ),
+                lights => found(
+                    lights.iter().all(own),
+                    "given with lights that state their own",
+                ),
+            }
+        },
+        expected: "a light without an irradiance of its own (--environment-scale is the environment's)",
+    },
+    Rule {
+        options: &["light-radius"],
+        unused: without_shadows,
+        expected: "--shadows vertex or pixel: it softens their edges",
+    },
+    Rule {
+        options: &["shadow-rays"],
+        unused: |options| match options.light_radius == 0.0 {
+            true => Some("given without --light-radius".into()),
+            false => without_shadows(options),
+        },
+        expected: "--light-radius and shadows beside it: sharp edges take one ray",
+    },
+    Rule {
+        options: &[
+            "environment-encoding",
+            "environment-layer",
+            "environment-lights",
+            "environment-scale",
+            "environment-azimuth",
+        ],
+        unused: |options| {
+            found(
+                options.environment.is_none(),
+                "given without an environment",
+            )
+        },
+        expected: "--environment FILE beside it",
+    },
+    Rule {
+        options: &["camera-azimuth"],
+        unused: camera_azimuth_is_replaced,
+        expected: "one way to say where the camera stands",
+    },
+    Rule {
+        options: &["camera-elevation"],
+        unused: |options| {
+            let is_unused = options.camera_position.is_some() && !has_rows(options);
+            found(is_unused, "given with --camera-position")
+        },
+        expected: "one way to say where the camera stands",
+    },
+    Rule {
+        options: &["fov", "focal-length"],
+        unused: |options| {
+            let is_unused = options.projection == ProjectionKind::Orthographic;
+            found(is_unused, "given with --projection orthographic")
+        },
+        expected: "--view-height, the height of an orthographic picture",
+    },
+    Rule {
+        options: &["view-height"],
+        unused: |options| {
+            let is_unused = options.projection == ProjectionKind::Perspective;
+            found(is_unused, "given with --projection perspective")
+        },
+        expected: "--projection orthographic beside it, or --fov",
+    },
+];
+
+fn is_light_sweep(options: &RenderOptions) -> bool {
+    matches!(
+        options.sweep,
+        Sweep::LightAzimuth | Sweep::LightElevation | Sweep::LightSpiral
+    )
+}
+
+/// Whether rows of a file may say what the options leave open.
+fn has_rows(options: &RenderOptions) -> bool {
+    matches!(options.sweep, Sweep::File(_)) || options.camera_path.is_some()
+}
+
+fn is_environment_alone(options: &RenderOptions) -> bool {
+    options.environment.is_some() && options.light.is_empty()
+}
+
+fn without_shadows(options: &RenderOptions) -> Option<String> {
+    found(
+        options.shadows == Shadows::None,
+        "given with --shadows none",
+    )
+}
+
+/// What stands in for the light of --light-azimuth and --light-elevation.
+fn standing_light_is_replaced(options: &RenderOptions) -> Option<String> {
+    match (options.light.is_empty(), &options.environment) {
+        (false, _) => Some("given with --light".into()),
+        (true, Some(_)) => Some("given with --environment".into()),
+        (true, None) => None,
+    }
+}
+
+/// Sweeps of the azimuth begin at it; a spiral turns from it.
+fn light_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
+    match options.sweep {
+        Sweep::LightSpiral => None,
+        Sweep::LightAzimuth => found(
+            options.sweep_from.is_some() && !is_environment_alone(options),
+            "given with --sweep-from",
+        ),
+        _ => standing_light_is_replaced(options),
+    }
+}
+
+/// An orbit begins at it; a position that is given is turned by what an orbit adds to it.
+fn camera_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
+    let starts_apart = options.sweep == Sweep::ViewOrbit && options.sweep_from.is_some();
+    match options.camera_position.is_some() {
+        _ if has_rows(options) => None,
+        true => found(!starts_apart, "given with --camera-position"),
+        false => found(starts_apart, "given with --sweep-from"),
+    }
+}

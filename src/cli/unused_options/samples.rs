@@ -1,0 +1,57 @@
+//! Samples, textons and neighbour tables.
+
+use crate::cli::unused_options::rule::{Rule, found};
+use crate::cli::{bake, exemplar, textons};
+use crate::exemplar::KnnOptions;
+use crate::exemplar::knn_options::Search;
+use crate::texton::options::{ImageCount, Named};
+
+pub(super) const BAKE: &[Rule<bake::Arguments>] = &[Rule {
+    options: &[
+        "height-mm",
+        "width-mm",
+        "depth",
+        "tiling",
+        "normal-y",
+        "normal-kind",
+        "terraces",
+        "albedo-encoding",
+        "alpha",
+        "layer",
+    ],
+    unused: |arguments| found(arguments.preset.is_some(), "given with --preset"),
+    expected: "a material with maps; a preset is as it is",
+}];
+
+pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[Rule {
+    options: &["image-grid"],
+    unused: |arguments| {
+        let takes_all = arguments.options.images == Some(ImageCount::Named(Named::All));
+        found(takes_all, "given with --images all")
+    },
+    expected: "--images N: representatives are chosen on that grid",
+}];
+
+pub(super) const KNN: &[Rule<KnnOptions>] = &[Rule {
+    options: &["candidates"],
+    unused: |options| found(options.search == Search::Exact, "given with --search exact"),
+    expected: "--search two-level, which considers them",
+}];
+
+pub(super) const EXEMPLAR: &[Rule<exemplar::Arguments>] = &[
+    Rule {
+        options: &["margin"],
+        unused: |arguments| found(arguments.tile, "given with --tile"),
+        expected: "images that do not tile: others have no border",
+    },
+    Rule {
+        options: &["coarse-neighborhood"],
+        unused: |arguments| found(arguments.levels == 1, "given with --levels 1"),
+        expected: "--levels 2 or more",
+    },
+    Rule {
+        options: &["transition-tolerance"],
+        unused: |arguments| found(arguments.transition.is_none(), "given without a transition"),
+        expected: "--transition FILE beside it",
+    },
+];

@@ -1,0 +1,81 @@
+//! Meshes, and what is carried onto them; scenes.
+
+use crate::cli::unused_options::rule::{Rule, found};
+use crate::cli::{export, mesh, run, transfer};
+
+pub(super) const MESH: &[Rule<mesh::Arguments>] = &[
+    Rule {
+        options: &[
+            "direction",
+            "align",
+            "guide",
+            "keys",
+            "field-energy",
+            "texel",
+        ],
+        unused: |arguments| found(!arguments.wants_field(), "alone"),
+        expected: "--orient, --report or --pictures beside it: without a field it changes nothing",
+    },
+    Rule {
+        options: &["levels"],
+        unused: |arguments| found(!arguments.is_measured(), "alone"),
+        expected: "--report or --pictures beside it: it says what is measured and drawn",
+    },
+    Rule {
+        options: &["crease"],
+        unused: |arguments| {
+            let retiles = arguments.is_measured() || arguments.options.vertices.is_some();
+            found(!retiles, "alone")
+        },
+        expected: "--vertices, --report or --pictures beside it: it says which lines retiling keeps",
+    },
+];
+
+pub(super) const TRANSFER: &[Rule<transfer::Arguments>] = &[
+    Rule {
+        options: &["tile"],
+        unused: |arguments| given_for(arguments, arguments.is_atlas()),
+        expected: "no such option: an atlas states it",
+    },
+    Rule {
+        options: &["displace", "transparency", "surface-color"],
+        unused: |arguments| given_for(arguments, !arguments.is_atlas()),
+        expected: "an atlas; a surface texton map becomes a PLY",
+    },
+];
+
+fn given_for(arguments: &transfer::Arguments, is_unused: bool) -> Option<String> {
+    found(
+        is_unused,
+        format!("given for {}", arguments.input.display()),
+    )
+}
+
+pub(super) const EXPORT: &[Rule<export::Arguments>] = &[
+    Rule {
+        options: &["sample", "view", "light"],
+        unused: |arguments| {
+            found(
+                !arguments.to.is_mesh(),
+                "given for a format that is no mesh",
+            )
+        },
+        expected: "--to glb, obj, usda or ply",
+    },
+    Rule {
+        options: &["view", "light"],
+        unused: |arguments| found(arguments.colors.sample.is_none(), "given without a sample"),
+        expected: "--sample beside it",
+    },
+];
+
+pub(super) const RUN: &[Rule<run::Arguments>] = &[Rule {
+    options: &["no-pages"],
+    unused: |arguments| match (arguments.dry_run, arguments.plan, &arguments.until) {
+        (true, ..) => Some("given with --dry-run".into()),
+        (_, true, _) => Some("given with --plan".into()),
+        (.., Some(_)) => Some("given with --until, which ends before the pages".into()),
+        _ => None,
+    },
+    expected: "a run of the whole scene",
+}];

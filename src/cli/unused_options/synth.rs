@@ -1,0 +1,223 @@
+//! Synthesis: options of one method beside another, of one kind of target beside another.
+
+use crate::cli::synth::Arguments;
+use crate::cli::unused_options::rule::{Rule, found};
+use crate::synthesis::options::{Method, MetricKind, Search};
+
+/// What belongs to methods.
+pub(super) const METHODS: &[Rule<Arguments>] = &[
+    Rule {
+        options: &[
+            "k",
+            "search",
+            "coherence",
+            "distance-floor",
+            "repair-rounds",
+            "polish",
+            "start-passes",
+            "reuse-penalty",
+            "order",
+        ],
+        unused: |arguments| of_another_method(arguments, Method::KCoherence),
+        expected: "--method k-coherence, whose option it is",
+    },
+    Rule {
+        options: &["rings", "similarity", "link-range"],
+        unused: |arguments| of_another_method(arguments, Method::Adaptive),
+        expected: "--method adaptive, whose option it is",
+    },
+    Rule {
+        options: &["window", "parent-window", "matches", "match-margin"],
+        unused: |arguments| of_another_method(arguments, Method::Multiscale),
+        expected: "--method multiscale, whose option it is",
+    },
+    Rule {
+        options: &[
+            "mask-window",
+            "color-window",
+            "mask-weight",
+            "refine-window",
+        ],
+        unused: |arguments| of_another_method(arguments, Method::Progressive),
+        expected: "--method progressive, whose option it is",
+    },
+    Rule {
+        options: &["iterations", "dimensions"],
+        unused: |arguments| of_another_method(arguments, Method::Choosy),
+        expected: "--method choosy, whose option it is",
+    },
+    Rule {
+        options: &["metric"],
+        unused: |arguments| {
+            let has_own = matches!(
+                arguments.options.method,
+                Method::Adaptive | Method::Coherent | Method::Progressive | Method::Choosy
+            );
+            found(has_own, with_method(arguments))
+        },
+        expected: "another method: this one has a metric of its own",
+    },
+    Rule {
+        options: &["passes"],
+        unused: |arguments| {
+            let has_own = matches!(
+                arguments.options.method,
+                Method::Adaptive | Method::Multiscale | Method::Coherent | Method::Choosy
+            );
+            found(has_own, with_method(arguments))
+        },
+        expected: "another method: this one has a fixed number of passes",
+    },
+    Rule {
+        options: &["spectrum"],
+        unused: |arguments| {
+            let options = &arguments.options;
+            let is_exact = options.metric == MetricKind::Gram && options.k_coherence.polish == 0;
+            found(is_exact, "given with --metric gram")
+        },
+        expected: "--metric embedded, which leaves part of the spectrum out",
+    },
+    Rule {
+        options: &["k", "repair-rounds", "reuse-penalty"],
+        unused: |arguments| {
+            let tries_all = arguments.options.k_coherence.search == Search::Full;
+            found(tries_all, "given with --search full")
+        },
+        expected: "--search k-coherence: a full search tries every texel at every site",
+    },
+    Rule {
+        options: &["start-passes"],
+        unused: |arguments| found(arguments.options.levels == Some(1), "given with --levels 1"),
+        expected: "--levels 2 or more: a single level grows from one site",
+    },
+];
+
+fn of_another_method(arguments: &Arguments, method: Method) -> Option<String> {
+    found(arguments.options.method != method, with_method(arguments))
+}
+
+fn with_method(arguments: &Arguments) -> String {
+    format!("given with --method {}", arguments.options.method.name())
+}
+
+/// What belongs to kinds of targets.
+pub(super) const TARGETS: &[Rule<Arguments>] = &[
+    Rule {
+        options: &["texel"],
+        unused: |arguments| {
+            let target = &arguments.target;
+            given_for(arguments, target.grid.is_some() || target.is_atlas())
+        },
+        expected: "the vertices of a mesh; an atlas has --texture-scale, and a grid none",
+    },
+    Rule {
+        options: &["border"],
+        unused: |arguments| given_for(arguments, arguments.target.grid.is_none()),
+        expected: "--grid WxH beside it: a mesh has borders of its own",
+    },
+    Rule {
+        options: &["direction", "guide", "align", "field-energy"],
+        unused: |arguments| given_for(arguments, arguments.target.grid.is_some()),
+        expected: "a mesh; on a grid every site is one texel, and s runs along its rows",
+    },
+    Rule {
+        options: &["direction", "guide", "align", "field-energy"],
+        unused: |arguments| given_for(arguments, arguments.is_onto_faces()),
+        expected: "another --method: faces have no orientation",
+    },
+    Rule {
+        options: &["keys"],
+        unused: |arguments| given_for(arguments, arguments.options.method != Method::Progressive),
+        expected: "--method progressive; directions alone are for --guide",
+    },
+    Rule {
+        options: &["crease"],
+        unused: |arguments| {
+            let target = &arguments.target;
+            let has_one_mesh = target.is_atlas()
+                || matches!(
+                    arguments.options.method,
+                    Method::Adaptive | Method::Coherent
+                );
+            given_for(arguments, target.grid.is_some() || has_one_mesh)
+        },
+        expected: "a mesh and a method that retiles it: creases are lines of coarser levels",
+    },
+    Rule {
+        options: &[
+            "resolution",
+            "texture-scale",
+            "unwrap",
+            "charts",
+            "sampling",
+        ],
+        unused: |arguments| given_for(arguments, !arguments.target.is_atlas()),
+        expected: "--onto atlas beside it",
+    },
+    Rule {
+        options: &["base-faces", "subdivisions"],
+        unused: |arguments| given_for(arguments, !arguments.is_onto_faces()),
+        expected: "--onto faces beside it",
+    },
+];
+
+fn given_for(arguments: &Arguments, is_unused: bool) -> Option<String> {
+    let target = arguments.target.named(arguments.options.method);
+    found(is_unused, format!("given for {target}"))
+}
+
+/// What belongs to products.
+pub(super) const PRODUCTS: &[Rule<Arguments>] = &[
+    Rule {
+        options: &["resume"],
+        unused: for_faces,
+        expected: "no --resume: nothing unfinished is kept",
+    },
+    Rule {
+        options: &["pictures"],
+        unused: for_faces,
+        expected: "mesotex render, or --vertex-colors and --glb",
+    },
+    Rule {
+        options: &["force"],
+        unused: |arguments| match arguments.table_path() {
+            None => for_faces(arguments),
+            Some(_) => None,
+        },
+        expected: "a table of another space, between space and mesh",
+    },
+    Rule {
+        options: &["glb", "levels-out"],
+        unused: |arguments| {
+            found(
+                !arguments.is_onto_faces(),
+                "given for sites that are no faces",
+            )
+        },
+        expected: "--onto faces beside it",
+    },
+    Rule {
+        options: &["displace", "transparency", "surface-color"],
+        unused: |arguments| {
+            let text = format!("given for {}", arguments.output.display());
+            found(!arguments.has_model(), text)
+        },
+        expected: "-o NAME.atlas, which holds a model",
+    },
+    Rule {
+        options: &["sample"],
+        unused: |arguments| {
+            let pictures = &arguments.pictures;
+            let is_drawn = pictures.pictures.is_some() || pictures.vertex_colors.is_some();
+            found(
+                !is_drawn && !arguments.is_onto_faces(),
+                "nothing to draw in its colours",
+            )
+        },
+        expected: "--pictures or --vertex-colors beside it",
+    },
+];
+
+fn for_faces(arguments: &Arguments) -> Option<String> {
+    found(arguments.is_onto_faces(), "given for --onto faces")
+}

@@ -1,0 +1,536 @@
+//! The combinations in which an option changes nothing, as command lines.
+
+use std::collections::BTreeSet;
+
+use clap::CommandFactory;
+
+use super::rule::Rule;
+use super::*;
+use crate::cli::CommandLine;
+use crate::error::Error;
+
+/// A command line that is refused, and the option it is refused for; `|` where the parser may name either.
+const COMBINATIONS: &[(&str, &str)] = &[
+    // Frames and sweeps.
+    ("render a.sample m.ply -o f --frames 24", "frames"),
+    ("render a.sample m.ply -o f --frames 1-10", "frames"),
+    (
+        "render a.sample m.ply -o f --sweep-length 9",
+        "sweep-length",
+    ),
+    ("render a.sample m.ply -o f --sweep-from 9", "sweep-from"),
+    ("render a.sample m.ply -o f --sweep-to 9", "sweep-to"),
+    (
+        "render a.sample m.ply -o f --sweep s.csv --sweep-to 9",
+        "sweep-to",
+    ),
+    (
+        "render a.sample m.ply -o f --sweep view-orbit --turns 2",
+        "turns",
+    ),
+    ("render a.sample m.ply -o f --turns 3", "turns"),
+    // Lights.
+    (
+        "render a.sample m.ply -o f --sweep light-azimuth --light point:1,2,3",
+        "sweep",
+    ),
+    (
+        "render a.sample m.ply -o f --sweep light-spiral --light point:1,2,3 --light sun:1,2",
+        "sweep",
+    ),
+    (
+        "render a.sample m.ply -o f --sweep light-elevation --environment e.exr",
+        "sweep",
+    ),
+    (
+        "render a.sample m.ply -o f --sweep light-spiral --environment e.exr",
+        "sweep",
+    ),
+    (
+        "render a.sample m.ply -o f --light-azimuth 9 --light sun:1,2",
+        "light-azimuth",
+    ),
+    (
+        "render a.sample m.ply -o f --light-azimuth 9 --environment e.exr",
+        "light-azimuth",
+    ),
+    (
+        "render a.sample m.ply -o f --light-azimuth 9 --sweep light-azimuth --sweep-from 1",
+        "light-azimuth",
+    ),
+    (
+        "render a.sample m.ply -o f --light-elevation 9 --light sun:1,2",
+        "light-elevation",
+    ),
+    (
+        "render a.sample m.ply -o f --light-elevation 9 --environment e.exr",
+        "light-elevation",
+    ),
+    (
+        "render a.sample m.ply -o f --light-elevation 9 --sweep light-elevation",
+        "light-elevation",
+    ),
+    (
+        "render a.sample m.ply -o f --light-elevation 9 --sweep light-spiral",
+        "light-elevation",
+    ),
+    (
+        "render a.sample m.ply -o f --irradiance 2 --light sun:1,2,3",
+        "irradiance",
+    ),
+    (
+        "render a.sample m.ply -o f --irradiance 2 --environment e.exr",
+        "irradiance",
+    ),
+    (
+        "render a.sample m.ply -o f --light-radius 2 --shadows none",
+        "light-radius",
+    ),
+    ("render a.sample m.ply -o f --shadow-rays 8", "shadow-rays"),
+    (
+        "render a.sample m.ply -o f --shadow-rays 8 --light-radius 1 --shadows none",
+        "light-radius",
+    ),
+    (
+        "render a.sample m.ply -o f --environment-encoding srgb",
+        "environment-encoding",
+    ),
+    (
+        "render a.sample m.ply -o f --environment-layer a",
+        "environment-layer",
+    ),
+    (
+        "render a.sample m.ply -o f --environment-lights 8",
+        "environment-lights",
+    ),
+    (
+        "render a.sample m.ply -o f --environment-scale 8",
+        "environment-scale",
+    ),
+    (
+        "render a.sample m.ply -o f --environment-azimuth 8",
+        "environment-azimuth",
+    ),
+    // Cameras.
+    (
+        "render a.sample m.ply -o f --camera-position 1,2,3 --camera-azimuth 9",
+        "camera-azimuth",
+    ),
+    (
+        "render a.sample m.ply -o f --sweep view-orbit --sweep-from 1 --camera-azimuth 9",
+        "camera-azimuth",
+    ),
+    (
+        "render a.sample m.ply -o f --camera-position 1,2,3 --camera-elevation 9",
+        "camera-elevation",
+    ),
+    (
+        "render a.sample m.ply -o f --projection orthographic --fov 9",
+        "fov",
+    ),
+    (
+        "render a.sample m.ply -o f --projection orthographic --focal-length 9",
+        "focal-length",
+    ),
+    ("render a.sample m.ply -o f --view-height 9", "view-height"),
+    // Atlases.
+    ("render a.sample m.ply -o f --displace 1", "displace"),
+    (
+        "render a.sample m.ply -o f --surface-color 1,2,3",
+        "surface-color",
+    ),
+    (
+        "bake-maps a.sample m.ply -o t --unwrap --surface-color 1,2,3",
+        "surface-color",
+    ),
+    (
+        "bake-maps a.sample m.ply -o t --unwrap --sweep view-orbit",
+        "sweep",
+    ),
+    (
+        "bake-maps a.sample m.ply -o t --unwrap --frames 1",
+        "frames",
+    ),
+    ("bake-maps a.sample m.ply -o t --unwrap --size 9x9", "size"),
+    ("bake-maps a.sample m.ply -o t --unwrap --mip on", "mip"),
+    (
+        "bake-maps a.sample m.ply -o t --unwrap --camera-position 1,2,3 --camera-azimuth 9",
+        "camera-azimuth",
+    ),
+    (
+        "transfer m.ply --maps c.png -o c.ply --displace 1",
+        "displace",
+    ),
+    (
+        "transfer m.ply --maps c.png -o c.ply --transparency mask",
+        "transparency",
+    ),
+    (
+        "transfer m.ply --maps c.png -o c.ply --surface-color 1,2,3",
+        "surface-color",
+    ),
+    // Samples.
+    ("bake --preset weave -o a.sample --depth 0.1", "depth"),
+    (
+        "bake --preset weave -o a.sample --terraces keep",
+        "terraces",
+    ),
+    ("bake --preset weave -o a.sample --alpha refuse", "alpha"),
+    ("bake m.toml -o a.sample --error 0.1", "error"),
+    ("bake m.toml -o a.sample --clamp --dtype f4", "clamp"),
+    (
+        "textons a.sample -o a.textons.npz --images all --image-grid 4",
+        "image-grid",
+    ),
+    (
+        "knn a.space.npz -o a.knn.npz --search exact --candidates 9",
+        "candidates",
+    ),
+    (
+        "exemplar c.png -o x --search exact --candidates 9",
+        "candidates",
+    ),
+    ("exemplar c.png -o x --tile --margin 2", "margin"),
+    (
+        "exemplar c.png -o x --levels 1 --coarse-neighborhood 3",
+        "coarse-neighborhood",
+    ),
+    (
+        "exemplar c.png -o x --transition-tolerance 0.1",
+        "transition-tolerance",
+    ),
+    (
+        "vary distort c.png -o x --ramp 0 --transition t.png",
+        "ramp",
+    ),
+    (
+        "vary warp c.png -o x --mask m.png --warp erode:by=1 --ramp-end 1 --transition t.png",
+        "ramp-end",
+    ),
+    ("vary blend a.png b.png -o x --by mixture --blur 2", "blur"),
+    (
+        "vary blend a.png b.png -o x --by mixture --threshold 0.5",
+        "threshold",
+    ),
+    (
+        "vary blend a.png b.png -o x --by mixture --mask-window 3",
+        "mask-window",
+    ),
+    (
+        "vary blend a.png b.png -o x --by mixture --search exact --candidates 9",
+        "candidates",
+    ),
+    (
+        "vary warp c.png -o x --mask m.png --warp erode:by=1 --search exact --candidates 9",
+        "candidates",
+    ),
+    (
+        "vary distort c.png -o x --search exact --candidates 9",
+        "candidates",
+    ),
+    // Meshes.
+    ("mesh a.obj -o b.ply --direction 0,1,0", "direction"),
+    ("mesh a.obj -o b.ply --align smooth", "align"),
+    ("mesh a.obj -o b.ply --guide g.json", "guide"),
+    ("mesh a.obj -o b.ply --keys k.json", "keys"),
+    ("mesh a.obj -o b.ply --texel 1", "texel"),
+    ("mesh a.obj -o b.ply --orient --levels 4", "levels"),
+    ("mesh a.obj -o b.ply --orient --crease 40", "crease"),
+    // Methods of synthesis.
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --method adaptive --k 3",
+        "k",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --method coherent --coherence 1.5",
+        "coherence",
+    ),
+    ("synth s.npz k.npz m.ply -o y.map.ply --rings 3", "rings"),
+    ("synth s.npz k.npz m.ply -o y.map.ply --window 9", "window"),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --mask-weight 1",
+        "mask-weight",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --dimensions 20",
+        "dimensions",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --method adaptive --metric embedded",
+        "metric",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --method multiscale --passes 3",
+        "passes",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --method coherent --levels 2",
+        "levels",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --method adaptive --neighborhood 7",
+        "neighborhood",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --metric gram --spectrum 0.9",
+        "spectrum",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --search full --repair-rounds 1",
+        "repair-rounds",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --search full --reuse-penalty 1",
+        "reuse-penalty",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --search full --k 3",
+        "k",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --levels 1 --start-passes 2",
+        "start-passes",
+    ),
+    // Targets of synthesis.
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --border wrap",
+        "border",
+    ),
+    (
+        "synth s.npz k.npz --grid 9x9 -o y.map.ply --texel 1",
+        "texel",
+    ),
+    (
+        "synth s.npz k.npz m.ply --onto atlas -o y.atlas --texel 1",
+        "texel",
+    ),
+    (
+        "synth s.npz k.npz --grid 9x9 -o y.map.ply --direction 0,1,0",
+        "direction",
+    ),
+    (
+        "synth s.npz k.npz --grid 9x9 -o y.map.ply --guide g.json",
+        "guide",
+    ),
+    (
+        "synth s.npz m.ply --method choosy -o y.faces.ply --align smooth",
+        "align",
+    ),
+    ("synth s.npz k.npz m.ply -o y.map.ply --keys k.json", "keys"),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --method coherent --crease 40",
+        "crease",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --resolution 512",
+        "resolution",
+    ),
+    ("synth s.npz k.npz m.ply -o y.map.ply --unwrap", "unwrap"),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --charts faces",
+        "charts",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --base-faces 99",
+        "base-faces",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --subdivisions 1",
+        "subdivisions",
+    ),
+    // Products of synthesis.
+    (
+        "synth s.npz m.ply --method choosy -o y.faces.ply --resume",
+        "resume",
+    ),
+    (
+        "synth s.npz m.ply --method choosy -o y.faces.ply --pictures p",
+        "pictures",
+    ),
+    (
+        "synth s.npz m.ply --method choosy -o y.faces.ply --force",
+        "force",
+    ),
+    ("synth s.npz k.npz m.ply -o y.map.ply --glb y.glb", "glb"),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --levels-out y.npz",
+        "levels-out",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --displace 1",
+        "displace",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --transparency mask",
+        "transparency",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --surface-color 1,2,3",
+        "surface-color",
+    ),
+    (
+        "synth s.npz k.npz m.ply -o y.map.ply --sample a.sample",
+        "sample",
+    ),
+    // Exports and scenes.
+    (
+        "export a.sample --to folder -o x --sample b.sample",
+        "sample",
+    ),
+    ("export m.ply --to glb -o x.glb --view 1,2", "view"),
+    ("export m.ply --to glb -o x.glb --light 1,2", "light"),
+    ("export a.sample --to bdi -o x.btf --rank 8", "rank"),
+    ("export a.sample --to folder -o x --scalar f4", "scalar"),
+    ("run s.toml --dry-run --no-pages", "no-pages"),
+    ("run s.toml --plan --no-pages", "no-pages"),
+    ("run s.toml --until synth --no-pages", "no-pages"),
+    // Two of a kind.
+    ("render a.sample m.ply -o f --half --float", "half|float"),
+    (
+        "render a.sample m.ply -o f --fov 9 --focal-length 9",
+        "fov|focal-length",
+    ),
+    (
+        "factor a.sample -o b.sample --rank 3 --error 0.1",
+        "rank|error",
+    ),
+    ("run s.toml --dry-run --plan", "dry-run|plan"),
+    ("run s.toml --verbose --quiet", "verbose|quiet"),
+];
+
+/// Command lines near those above in which every option has an effect.
+const NEIGHBORS: &[&str] = &[
+    "render a.sample m.ply -o f --frames 1",
+    "render a.sample m.ply -o f --frames 7-7",
+    "render a.sample m.ply -o f --frames 24 --camera-path p.json",
+    "render a.sample m.ply -o f --frames 24 --sweep s.csv",
+    "render a.sample m.ply -o f --sweep light-spiral --turns 2 --light-azimuth 9 --environment e.exr --light sun:1,2",
+    "render a.sample m.ply -o f --sweep light-azimuth --light-azimuth 9",
+    "render a.sample m.ply -o f --sweep light-azimuth --environment e.exr --light-azimuth 9 --sweep-from 1",
+    "render a.sample m.ply -o f --sweep light-elevation --light-azimuth 9",
+    "render a.sample m.ply -o f --sweep view-orbit --light point:1,2,3",
+    "render a.sample m.ply -o f --sweep s.csv --light point:1,2,3",
+    "render a.sample m.ply -o f --irradiance 2 --light sun:1,2,3 --light sun:1,2",
+    "render a.sample m.ply -o f --light-radius 2 --shadow-rays 4",
+    "render a.sample m.ply -o f --sweep view-orbit --sweep-from 1 --camera-position 1,2,3 --camera-azimuth 9",
+    "render a.sample m.ply -o f --camera-path p.json --camera-position 1,2,3 --camera-azimuth 9",
+    "render a.sample m.ply -o f --projection orthographic --view-height 9",
+    "bake-maps a.sample m.ply -o t --unwrap --light-azimuth 9 --weights inverse-angle",
+    "knn a.space.npz -o a.knn.npz --candidates 9",
+    "mesh a.obj -o b.ply --vertices 1000 --crease 40",
+    "synth s.npz k.npz m.ply -o y.map.ply --metric gram --spectrum 0.9 --polish 1",
+    "synth s.npz k.npz --grid 9x9 -o y.map.ply --border wrap",
+    "synth s.npz m.ply --method choosy -o y.faces.ply --sample a.sample --iterations 2",
+    "run s.toml --until synth",
+];
+
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    std::iter::once("mesotex").chain(line.split(' '))
+}
+
+/// The option that a command line is refused for.
+fn refused_for(line: &str) -> Option<String> {
+    let (command, given) = match CommandLine::read(words(line)) {
+        Ok(read) => read,
+        Err(error) => {
+            let typed: Vec<String> = words(line).map(str::to_owned).collect();
+            let refusal = crate::cli::failure::refusal::Refusal::of(&error, &typed);
+            return refusal.and_then(|refusal| refusal.option);
+        }
+    };
+    match command.check().and_then(|()| check(&command, &given)) {
+        Err(Error::Option { option, .. }) => Some(option),
+        Err(other) => panic!("{line}: {other}"),
+        Ok(()) => None,
+    }
+}
+
+#[test]
+fn options_without_effect_are_refused_by_name() {
+    let is_named = |options: &str, found: &str| options.split('|').any(|name| name == found);
+    let faults: Vec<String> = COMBINATIONS
+        .iter()
+        .map(|(line, options)| (line, options, refused_for(line)))
+        .filter(|(_, options, found)| !found.as_ref().is_some_and(|found| is_named(options, found)))
+        .map(|(line, options, found)| format!("{line}: {found:?}, not {options}"))
+        .collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn options_with_an_effect_are_not() {
+    for line in NEIGHBORS {
+        assert_eq!(refused_for(line), None, "{line}");
+    }
+}
+
+/// The options of every rule, each with the command it belongs to.
+fn options_of_rules() -> Vec<(&'static str, &'static str)> {
+    fn of<A>(command: &'static str, rules: &[Rule<A>]) -> Vec<(&'static str, &'static str)> {
+        let options = rules.iter().flat_map(|rule| rule.options);
+        options.map(|option| (command, *option)).collect()
+    }
+    [
+        of("bake", samples::BAKE),
+        of("textons", samples::TEXTONS),
+        of("knn", samples::KNN),
+        of("exemplar", samples::EXEMPLAR),
+        of("mesh", surfaces::MESH),
+        of("synth", synth::METHODS),
+        of("synth", synth::TARGETS),
+        of("synth", synth::PRODUCTS),
+        of("render", render::ATLAS),
+        of("render", render::FRAMES),
+        of("bake-maps", bake_maps::RULES),
+        of("transfer", surfaces::TRANSFER),
+        of("export", surfaces::EXPORT),
+        of("run", surfaces::RUN),
+    ]
+    .concat()
+}
+
+#[test]
+fn every_rule_names_options_that_there_are() {
+    let root = CommandLine::command();
+    let unknown: BTreeSet<_> = options_of_rules()
+        .into_iter()
+        .filter(|(command, option)| {
+            let command = root.find_subcommand(command).unwrap();
+            let mut options = command.get_arguments();
+            !options.any(|argument| argument.get_long() == Some(option))
+        })
+        .collect();
+    assert!(unknown.is_empty(), "{unknown:?}");
+}
+
+#[test]
+fn every_rule_is_among_the_combinations() {
+    let is_listed = |rule: &[&str], command: &str| {
+        COMBINATIONS
+            .iter()
+            .any(|(line, option)| line.starts_with(command) && rule.contains(option))
+    };
+    let lists: [(&str, Vec<&[&str]>); 4] = [
+        (
+            "render",
+            render::FRAMES.iter().map(|rule| rule.options).collect(),
+        ),
+        (
+            "synth",
+            synth::METHODS.iter().map(|rule| rule.options).collect(),
+        ),
+        (
+            "synth",
+            synth::TARGETS.iter().map(|rule| rule.options).collect(),
+        ),
+        (
+            "synth",
+            synth::PRODUCTS.iter().map(|rule| rule.options).collect(),
+        ),
+    ];
+    for (command, rules) in lists {
+        for rule in rules {
+            assert!(is_listed(rule, command), "{command}: {rule:?}");
+        }
+    }
+}
