@@ -95,7 +95,7 @@ impl Occluders {
     }
 
     /// The share of a light's disc that is seen from a point of the surface: 0 or 1 for one ray,
-    /// else the mean over `rays` spread evenly over the disc. `normal` is the side that is lit;
+    /// else the mean over those of the cone's rays that the point casts. `normal` is the side that is lit;
     /// `turn` turns the pattern of rays, so that neighbours do not repeat it.
     pub fn visibility(
         &self,
@@ -112,16 +112,20 @@ impl Occluders {
             return f32::from(u8::from(free));
         }
         let (side, up) = incidence.towards.any_orthonormal_pair();
+        let cast = cone.rays.div_ceil(cone.points);
         let mut seen = 0;
-        for ray in 0..cone.rays {
-            let [x, y] = disc_point(ray, cone.rays, turn);
+        for ray in (cone.point..)
+            .step_by(cone.points as usize)
+            .take(cast as usize)
+        {
+            let [x, y] = disc_point(ray, cast * cone.points, turn);
             let offset = (side * x + up * y) * cone.tangent;
             let towards = (incidence.towards + offset).normalize();
             let above = towards.dot(normal) > 0.0;
             seen +=
                 u32::from(above && self.is_free(origin, towards, incidence.distance, departure));
         }
-        seen as f32 / cone.rays as f32
+        seen as f32 / cast as f32
     }
 
     /// Whether nothing lies between a point above the surface and the light.
@@ -157,6 +161,10 @@ pub struct Cone {
     pub rays: u32,
     /// Tangent of the angle that the disc's radius spans.
     pub tangent: f32,
+    /// Points that share the rays, spread evenly over the disc.
+    points: u32,
+    /// Which of them casts its part.
+    point: u32,
 }
 
 impl Cone {
@@ -165,6 +173,18 @@ impl Cone {
         Self {
             rays: if light.angular_radius > 0.0 { rays } else { 1 },
             tangent: light.angular_radius.tan() as f32,
+            points: 1,
+            point: 0,
+        }
+    }
+
+    /// The part of the rays that one of several points casts, whose pattern has the same turn; at least one each.
+    #[must_use]
+    pub fn shared(self, point: u32, points: u32) -> Self {
+        Self {
+            points,
+            point,
+            ..self
         }
     }
 }
@@ -265,6 +285,8 @@ mod tests {
     const HARD: Cone = Cone {
         rays: 1,
         tangent: 0.0,
+        points: 1,
+        point: 0,
     };
 
     /// A closed ball of many triangles whose edges no ray may slip through.
@@ -352,10 +374,15 @@ mod tests {
         let soft = Cone {
             rays: 256,
             tangent: 0.2,
+            ..HARD
         };
         let below = Vec3::new(0.0, -1.0, 0.0);
         let half = incidence(Vec3::Z, f32::INFINITY);
-        let share = occluders.visibility(below, Vec3::Z, away, &half, soft, 7);
-        assert!((share - 0.5).abs() < 0.02, "{share}");
+        let share = |cone| occluders.visibility(below, Vec3::Z, away, &half, cone, 7);
+        let whole = share(soft);
+        assert!((whole - 0.5).abs() < 0.02, "{whole}");
+        // Four points at one place cast the rays of one.
+        let parts = (0..4).map(|point| share(soft.shared(point, 4)));
+        assert_eq!(parts.sum::<f32>() / 4.0, whole);
     }
 }

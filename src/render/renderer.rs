@@ -21,9 +21,10 @@ use crate::render::fragment::{Pieces, point};
 use crate::render::frame::{Frame, GeometryLayers};
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::Light;
-use crate::render::occlusion::Occluders;
+use crate::render::occlusion::{Cone, Occluders};
 use crate::render::parallax::PatchReach;
-use crate::render::pixel_shading::{self, Visibility, Workspace, ray_visibility};
+use crate::render::pixel_shading::{self, Visibility, Workspace};
+use crate::render::pixel_shadows::{sample_visibility, turn};
 use crate::render::radiance::Radiance;
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 use crate::render::seen_points::KeptPoints;
@@ -355,6 +356,7 @@ impl<'a> Renderer<'a> {
     fn resolve_shadows_of(&self, seen: &Seen, scene: &Scene) -> Vec<[f32; 4]> {
         let (mesh, order) = (&self.map.mesh, seen.surface.by_distance());
         let colors = self.shade_vertices(scene, &seen.vertices, None);
+        let cone = Cone::of_light(&scene.lights[0], scene.soft_rays);
         let share = 1.0 / order.len() as f32;
         seen.surface.map_pixels(
             CLEAR,
@@ -364,16 +366,13 @@ impl<'a> Renderer<'a> {
                     return CLEAR;
                 }
                 let pieces = Pieces::of_pixel(mesh, &seen.view, hits, order);
-                let mut reaches = [0.0; 16];
-                for (reaches, hit) in reaches.iter_mut().zip(pieces.hits()) {
-                    let p = point(mesh, hit);
-                    *reaches = ray_visibility(scene, 0, &scene.lights[0].at(p), hit, p);
-                }
                 let mut pixel = Pixel::default();
-                for &sample in order {
-                    if hits[sample].is_surface() {
-                        let lit = share * reaches[pieces.of_sample(sample)];
-                        pixel.color += color_at(mesh, &colors, &hits[sample]) * lit;
+                for (piece, hit) in pieces.hits().iter().enumerate() {
+                    let (samples, turn) = (pieces.samples(piece), turn(point(mesh, hit)));
+                    for (index, sample) in (0..).zip(samples.iter()) {
+                        let (hit, cone) = (&hits[sample], cone.shared(index, samples.len()));
+                        let lit = share * sample_visibility(scene, 0, hit, cone, turn);
+                        pixel.color += color_at(mesh, &colors, hit) * lit;
                         pixel.coverage += share;
                     }
                 }
@@ -405,6 +404,12 @@ impl<'a> Renderer<'a> {
                 if self.progress.is_interrupted() {
                     return;
                 }
+                let visibility = match visibility {
+                    Visibility::Rays(_) => {
+                        Visibility::Rays(surface.band_pixel(band, *pixel as usize))
+                    }
+                    other => other,
+                };
                 let shaded = pixel_shading::shade(scene, visibility, point, points, shading);
                 let pixel = &mut pixels[*pixel as usize];
                 *pixel =
@@ -449,7 +454,7 @@ impl<'a> Renderer<'a> {
         match self.manner.shadows {
             Shadows::None => Visibility::Open,
             Shadows::Vertex => Visibility::OfVertices(of_vertices),
-            Shadows::Pixel => Visibility::Rays,
+            Shadows::Pixel => Visibility::Rays(&[]),
         }
     }
 
