@@ -12,13 +12,16 @@ use crate::render::camera::View;
 use crate::render::raster::Hit;
 
 /// The most samples of colour a pixel has.
-const MOST: usize = 16;
+pub const MOST: usize = 16;
 
 /// Some of the samples of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleSet(u16);
 
 impl SampleSet {
+    /// The first alone.
+    pub const ONE: Self = Self(1);
+
     fn add(&mut self, sample: usize) {
         self.0 |= 1 << sample;
     }

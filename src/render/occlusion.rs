@@ -4,6 +4,8 @@
 //! more than a rounding error, so that no ray slips between two triangles. A ray leaves the
 //! surface a little above its point and passes over the triangles that the point belongs to.
 
+mod beam;
+
 use std::time::Duration;
 
 use glam::{Vec3, Vec3A};
@@ -12,6 +14,8 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::Ray;
 use obvhs::{Boundable, BvhBuildParams};
+
+pub use beam::RayStart;
 
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::render::bounds::Bounds;
@@ -44,13 +48,14 @@ impl Boundable for Padded {
 }
 
 /// The part of the surface that a ray starts from and cannot be blocked by.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub enum Departure {
     /// A vertex: all triangles with a corner at this position.
     Vertex(Vec3),
     /// A point inside a triangle.
     Triangle(u32),
     /// A point of the surface whose triangle is not known.
+    #[default]
     Point,
 }
 
@@ -170,9 +175,21 @@ pub struct Cone {
 impl Cone {
     /// One ray to a light without size, else `rays` over its disc.
     pub fn of_light(light: &Light, rays: u32) -> Self {
+        match light.angular_radius > 0.0 {
+            true => Self {
+                rays,
+                tangent: light.angular_radius.tan() as f32,
+                ..Self::single()
+            },
+            false => Self::single(),
+        }
+    }
+
+    /// One ray.
+    pub fn single() -> Self {
         Self {
-            rays: if light.angular_radius > 0.0 { rays } else { 1 },
-            tangent: light.angular_radius.tan() as f32,
+            rays: 1,
+            tangent: 0.0,
             points: 1,
             point: 0,
         }
@@ -282,13 +299,6 @@ mod tests {
         }
     }
 
-    const HARD: Cone = Cone {
-        rays: 1,
-        tangent: 0.0,
-        points: 1,
-        point: 0,
-    };
-
     /// A closed ball of many triangles whose edges no ray may slip through.
     fn ball(rings: u32) -> TriangleMesh {
         let mut mesh = TriangleMesh::default();
@@ -341,7 +351,7 @@ mod tests {
             }
             let from = Departure::Vertex(vertex);
             let incidence = incidence(light, f32::INFINITY);
-            let seen = occluders.visibility(vertex, vertex, from, &incidence, HARD, 0);
+            let seen = occluders.visibility(vertex, vertex, from, &incidence, Cone::single(), 0);
             assert_eq!(seen, if up > 0.0 { 1.0 } else { 0.0 }, "{vertex} {light}");
         }
     }
@@ -366,7 +376,7 @@ mod tests {
         let away = Departure::Triangle(u32::MAX);
         let seen = |distance| {
             let incidence = incidence(Vec3::Z, distance);
-            occluders.visibility(Vec3::ZERO, Vec3::Z, away, &incidence, HARD, 0)
+            occluders.visibility(Vec3::ZERO, Vec3::Z, away, &incidence, Cone::single(), 0)
         };
         assert_eq!(seen(1.5), 1.0);
         assert_eq!(seen(2.5), 0.0);
@@ -374,7 +384,7 @@ mod tests {
         let soft = Cone {
             rays: 256,
             tangent: 0.2,
-            ..HARD
+            ..Cone::single()
         };
         let below = Vec3::new(0.0, -1.0, 0.0);
         let half = incidence(Vec3::Z, f32::INFINITY);

@@ -6,8 +6,9 @@
 
 use glam::Vec3;
 
-use crate::render::fragment::point;
-use crate::render::occlusion::{Cone, Departure};
+use crate::render::fragment::{MOST, SampleSet, point};
+use crate::render::light::Incidence;
+use crate::render::occlusion::{Cone, Departure, Occluders, RayStart};
 use crate::render::raster::Hit;
 use crate::render::seen_points::SeenPoint;
 use crate::render::vertex_shading::Scene;
@@ -15,32 +16,73 @@ use crate::render::vertex_shading::Scene;
 /// The share of a light that reaches a piece of surface: the mean over the samples that see it. `pixel` has the hits of
 /// the piece's pixel; where it is empty, the point speaks for the piece.
 pub fn piece_visibility(scene: &Scene, light: usize, point: &SeenPoint, pixel: &[Hit]) -> f32 {
-    let turn = turn(point.place);
-    let cone = Cone::of_light(&scene.lights[light], scene.soft_rays);
     let count = point.samples.len();
     if count <= 1 || pixel.is_empty() {
-        return sample_visibility(scene, light, &point.hit, cone, turn);
+        let alone = std::slice::from_ref(&point.hit);
+        return sample_visibilities(scene, light, alone, SampleSet::ONE, point.place)[0];
     }
-    let reaches = |(index, sample): (u32, usize)| {
-        sample_visibility(
-            scene,
-            light,
-            &pixel[sample],
-            cone.shared(index, count),
-            turn,
-        )
-    };
-    let sum: f32 = (0..).zip(point.samples.iter()).map(reaches).sum();
-    sum / count as f32
+    let reaches = sample_visibilities(scene, light, pixel, point.samples, point.place);
+    reaches.iter().sum::<f32>() / count as f32
 }
 
-/// The share of a light that reaches a point of a triangle; 0 where no vertex of the triangle has the light above its
-/// horizon.
+/// The share of a light that reaches each of some samples of a pixel, which see one piece of surface round `place`; 0 at
+/// others.
 #[inline(never)]
-pub fn sample_visibility(scene: &Scene, light: usize, hit: &Hit, cone: Cone, turn: u32) -> f32 {
+pub fn sample_visibilities(
+    scene: &Scene,
+    light: usize,
+    pixel: &[Hit],
+    samples: SampleSet,
+    place: Vec3,
+) -> [f32; MOST] {
+    let mut reaches = [0.0; MOST];
+    let lit = samples.iter().filter_map(|sample| {
+        let (start, incidence) = ray_start(scene, light, &pixel[sample])?;
+        Some((sample, start, incidence))
+    });
     let Some(occluders) = scene.occluders else {
-        return 1.0;
+        lit.for_each(|(sample, ..)| reaches[sample] = 1.0);
+        return reaches;
     };
+    let cone = Cone::of_light(&scene.lights[light], scene.soft_rays);
+    if cone.rays == 1 && scene.lights[light].is_directional() {
+        open_samples(occluders, lit, &mut reaches);
+        return reaches;
+    }
+    let (turn, count) = (turn(place), samples.len());
+    for (index, (sample, start, incidence)) in (0..).zip(lit) {
+        let RayStart {
+            point,
+            normal,
+            departure,
+        } = start;
+        let cone = cone.shared(index, count);
+        reaches[sample] = occluders.visibility(point, normal, departure, &incidence, cone, turn);
+    }
+    reaches
+}
+
+/// Finds which samples a light of one direction reaches.
+fn open_samples(
+    occluders: &Occluders,
+    lit: impl Iterator<Item = (usize, RayStart, Incidence)>,
+    reaches: &mut [f32; MOST],
+) {
+    let mut starts = [RayStart::default(); MOST];
+    let (mut numbers, mut count, mut towards) = ([0; MOST], 0, Vec3::ZERO);
+    for (sample, start, incidence) in lit {
+        (starts[count], numbers[count], towards) = (start, sample, incidence.towards);
+        count += 1;
+    }
+    let open = occluders.open_points(&starts[..count], towards);
+    for (place, &sample) in numbers[..count].iter().enumerate() {
+        reaches[sample] = f32::from((open >> place & 1) as u8);
+    }
+}
+
+/// Where a sample's rays to a light start, on the side of its triangle that is seen; `None` where no vertex of the triangle
+/// has the light above its horizon.
+fn ray_start(scene: &Scene, light: usize, hit: &Hit) -> Option<(RayStart, Incidence)> {
     let mesh = &scene.map.mesh;
     let p = point(mesh, hit);
     let incidence = scene.lights[light].at(p);
@@ -56,18 +98,19 @@ pub fn sample_visibility(scene: &Scene, light: usize, hit: &Hit, cone: Cone, tur
         .iter()
         .any(|corner| corner.normal.dot(incidence.towards) > 0.0)
     {
-        return 0.0;
+        return None;
     }
     let facet = mesh.area_normal(hit.triangle as usize).normalize_or_zero();
     let normals: Vec3 = corners.iter().map(|corner| corner.normal).sum();
-    let outside = if facet.dot(normals) < 0.0 {
-        -facet
-    } else {
-        facet
+    let start = RayStart {
+        point: on_smooth_surface(&corners, hit.barycentric(), p),
+        normal: match facet.dot(normals) < 0.0 {
+            true => -facet,
+            false => facet,
+        },
+        departure: Departure::Triangle(hit.triangle),
     };
-    let start = on_smooth_surface(&corners, hit.barycentric(), p);
-    let departure = Departure::Triangle(hit.triangle);
-    occluders.visibility(start, outside, departure, &incidence, cone, turn)
+    Some((start, incidence))
 }
 
 /// A corner of a triangle, its normal on the side that is seen.
@@ -89,7 +132,7 @@ fn on_smooth_surface(corners: &[Corner; 3], shares: [f32; 3], p: Vec3) -> Vec3 {
 }
 
 /// What turns the pattern of the rays that leave a place.
-pub fn turn(place: Vec3) -> u32 {
+fn turn(place: Vec3) -> u32 {
     let [x, y, z] = place.to_array().map(f32::to_bits);
     x ^ y.rotate_left(11) ^ z.rotate_left(22)
 }

@@ -21,10 +21,10 @@ use crate::render::fragment::{Pieces, point};
 use crate::render::frame::{Frame, GeometryLayers};
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::Light;
-use crate::render::occlusion::{Cone, Occluders};
+use crate::render::occlusion::Occluders;
 use crate::render::parallax::PatchReach;
 use crate::render::pixel_shading::{self, Visibility, Workspace};
-use crate::render::pixel_shadows::{sample_visibility, turn};
+use crate::render::pixel_shadows::sample_visibilities;
 use crate::render::radiance::Radiance;
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 use crate::render::seen_points::KeptPoints;
@@ -356,7 +356,6 @@ impl<'a> Renderer<'a> {
     fn resolve_shadows_of(&self, seen: &Seen, scene: &Scene) -> Vec<[f32; 4]> {
         let (mesh, order) = (&self.map.mesh, seen.surface.by_distance());
         let colors = self.shade_vertices(scene, &seen.vertices, None);
-        let cone = Cone::of_light(&scene.lights[0], scene.soft_rays);
         let share = 1.0 / order.len() as f32;
         seen.surface.map_pixels(
             CLEAR,
@@ -368,11 +367,11 @@ impl<'a> Renderer<'a> {
                 let pieces = Pieces::of_pixel(mesh, &seen.view, hits, order);
                 let mut pixel = Pixel::default();
                 for (piece, hit) in pieces.hits().iter().enumerate() {
-                    let (samples, turn) = (pieces.samples(piece), turn(point(mesh, hit)));
-                    for (index, sample) in (0..).zip(samples.iter()) {
-                        let (hit, cone) = (&hits[sample], cone.shared(index, samples.len()));
-                        let lit = share * sample_visibility(scene, 0, hit, cone, turn);
-                        pixel.color += color_at(mesh, &colors, hit) * lit;
+                    let (samples, place) = (pieces.samples(piece), point(mesh, hit));
+                    let reaches = sample_visibilities(scene, 0, hits, samples, place);
+                    for sample in samples.iter() {
+                        let lit = share * reaches[sample];
+                        pixel.color += color_at(mesh, &colors, &hits[sample]) * lit;
                         pixel.coverage += share;
                     }
                 }
