@@ -5,8 +5,9 @@
 //! | [`contact_sheet`], [`lettering`] | pictures of frames, labelled |
 //! | [`animation`], [`video`] | pictures of frames, moving |
 //! | [`viewer`] | the page of `mesotex view` |
+//! | [`coarser_surface`] | a surface with fewer vertices, where a page has no room for all |
 //! | [`summary`], [`embedded`] | the page of `mesotex report`, pictures as parts of it |
-//! | [`view_factors`], [`surface_columns`], [`coarser_surface`], `even_light` | a sample and a surface small enough for a page |
+//! | [`view_factors`], [`surface_columns`], `even_light` | a sample and a surface small enough for a page |
 //! | [`page`], [`numbers`] | templates filled in, numbers as text |
 //!
 //! `web/` has the templates, the style, the scripts and the shaders.
