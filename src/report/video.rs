@@ -49,6 +49,10 @@ impl Container {
     }
 }
 
+/// Even sides, for colour at half the resolution, and colours by the matrix of Rec. 709 and the curve of sRGB, said to players.
+const FILTERS: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,\
+    setparams=range=tv:colorspace=bt709:color_primaries=bt709:color_trc=iec61966-2-1";
+
 /// An `ffmpeg` that writes one kind of video.
 #[derive(Clone, Debug)]
 pub struct VideoEncoder {
@@ -164,13 +168,7 @@ impl VideoEncoder {
             .args(["-hide_banner", "-loglevel", "error", "-y"])
             .args(["-f", "rawvideo", "-pixel_format", "rgb24"])
             .args(["-video_size", &size, "-framerate", &rate, "-i", "pipe:0"])
-            // Colour at half the resolution needs even sides.
-            .args([
-                "-vf",
-                "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709",
-            ])
-            .args(["-pix_fmt", "yuv420p", "-colorspace", "bt709"])
-            .args(["-color_primaries", "bt709", "-color_trc", "iec61966-2-1"])
+            .args(["-vf", FILTERS, "-pix_fmt", "yuv420p"])
             .args(["-c:v", codec])
             .args(quality)
             .args([
