@@ -142,7 +142,8 @@ fn material() -> &'static Material {
     })
 }
 
-fn radiance(mip: bool) -> Radiance {
+/// The sample as a shading reads it by default.
+fn radiance(shading: Shading) -> Radiance {
     let allowance = Allowance {
         bytes: 4 << 30,
         folder: std::env::temp_dir(),
@@ -150,8 +151,11 @@ fn radiance(mip: bool) -> Radiance {
     Radiance::new(
         &material().sample,
         Weighting::Continuous,
-        Texels::Nearest,
-        mip,
+        match shading {
+            Shading::Vertex => Texels::Nearest,
+            Shading::Pixel => Texels::Bilinear,
+        },
+        shading == Shading::Pixel,
         false,
         &allowance,
         &Progress::silent(),
@@ -186,7 +190,7 @@ fn manner(shading: Shading, shadows: Shadows) -> Manner {
 }
 
 fn run(bencher: Bencher, sweep: Sweep, shading: Shading, shadows: Shadows) {
-    let radiance = radiance(shading == Shading::Pixel);
+    let radiance = radiance(shading);
     let map = &material().map;
     let mut renderer =
         Renderer::new(map, &radiance, manner(shading, shadows), Progress::silent()).unwrap();
@@ -221,7 +225,7 @@ fn light_azimuth_pixel_shading(bencher: Bencher, shadows: Shadows) {
     sample_count = 20
 )]
 fn encode_frame(bencher: Bencher, compression: Compression) {
-    let radiance = radiance(false);
+    let radiance = radiance(Shading::Vertex);
     let manner = Manner {
         geometry_layers: true,
         ..manner(Shading::Vertex, Shadows::None)

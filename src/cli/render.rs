@@ -1,5 +1,6 @@
 //! `mesotex render`.
 
+mod overviews;
 pub(in crate::cli) mod surface;
 
 use std::fs;
@@ -14,21 +15,18 @@ use crate::cli::info::kind::Kind;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
+use crate::cli::render::overviews::Overviews;
 use crate::cli::render::surface::Surface;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
-use crate::format::image;
-use crate::format::ours::{Format, MESH_MARK, check_replaceable};
+use crate::format::ours::{Format, MESH_MARK};
 use crate::format::ply::{self, Column};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_comment;
-use crate::progress::Progress;
 use crate::render::memory;
 use crate::render::options::RenderOptions;
-use crate::render::sequence::{self, FrameFile, Inputs, Report};
-use crate::render::values::{Animation, Sweep};
-use crate::report::animation::write_gif;
-use crate::report::contact_sheet::{Picture, contact_sheet};
+use crate::render::sequence::{self, Inputs, Report};
+use crate::render::values::Sweep;
 use crate::texton::options::ByteSize;
 use crate::textures::model::ModelOptions;
 use crate::textures::surface_color::SurfaceColor;
@@ -106,7 +104,7 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
         let _locks = self.files().claim()?;
-        self.check_overviews()?;
+        let overviews = Overviews::new(&self.output, self.options.animation)?;
         let sample = Sample::open(&self.sample)?;
         let drawn_as = (self.look(), self.options.shading);
         let surface = surface::read(&self.map, drawn_as, session.progress())?;
@@ -133,7 +131,7 @@ impl Arguments {
         let outcome = describe(outcome, &report, &map, seconds)
             .wrote(&self.output)
             .put_inside(frames.flat_map(|file| [file.frame.clone(), file.preview.clone()]));
-        self.add_overviews(outcome, &report, session)
+        overviews.add(outcome, &report.files, session.progress())
     }
 
     /// Refuses frames, lights and tables that this machine has too little memory for.
@@ -228,60 +226,6 @@ impl Arguments {
         comments.extend(origin_comment(map.header.origin));
         ply::write(file, &comments, &columns, &map.mesh.triangles)
     }
-
-    /// Refuses to write the overviews over files of the user. A GIF has no mark of its own: it is ours where
-    /// the contact sheet is.
-    fn check_overviews(&self) -> Result<()> {
-        let (sheet, gif) = (self.contact_sheet(), self.moving_preview());
-        check_replaceable(&sheet, Format::Picture)?;
-        match self.options.animation != Animation::None && !sheet.exists() {
-            true => check_replaceable(&gif, Format::Picture),
-            false => Ok(()),
-        }
-    }
-
-    fn contact_sheet(&self) -> PathBuf {
-        self.output.join("contact.png")
-    }
-
-    fn moving_preview(&self) -> PathBuf {
-        self.output.join("sweep.gif")
-    }
-
-    /// Adds the contact sheet and the moving preview, once all frames are there.
-    fn add_overviews(
-        &self,
-        outcome: Outcome,
-        report: &Report,
-        session: &Session,
-    ) -> Result<Outcome> {
-        let missing = report.files.iter().filter(|file| !file.is_there).count();
-        if missing > 0 {
-            return Ok(outcome.line(format!(
-                "{missing} frames are for other shards; the last to finish draws the contact sheet"
-            )));
-        }
-        let sheet = self.contact_sheet();
-        let thumbnails = thumbnails(&report.files, session.progress())?;
-        let picture = contact_sheet(&thumbnails);
-        image::write_png(&sheet, picture.width, picture.height, &picture.pixels)?;
-        let outcome = outcome.wrote(&sheet).put_inside([sheet]);
-        if self.options.animation == Animation::None {
-            return Ok(outcome);
-        }
-        let path = self.moving_preview();
-        session
-            .progress()
-            .begin("moving preview", report.files.len() as u64);
-        let pictures = report.files.iter().map(|file| {
-            let picture = Picture::read(&file.preview)?.reduced_to(480);
-            session.progress().advance(1)?;
-            Ok(picture)
-        });
-        write_gif(&path, pictures, 24)?;
-        session.progress().end();
-        Ok(outcome.wrote(&path).put_inside([path]))
-    }
 }
 
 fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: f64) -> Outcome {
@@ -331,20 +275,4 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
         .figure("seconds", seconds)
         .figure("vertices", map.mesh.positions.len())
         .figure("table-bytes", report.table_bytes)
-}
-
-/// The most pictures on a contact sheet.
-const MOST_PICTURES: usize = 64;
-
-/// Evenly spaced frames, small.
-fn thumbnails(files: &[FrameFile], progress: Progress<'_>) -> Result<Vec<(Picture, String)>> {
-    let shown = files.len().min(MOST_PICTURES);
-    (0..shown)
-        .map(|index| &files[index * files.len() / shown])
-        .map(|file| {
-            progress.check()?;
-            let picture = Picture::read(&file.preview)?.reduced_to(240);
-            Ok((picture, format!("{}  {}", file.number, file.label)))
-        })
-        .collect()
 }

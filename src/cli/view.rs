@@ -26,7 +26,7 @@ pub(in crate::cli) const DEFAULT_ERROR: f64 = 0.04;
 /// Make one page that shows a decorated surface in a browser: turn it, move the light.
 ///
 /// The page needs WebGL 2 and nothing from the network. The sample is factored for it; the error that is left stands on
-/// the page. A page takes up to 30 MB.
+/// the page. A page takes up to 30 MB; a surface that it has no room for is reduced.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -100,7 +100,7 @@ impl Arguments {
         let megabytes = made.html.len() as f64 / 1e6;
         let mut outcome = Outcome::default().line(format!(
             "{} vertices, factors of up to {} eigentextures per view: error {:.2} % of the root mean square of all values",
-            map.mesh.positions.len(),
+            made.vertices,
             made.rank,
             100.0 * made.error
         ));
@@ -109,7 +109,7 @@ impl Arguments {
         }
         Ok(outcome
             .line(format!("a page of {megabytes:.1} MB; open it in a browser"))
-            .figure("vertices", map.mesh.positions.len())
+            .figure("vertices", made.vertices)
             .figure("relative_error", made.error)
             .figure("rank", made.rank)
             .figure("bytes", made.html.len())

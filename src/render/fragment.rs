@@ -12,19 +12,41 @@ use crate::render::camera::View;
 use crate::render::raster::Hit;
 
 /// The most samples of colour a pixel has.
-const MOST: usize = 16;
+pub const MOST: usize = 16;
+
+/// Some of the samples of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SampleSet(u16);
+
+impl SampleSet {
+    /// The first alone.
+    pub const ONE: Self = Self(1);
+
+    fn add(&mut self, sample: usize) {
+        self.0 |= 1 << sample;
+    }
+
+    /// How many there are.
+    pub fn len(self) -> u32 {
+        self.0.count_ones()
+    }
+
+    /// The numbers of the samples, in order.
+    pub fn iter(self) -> impl Iterator<Item = usize> {
+        (0..MOST).filter(move |sample| self.0 >> sample & 1 == 1)
+    }
+}
 
 /// The smooth pieces of surface in one pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Pieces {
     /// Where each piece is shaded.
     hits: [Hit; MOST],
-    /// Samples that see each piece.
-    sizes: [u8; MOST],
-    /// The piece that each sample sees, where it sees one.
-    of_sample: [u8; MOST],
+    /// The samples that see each piece.
+    samples: [SampleSet; MOST],
     count: usize,
-    samples: usize,
+    /// All samples of the pixel.
+    total: usize,
 }
 
 impl Pieces {
@@ -32,10 +54,9 @@ impl Pieces {
     pub fn of_pixel(mesh: &TriangleMesh, view: &View, hits: &[Hit], order: &[usize]) -> Self {
         let mut pieces = Self {
             hits: [Hit::MISS; MOST],
-            sizes: [0; MOST],
-            of_sample: [0; MOST],
+            samples: [SampleSet::default(); MOST],
             count: 0,
-            samples: order.len(),
+            total: order.len(),
         };
         for &sample in order {
             if hits[sample].is_surface() {
@@ -52,8 +73,7 @@ impl Pieces {
             self.hits[piece] = *hit;
             self.count += 1;
         }
-        self.sizes[piece] += 1;
-        self.of_sample[sample] = piece as u8;
+        self.samples[piece].add(sample);
     }
 
     /// Where each piece is shaded.
@@ -61,14 +81,14 @@ impl Pieces {
         &self.hits[..self.count]
     }
 
-    /// The share of the pixel's samples that see a piece.
-    pub fn share(&self, piece: usize) -> f32 {
-        f32::from(self.sizes[piece]) / self.samples as f32
+    /// The samples that see a piece.
+    pub fn samples(&self, piece: usize) -> SampleSet {
+        self.samples[piece]
     }
 
-    /// The piece that a covered sample sees.
-    pub fn of_sample(&self, sample: usize) -> usize {
-        usize::from(self.of_sample[sample])
+    /// The share of the pixel's samples that see a piece.
+    pub fn share(&self, piece: usize) -> f32 {
+        self.samples[piece].len() as f32 / self.total as f32
     }
 }
 
@@ -136,6 +156,7 @@ mod tests {
         let pieces = Pieces::of_pixel(&mesh, &view, &hits, &[1, 0, 2, 3]);
         assert_eq!(pieces.hits(), [hit(0), hit(2)]);
         assert_eq!((pieces.share(0), pieces.share(1)), (0.5, 0.25));
-        assert_eq!((pieces.of_sample(3), pieces.of_sample(0)), (0, 1));
+        let samples = [0, 1].map(|piece| pieces.samples(piece).iter().collect::<Vec<_>>());
+        assert_eq!(samples, [vec![1, 3], vec![0]]);
     }
 }

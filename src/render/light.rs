@@ -68,6 +68,11 @@ impl Light {
         }
     }
 
+    /// Whether its rays are parallel.
+    pub fn is_directional(&self) -> bool {
+        matches!(self.origin, Origin::Directional { .. })
+    }
+
     /// Whether another light casts the same shadows.
     pub fn shines_like(&self, other: &Self) -> bool {
         self.origin == other.origin && self.angular_radius == other.angular_radius

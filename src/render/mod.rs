@@ -4,7 +4,7 @@
 //! cameras and lights ([`plan`]); [`raster`] finds what each sample of the image sees; colour is
 //! shaded at vertices ([`vertex_shading`]) or in pixels ([`pixel_shading`]), from the sample laid
 //! out texel by texel ([`texel_table`]), weighted by nearness of directions ([`nearest`],
-//! [`radiance`]), with their [`parallax`] where the sample has heights, and dimmed where shadow rays say so ([`occlusion`]); the [`renderer`] resolves it
+//! [`radiance`]), with their [`parallax`] where the sample has heights, and dimmed where shadow rays say so ([`occlusion`], [`pixel_shadows`]); the [`renderer`] resolves it
 //! to a [`frame`], and [`sequence`] writes a sweep of them. `texel_baking` shades the texels of a texture map
 //! instead of pixels; [`held_out`] measures how well a sample's directions predict each other.
 
@@ -33,6 +33,7 @@ pub mod options;
 pub mod parallax;
 pub mod path_file;
 mod pixel_shading;
+mod pixel_shadows;
 pub mod plan;
 pub(crate) mod preview;
 pub mod radiance;

@@ -4,6 +4,8 @@
 //! more than a rounding error, so that no ray slips between two triangles. A ray leaves the
 //! surface a little above its point and passes over the triangles that the point belongs to.
 
+mod beam;
+
 use std::time::Duration;
 
 use glam::{Vec3, Vec3A};
@@ -12,6 +14,8 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::Ray;
 use obvhs::{Boundable, BvhBuildParams};
+
+pub use beam::RayStart;
 
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::render::bounds::Bounds;
@@ -44,13 +48,14 @@ impl Boundable for Padded {
 }
 
 /// The part of the surface that a ray starts from and cannot be blocked by.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub enum Departure {
     /// A vertex: all triangles with a corner at this position.
     Vertex(Vec3),
     /// A point inside a triangle.
     Triangle(u32),
     /// A point of the surface whose triangle is not known.
+    #[default]
     Point,
 }
 
@@ -95,7 +100,7 @@ impl Occluders {
     }
 
     /// The share of a light's disc that is seen from a point of the surface: 0 or 1 for one ray,
-    /// else the mean over `rays` spread evenly over the disc. `normal` is the side that is lit;
+    /// else the mean over those of the cone's rays that the point casts. `normal` is the side that is lit;
     /// `turn` turns the pattern of rays, so that neighbours do not repeat it.
     pub fn visibility(
         &self,
@@ -112,16 +117,20 @@ impl Occluders {
             return f32::from(u8::from(free));
         }
         let (side, up) = incidence.towards.any_orthonormal_pair();
+        let cast = cone.rays.div_ceil(cone.points);
         let mut seen = 0;
-        for ray in 0..cone.rays {
-            let [x, y] = disc_point(ray, cone.rays, turn);
+        for ray in (cone.point..)
+            .step_by(cone.points as usize)
+            .take(cast as usize)
+        {
+            let [x, y] = disc_point(ray, cast * cone.points, turn);
             let offset = (side * x + up * y) * cone.tangent;
             let towards = (incidence.towards + offset).normalize();
             let above = towards.dot(normal) > 0.0;
             seen +=
                 u32::from(above && self.is_free(origin, towards, incidence.distance, departure));
         }
-        seen as f32 / cone.rays as f32
+        seen as f32 / cast as f32
     }
 
     /// The share of the hemisphere about `normal` that is open, by cosine: the mean over `rays`, whose pattern `turn` turns.
@@ -178,14 +187,42 @@ pub struct Cone {
     pub rays: u32,
     /// Tangent of the angle that the disc's radius spans.
     pub tangent: f32,
+    /// Points that share the rays, spread evenly over the disc.
+    points: u32,
+    /// Which of them casts its part.
+    point: u32,
 }
 
 impl Cone {
     /// One ray to a light without size, else `rays` over its disc.
     pub fn of_light(light: &Light, rays: u32) -> Self {
+        match light.angular_radius > 0.0 {
+            true => Self {
+                rays,
+                tangent: light.angular_radius.tan() as f32,
+                ..Self::single()
+            },
+            false => Self::single(),
+        }
+    }
+
+    /// One ray.
+    pub fn single() -> Self {
         Self {
-            rays: if light.angular_radius > 0.0 { rays } else { 1 },
-            tangent: light.angular_radius.tan() as f32,
+            rays: 1,
+            tangent: 0.0,
+            points: 1,
+            point: 0,
+        }
+    }
+
+    /// The part of the rays that one of several points casts, whose pattern has the same turn; at least one each.
+    #[must_use]
+    pub fn shared(self, point: u32, points: u32) -> Self {
+        Self {
+            points,
+            point,
+            ..self
         }
     }
 }
@@ -283,11 +320,6 @@ mod tests {
         }
     }
 
-    const HARD: Cone = Cone {
-        rays: 1,
-        tangent: 0.0,
-    };
-
     /// A closed ball of many triangles whose edges no ray may slip through.
     fn ball(rings: u32) -> TriangleMesh {
         let mut mesh = TriangleMesh::default();
@@ -340,7 +372,7 @@ mod tests {
             }
             let from = Departure::Vertex(vertex);
             let incidence = incidence(light, f32::INFINITY);
-            let seen = occluders.visibility(vertex, vertex, from, &incidence, HARD, 0);
+            let seen = occluders.visibility(vertex, vertex, from, &incidence, Cone::single(), 0);
             assert_eq!(seen, if up > 0.0 { 1.0 } else { 0.0 }, "{vertex} {light}");
         }
     }
@@ -365,7 +397,7 @@ mod tests {
         let away = Departure::Triangle(u32::MAX);
         let seen = |distance| {
             let incidence = incidence(Vec3::Z, distance);
-            occluders.visibility(Vec3::ZERO, Vec3::Z, away, &incidence, HARD, 0)
+            occluders.visibility(Vec3::ZERO, Vec3::Z, away, &incidence, Cone::single(), 0)
         };
         assert_eq!(seen(1.5), 1.0);
         assert_eq!(seen(2.5), 0.0);
@@ -373,10 +405,15 @@ mod tests {
         let soft = Cone {
             rays: 256,
             tangent: 0.2,
+            ..Cone::single()
         };
         let below = Vec3::new(0.0, -1.0, 0.0);
         let half = incidence(Vec3::Z, f32::INFINITY);
-        let share = occluders.visibility(below, Vec3::Z, away, &half, soft, 7);
-        assert!((share - 0.5).abs() < 0.02, "{share}");
+        let share = |cone| occluders.visibility(below, Vec3::Z, away, &half, cone, 7);
+        let whole = share(soft);
+        assert!((whole - 0.5).abs() < 0.02, "{whole}");
+        // Four points at one place cast the rays of one.
+        let parts = (0..4).map(|point| share(soft.shared(point, 4)));
+        assert_eq!(parts.sum::<f32>() / 4.0, whole);
     }
 }

@@ -96,9 +96,10 @@ pub struct RenderOptions {
     /// How the nearest images are weighted.
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
     pub weights: Weighting,
-    /// How values between texels are found.
-    #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
-    pub texels: Texels,
+    /// How values between texels are found. [default: bilinear with pixel shading, nearest with vertex shading]
+    #[arg(long, value_enum, help_heading = "Picture")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub texels: Option<Texels>,
     /// Read each view's images where they show the point that is seen, over the sample's heights, before they are
     /// blended.
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
@@ -291,7 +292,7 @@ impl Default for RenderOptions {
             shading: Shading::default(),
             shadows: Shadows::default(),
             weights: Weighting::default(),
-            texels: Texels::default(),
+            texels: None,
             parallax: Parallax::default(),
             mip: Mip::default(),
             up: Axis::default(),
@@ -459,6 +460,14 @@ impl RenderOptions {
             }
         }
         Ok(())
+    }
+
+    /// How values between texels are found: as asked, or as the shading needs it. Pixels show single texels.
+    pub fn texels(&self) -> Texels {
+        self.texels.unwrap_or(match self.shading {
+            Shading::Vertex => Texels::Nearest,
+            Shading::Pixel => Texels::Bilinear,
+        })
     }
 
     /// Whether coarser levels of the sample are used.

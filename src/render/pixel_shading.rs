@@ -5,13 +5,13 @@
 //! scale, and view and light taken at p in its own frame; the three are blended by p's barycentric
 //! weights, so that vertices that come from different patches of the sample meet without a seam.
 
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec4};
 use multiversion::multiversion;
 
 use crate::render::cover::received;
 use crate::render::light::{Incidence, Light, luminance};
 use crate::render::nearest::Weight;
-use crate::render::occlusion::Departure;
+use crate::render::pixel_shadows::piece_visibility;
 use crate::render::radiance::Blend;
 use crate::render::raster::Hit;
 use crate::render::seen_points::{SeenPoint, SeenPoints};
@@ -26,8 +26,9 @@ pub enum Visibility<'a> {
     Open,
     /// Per light, the visibility of every vertex; interpolated.
     OfVertices(&'a [&'a [f32]]),
-    /// By shadow rays from the point itself.
-    Rays,
+    /// By shadow rays from the samples that a point stands for, given the hits of its pixel; from the
+    /// point itself where none are given.
+    Rays(&'a [Hit]),
 }
 
 /// What shading found at a point.
@@ -195,7 +196,7 @@ fn gather_lights(
         let reaches = match visibility {
             Visibility::Open => 1.0,
             Visibility::OfVertices(lists) => interpolated(lists[index], light),
-            Visibility::Rays => ray_visibility(scene, index, &incidence, hit, p),
+            Visibility::Rays(pixel) => piece_visibility(scene, index, point, pixel),
         };
         all += luminance(incidence.irradiance);
         lights.push((incidence, reaches));
@@ -211,36 +212,4 @@ fn reaches_side(scene: &Scene, vertex: usize, light: &Light, turned: bool) -> bo
     }
     let towards = light.at(scene.map.mesh.positions[vertex]).towards;
     (towards.dot(scene.map.normals[vertex]) > 0.0) != turned
-}
-
-/// The share of a light that reaches a point of a triangle, by rays that leave the side of the
-/// facet that faces the light; 0 where no vertex of the triangle has the light above its horizon.
-#[inline(never)]
-pub fn ray_visibility(
-    scene: &Scene,
-    light: usize,
-    incidence: &Incidence,
-    hit: &Hit,
-    p: Vec3,
-) -> f32 {
-    let triangle = hit.triangle as usize;
-    let corners = scene.map.mesh.triangles[triangle];
-    let side = if scene.turns(hit.triangle, p) {
-        -1.0
-    } else {
-        1.0
-    };
-    let lit = |&v: &u32| side * scene.map.normals[v as usize].dot(incidence.towards) > 0.0;
-    if !corners.iter().any(lit) {
-        return 0.0;
-    }
-    let facet = scene.map.mesh.area_normal(triangle).normalize_or_zero();
-    let side = if facet.dot(incidence.towards) < 0.0 {
-        -facet
-    } else {
-        facet
-    };
-    let turn = p.x.to_bits() ^ p.y.to_bits().rotate_left(11) ^ p.z.to_bits().rotate_left(22);
-    let departure = Departure::Triangle(hit.triangle);
-    scene.visibility(&scene.lights[light], incidence, p, side, departure, turn)
 }

@@ -277,7 +277,7 @@ impl<'a> Planner<'a> {
     fn label(&self, moment: &Moment, compass: &Compass) -> String {
         let camera = &moment.view.camera;
         let (azimuth, elevation) = compass.angles(camera.position - camera.target);
-        let view = format!("view {} {}", degrees(azimuth), degrees(elevation));
+        let view = format!("view {}° {}°", degrees(azimuth), degrees(elevation));
         let Some(key) = moment.lights.first() else {
             return view;
         };
@@ -286,7 +286,11 @@ impl<'a> Planner<'a> {
             Origin::Point { position, .. } => position - self.subject.bounds.centre,
         };
         let (azimuth, elevation) = compass.angles(towards);
-        format!("light {} {}  {view}", degrees(azimuth), degrees(elevation))
+        format!(
+            "light {}° {}°  {view}",
+            degrees(azimuth),
+            degrees(elevation)
+        )
     }
 }
 

@@ -19,11 +19,10 @@ use crate::render::parallax::{Place, ReadList, Relief};
 use crate::render::texel_table::{Allowance, AnyTable, RowLayout, Stored, TexelTable};
 
 /// How values between texel centres are found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Texels {
     /// The texel that holds the coordinate.
-    #[default]
     Nearest,
     /// The four texels round it, by distance; wrapped when the sample is tileable, else the
     /// border is repeated.

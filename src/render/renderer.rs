@@ -24,7 +24,8 @@ use crate::render::known_weights::KnownWeights;
 use crate::render::light::Light;
 use crate::render::occlusion::Occluders;
 use crate::render::parallax::PatchReach;
-use crate::render::pixel_shading::{self, Visibility, Workspace, ray_visibility};
+use crate::render::pixel_shading::{self, Visibility, Workspace};
+use crate::render::pixel_shadows::sample_visibilities;
 use crate::render::radiance::Radiance;
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 use crate::render::seen_points::KeptPoints;
@@ -402,15 +403,12 @@ impl<'a> Renderer<'a> {
                     return CLEAR;
                 }
                 let pieces = Pieces::of_pixel(mesh, &seen.view, hits, order);
-                let mut reaches = [0.0; 16];
-                for (reaches, hit) in reaches.iter_mut().zip(pieces.hits()) {
-                    let p = point(mesh, hit);
-                    *reaches = ray_visibility(scene, 0, &scene.lights[0].at(p), hit, p);
-                }
                 let mut pixel = Pixel::default();
-                for &sample in order {
-                    if hits[sample].is_surface() {
-                        let lit = share * reaches[pieces.of_sample(sample)];
+                for (piece, hit) in pieces.hits().iter().enumerate() {
+                    let (samples, place) = (pieces.samples(piece), point(mesh, hit));
+                    let reaches = sample_visibilities(scene, 0, hits, samples, place);
+                    for sample in samples.iter() {
+                        let lit = share * reaches[sample];
                         pixel.color += color_at(mesh, &colors, &hits[sample]) * lit;
                         pixel.coverage += share;
                     }
@@ -443,6 +441,12 @@ impl<'a> Renderer<'a> {
                 if self.progress.is_interrupted() {
                     return;
                 }
+                let visibility = match visibility {
+                    Visibility::Rays(_) => {
+                        Visibility::Rays(surface.band_pixel(band, *pixel as usize))
+                    }
+                    other => other,
+                };
                 let shaded = pixel_shading::shade(scene, visibility, point, points, shading);
                 let pixel = &mut pixels[*pixel as usize];
                 *pixel =
@@ -487,7 +491,7 @@ impl<'a> Renderer<'a> {
         match self.manner.shadows {
             Shadows::None => Visibility::Open,
             Shadows::Vertex => Visibility::OfVertices(of_vertices),
-            Shadows::Pixel => Visibility::Rays,
+            Shadows::Pixel => Visibility::Rays(&[]),
         }
     }
 

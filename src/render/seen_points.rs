@@ -9,7 +9,7 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 use crate::grid::TexCoord;
-use crate::render::fragment::{Pieces, point};
+use crate::render::fragment::{Pieces, SampleSet, point};
 use crate::render::nearest::{Scratch, Weight, lifted};
 use crate::render::raster::{Hit, SurfaceBuffer};
 use crate::render::vertex_frame::Axes;
@@ -23,6 +23,8 @@ const KEPT: usize = 1 << 20;
 pub struct SeenPoint {
     /// The triangle and the place on it.
     pub hit: Hit,
+    /// The samples of its pixel that it stands for; none where it is of no pixel.
+    pub samples: SampleSet,
     /// Where it is.
     pub place: Vec3,
     /// Whether the [inside](crate::render::sides) of the triangle is seen.
@@ -93,7 +95,10 @@ impl SeenPoints {
             }
             let pieces = Pieces::of_pixel(&scene.map.mesh, scene.view, hits, order);
             for (piece, hit) in pieces.hits().iter().enumerate() {
-                let point = self.see(scene, hit);
+                let point = SeenPoint {
+                    samples: pieces.samples(piece),
+                    ..self.see(scene, hit)
+                };
                 let share = pieces.share(piece);
                 self.points.push((pixel as u32, share, point));
             }
@@ -152,6 +157,7 @@ fn see(known: &mut SeenPoints, scene: &Scene, hit: &Hit) -> SeenPoint {
     }
     SeenPoint {
         hit: *hit,
+        samples: SampleSet::default(),
         place,
         turned,
         corners,

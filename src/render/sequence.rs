@@ -202,7 +202,7 @@ fn lay_out(
     let radiance = Radiance::new(
         inputs.sample,
         options.weights,
-        options.texels,
+        options.texels(),
         options.uses_mip(),
         options.fill > 0.0,
         &allowance,
@@ -480,8 +480,13 @@ fn heights_id(sample: &Sample, options: &RenderOptions) -> Result<Option<Content
 
 /// The options that pixels depend on, as JSON; files by the id of their content.
 fn header_options(options: &RenderOptions) -> Result<String> {
+    // What follows from other options stands as it was decided.
+    let decided = RenderOptions {
+        texels: Some(options.texels()),
+        ..options.clone()
+    };
     let value =
-        serde_json::to_value(options).map_err(|error| Error::data("options", error.to_string()))?;
+        serde_json::to_value(decided).map_err(|error| Error::data("options", error.to_string()))?;
     let Value::Object(mut fields) = value else {
         return Err(Error::data("options", "no table of options"));
     };

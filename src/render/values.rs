@@ -276,8 +276,27 @@ pub enum Animation {
     /// None.
     #[default]
     None,
-    /// `sweep.gif`, at most 480 pixels wide.
+    /// `sweep.gif`: 256 colours, at most 480 pixels wide.
     Gif,
+    /// `sweep.apng`: an animated PNG in all colours, at most 480 pixels wide.
+    Apng,
+    /// `sweep.mp4`, as large as the frames; needs an installed ffmpeg.
+    Mp4,
+    /// `sweep.webm`, as large as the frames; needs an installed ffmpeg.
+    Webm,
+}
+
+impl Animation {
+    /// The name of its file.
+    pub fn file_name(self) -> Option<&'static str> {
+        match self {
+            Self::None => None,
+            Self::Gif => Some("sweep.gif"),
+            Self::Apng => Some("sweep.apng"),
+            Self::Mp4 => Some("sweep.mp4"),
+            Self::Webm => Some("sweep.webm"),
+        }
+    }
 }
 
 #[cfg(test)]

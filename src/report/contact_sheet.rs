@@ -33,11 +33,11 @@ impl Picture {
 }
 
 const BACKGROUND: u8 = 24;
-const INK: u8 = 220;
+const INK: u8 = 230;
 /// Blank pixels round thumbnails and labels.
-const GAP: u32 = 6;
-/// Pixels a label's dot is wide.
-const DOT: u32 = 1;
+const GAP: u32 = 10;
+/// What stands between the parts of a label.
+const BETWEEN: &str = "  ";
 
 impl Picture {
     fn blank(width: u32, height: u32) -> Self {
@@ -99,48 +99,94 @@ impl Picture {
         }
     }
 
-    fn write(&mut self, text: &str, column: u32, row: u32) {
-        let (width, height) = (self.width, self.height);
-        lettering::ink(text, |x, y| {
-            for (dx, dy) in (0..DOT).flat_map(|dx| (0..DOT).map(move |dy| (dx, dy))) {
-                let (x, y) = (column + x * DOT + dx, row + y * DOT + dy);
-                if x < width && y < height {
-                    let at = (y as usize * width as usize + x as usize) * 3;
-                    self.pixels[at..at + 3].fill(INK);
-                }
-            }
-        });
+    /// Writes lines of text over the background.
+    fn write_lines(&mut self, lines: &[String], column: u32, row: u32) {
+        let width = self.width as usize;
+        for (top, line) in (row..).step_by(lettering::HEIGHT as usize).zip(lines) {
+            lettering::ink(line, |x, y, covered| {
+                let at = ((top + y) as usize * width + (column + x) as usize) * 3;
+                let shade = f32::from(BACKGROUND) + covered * f32::from(INK - BACKGROUND);
+                self.pixels[at..at + 3].fill(shade as u8);
+            });
+        }
     }
 }
 
-/// Lays thumbnails of equal size out in rows, with a label under each; labels wider than their
-/// thumbnail are broken at double spaces.
-pub fn contact_sheet(thumbnails: &[(Picture, String)]) -> Picture {
-    let widest = thumbnails.iter().map(|(p, _)| p.width).max().unwrap_or(1);
-    let tallest = thumbnails.iter().map(|(p, _)| p.height).max().unwrap_or(1);
-    let labels: Vec<Vec<String>> = thumbnails.iter().map(|(_, l)| lines(l, widest)).collect();
-    let label_lines = labels.iter().map(Vec::len).max().unwrap_or(0) as u32;
-    let line_height = lettering::HEIGHT * DOT + 3;
-    let cell = [widest + GAP, tallest + 3 + label_lines * line_height + GAP];
+/// Lays thumbnails out in rows, with a label under each.
+///
+/// The parts of a label stand two spaces apart; the first names the picture. Others that all labels have stand once, in a
+/// heading, after the number of pictures and before the `legend`.
+pub fn contact_sheet(thumbnails: &[(Picture, String)], legend: &str) -> Picture {
+    let labels = thumbnails
+        .iter()
+        .map(|(_, label)| label.split(BETWEEN).collect());
+    let mut labels: Vec<Vec<&str>> = labels.collect();
+    let common = take_common(&mut labels);
+    let pictures = || thumbnails.iter().map(|(picture, _)| picture);
+    let tallest = pictures().map(|picture| picture.height).max().unwrap_or(1);
+    // No part of a label is broken.
+    let parts = labels.iter().flatten().map(|part| lettering::width(part));
+    let widest = pictures()
+        .map(|picture| picture.width)
+        .chain(parts)
+        .max()
+        .unwrap_or(1);
+    let labels: Vec<Vec<String>> = labels.iter().map(|parts| wrapped(parts, widest)).collect();
+    let lines = labels.iter().map(Vec::len).max().unwrap_or(0) as u32;
+    let cell = [
+        widest + GAP,
+        tallest + GAP / 2 + lines * lettering::HEIGHT + GAP,
+    ];
     let columns = (thumbnails.len() as f64).sqrt().ceil().max(1.0) as u32;
     let rows = (thumbnails.len() as u32).div_ceil(columns).max(1);
-    let mut sheet = Picture::blank(columns * cell[0] + GAP, rows * cell[1] + GAP);
-    for (index, ((picture, _), label)) in thumbnails.iter().zip(&labels).enumerate() {
-        let (column, row) = (index as u32 % columns, index as u32 / columns);
-        let (x, y) = (GAP + column * cell[0], GAP + row * cell[1]);
+
+    let count = match thumbnails.len() {
+        1 => "1 frame".to_owned(),
+        count => format!("{count} frames"),
+    };
+    let heading = [vec![count.as_str()], common, vec![legend]].concat();
+    let longest = heading.iter().map(|part| lettering::width(part)).max();
+    let width = (columns * cell[0] - GAP).max(longest.unwrap_or(0));
+    let heading = wrapped(&heading, width);
+    let top = GAP + heading.len() as u32 * lettering::HEIGHT + GAP;
+
+    let mut sheet = Picture::blank(width + 2 * GAP, top + rows * cell[1]);
+    sheet.write_lines(&heading, GAP, GAP);
+    for (index, (picture, label)) in (0..).zip(pictures().zip(&labels)) {
+        let (x, y) = (
+            GAP + index % columns * cell[0],
+            top + index / columns * cell[1],
+        );
         sheet.paste(picture, x, y);
-        for (line, text) in label.iter().enumerate() {
-            sheet.write(text, x, y + tallest + 3 + line as u32 * line_height);
-        }
+        sheet.write_lines(label, x, y + tallest + GAP / 2);
     }
     sheet
 }
 
-fn lines(label: &str, width: u32) -> Vec<String> {
-    if lettering::width(label.len()) * DOT <= width {
-        return vec![label.to_string()];
+/// Takes the parts that all labels have out of them, but for the first of each.
+fn take_common<'a>(labels: &mut [Vec<&'a str>]) -> Vec<&'a str> {
+    let first = labels.first().cloned().unwrap_or_default();
+    let is_common = |part: &&str| labels.iter().all(|label| label[1..].contains(part));
+    let common: Vec<&str> = first.into_iter().skip(1).filter(is_common).collect();
+    for label in labels {
+        let name = label.remove(0);
+        label.retain(|part| !common.contains(part));
+        label.insert(0, name);
     }
-    label.split("  ").map(str::to_string).collect()
+    common
+}
+
+/// Parts in lines of at most `width` columns; a part that is wider has a line for itself.
+fn wrapped(parts: &[&str], width: u32) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in parts {
+        let longer = lines.last().map(|line| format!("{line}{BETWEEN}{part}"));
+        match (lines.last_mut(), longer) {
+            (Some(line), Some(longer)) if lettering::width(&longer) <= width => *line = longer,
+            _ => lines.push((*part).to_owned()),
+        }
+    }
+    lines
 }
 
 #[cfg(test)]
@@ -172,13 +218,36 @@ mod tests {
     #[test]
     fn sheets_hold_every_picture_and_its_label() {
         let pictures: Vec<_> = (0..5)
-            .map(|k| (plain(80, 20, 50 + k), format!("{k}  light 45")))
+            .map(|k| {
+                (
+                    plain(80, 20, 50 + k),
+                    format!("{k}  light {}°  view 0°", 10 * k),
+                )
+            })
             .collect();
-        let sheet = contact_sheet(&pictures);
+        let sheet = contact_sheet(&pictures, "azimuths");
         for k in 0..5 {
             let found = sheet.pixels.chunks(3).filter(|p| p[0] == 50 + k).count();
-            assert_eq!(found, 80 * 20);
+            assert!(found >= 80 * 20, "{found}");
         }
-        assert!(sheet.pixels.contains(&INK));
+        assert!(sheet.pixels.iter().any(|&value| value > 200));
+        // Small pictures leave their labels whole.
+        assert!(sheet.width > 3 * lettering::width("light 10°"));
+    }
+
+    #[test]
+    fn what_labels_have_in_common_is_said_once() {
+        let mut labels = vec![
+            vec!["1", "light 10° 45°", "view 0° 15°"],
+            vec!["2", "light 20° 45°", "view 0° 15°"],
+        ];
+        assert_eq!(take_common(&mut labels), ["view 0° 15°"]);
+        assert_eq!(labels, [["1", "light 10° 45°"], ["2", "light 20° 45°"]]);
+        let letter = lettering::width("1");
+        assert_eq!(wrapped(&labels[0], 16 * letter), ["1  light 10° 45°"]);
+        assert_eq!(wrapped(&labels[0], 15 * letter), ["1", "light 10° 45°"]);
+        let mut alone = vec![vec!["1", "1", "light"]];
+        assert_eq!(take_common(&mut alone), ["1", "light"]);
+        assert_eq!(alone, [["1"]]);
     }
 }

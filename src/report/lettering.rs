@@ -1,256 +1,32 @@
-//! A small bitmap alphabet for labels under pictures: 5×7 capitals, digits and a few signs.
+//! Text on pictures, in Noto Sans Mono.
 
-/// Columns of a letter, its gap included.
-const ADVANCE: u32 = 6;
-/// Rows of a letter.
-pub const HEIGHT: u32 = 7;
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
-/// Rows from the top, the highest of 5 bits on the left.
-const LETTERS: [(char, [u8; 7]); 41] = [
-    (
-        'A',
-        [
-            0b01110, 0b10001, 0b10001, 0b11111, 0b10001, 0b10001, 0b10001,
-        ],
-    ),
-    (
-        'B',
-        [
-            0b11110, 0b10001, 0b10001, 0b11110, 0b10001, 0b10001, 0b11110,
-        ],
-    ),
-    (
-        'C',
-        [
-            0b01110, 0b10001, 0b10000, 0b10000, 0b10000, 0b10001, 0b01110,
-        ],
-    ),
-    (
-        'D',
-        [
-            0b11110, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b11110,
-        ],
-    ),
-    (
-        'E',
-        [
-            0b11111, 0b10000, 0b10000, 0b11110, 0b10000, 0b10000, 0b11111,
-        ],
-    ),
-    (
-        'F',
-        [
-            0b11111, 0b10000, 0b10000, 0b11110, 0b10000, 0b10000, 0b10000,
-        ],
-    ),
-    (
-        'G',
-        [
-            0b01110, 0b10001, 0b10000, 0b10111, 0b10001, 0b10001, 0b01110,
-        ],
-    ),
-    (
-        'H',
-        [
-            0b10001, 0b10001, 0b10001, 0b11111, 0b10001, 0b10001, 0b10001,
-        ],
-    ),
-    (
-        'I',
-        [
-            0b01110, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110,
-        ],
-    ),
-    (
-        'J',
-        [
-            0b00111, 0b00010, 0b00010, 0b00010, 0b00010, 0b10010, 0b01100,
-        ],
-    ),
-    (
-        'K',
-        [
-            0b10001, 0b10010, 0b10100, 0b11000, 0b10100, 0b10010, 0b10001,
-        ],
-    ),
-    (
-        'L',
-        [
-            0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b11111,
-        ],
-    ),
-    (
-        'M',
-        [
-            0b10001, 0b11011, 0b10101, 0b10101, 0b10001, 0b10001, 0b10001,
-        ],
-    ),
-    (
-        'N',
-        [
-            0b10001, 0b11001, 0b10101, 0b10011, 0b10001, 0b10001, 0b10001,
-        ],
-    ),
-    (
-        'O',
-        [
-            0b01110, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b01110,
-        ],
-    ),
-    (
-        'P',
-        [
-            0b11110, 0b10001, 0b10001, 0b11110, 0b10000, 0b10000, 0b10000,
-        ],
-    ),
-    (
-        'Q',
-        [
-            0b01110, 0b10001, 0b10001, 0b10001, 0b10101, 0b10010, 0b01101,
-        ],
-    ),
-    (
-        'R',
-        [
-            0b11110, 0b10001, 0b10001, 0b11110, 0b10100, 0b10010, 0b10001,
-        ],
-    ),
-    (
-        'S',
-        [
-            0b01111, 0b10000, 0b10000, 0b01110, 0b00001, 0b00001, 0b11110,
-        ],
-    ),
-    (
-        'T',
-        [
-            0b11111, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100,
-        ],
-    ),
-    (
-        'U',
-        [
-            0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b01110,
-        ],
-    ),
-    (
-        'V',
-        [
-            0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b01010, 0b00100,
-        ],
-    ),
-    (
-        'W',
-        [
-            0b10001, 0b10001, 0b10001, 0b10101, 0b10101, 0b10101, 0b01010,
-        ],
-    ),
-    (
-        'X',
-        [
-            0b10001, 0b10001, 0b01010, 0b00100, 0b01010, 0b10001, 0b10001,
-        ],
-    ),
-    (
-        'Y',
-        [
-            0b10001, 0b10001, 0b01010, 0b00100, 0b00100, 0b00100, 0b00100,
-        ],
-    ),
-    (
-        'Z',
-        [
-            0b11111, 0b00001, 0b00010, 0b00100, 0b01000, 0b10000, 0b11111,
-        ],
-    ),
-    (
-        '0',
-        [
-            0b01110, 0b10001, 0b10011, 0b10101, 0b11001, 0b10001, 0b01110,
-        ],
-    ),
-    (
-        '1',
-        [
-            0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110,
-        ],
-    ),
-    (
-        '2',
-        [
-            0b01110, 0b10001, 0b00001, 0b00110, 0b01000, 0b10000, 0b11111,
-        ],
-    ),
-    (
-        '3',
-        [
-            0b11110, 0b00001, 0b00001, 0b01110, 0b00001, 0b00001, 0b11110,
-        ],
-    ),
-    (
-        '4',
-        [
-            0b00010, 0b00110, 0b01010, 0b10010, 0b11111, 0b00010, 0b00010,
-        ],
-    ),
-    (
-        '5',
-        [
-            0b11111, 0b10000, 0b11110, 0b00001, 0b00001, 0b10001, 0b01110,
-        ],
-    ),
-    (
-        '6',
-        [
-            0b01110, 0b10000, 0b10000, 0b11110, 0b10001, 0b10001, 0b01110,
-        ],
-    ),
-    (
-        '7',
-        [
-            0b11111, 0b00001, 0b00010, 0b00100, 0b01000, 0b01000, 0b01000,
-        ],
-    ),
-    (
-        '8',
-        [
-            0b01110, 0b10001, 0b10001, 0b01110, 0b10001, 0b10001, 0b01110,
-        ],
-    ),
-    (
-        '9',
-        [
-            0b01110, 0b10001, 0b10001, 0b01111, 0b00001, 0b00001, 0b01110,
-        ],
-    ),
-    ('.', [0, 0, 0, 0, 0, 0b01100, 0b01100]),
-    ('-', [0, 0, 0, 0b01110, 0, 0, 0]),
-    (
-        '/',
-        [
-            0b00001, 0b00010, 0b00010, 0b00100, 0b01000, 0b01000, 0b10000,
-        ],
-    ),
-    (':', [0, 0b01100, 0b01100, 0, 0b01100, 0b01100, 0]),
-    (',', [0, 0, 0, 0, 0b01100, 0b00100, 0b01000]),
-];
+const WEIGHT: FontWeight = FontWeight::Regular;
+const SIZE: RasterHeight = RasterHeight::Size20;
+/// What stands for letters that the font has no shape of.
+const UNKNOWN: char = '?';
 
-/// Columns that a text of this many letters takes.
-pub fn width(letters: usize) -> u32 {
-    ADVANCE * letters as u32
+/// Rows of a line of text.
+pub const HEIGHT: u32 = SIZE.val() as u32;
+
+/// Columns that a text takes.
+pub fn width(text: &str) -> u32 {
+    get_raster_width(WEIGHT, SIZE) as u32 * text.chars().count() as u32
 }
 
-/// Visits the inked pixels of a text as (column, row); letters without a shape stay blank.
-pub fn ink(text: &str, mut visit: impl FnMut(u32, u32)) {
-    for (place, letter) in text.chars().enumerate() {
-        let wanted = letter.to_ascii_uppercase();
-        let Some((_, rows)) = LETTERS.iter().find(|(known, _)| *known == wanted) else {
-            continue;
-        };
-        for (row, bits) in rows.iter().enumerate() {
-            for column in 0..5 {
-                if bits >> (4 - column) & 1 == 1 {
-                    visit(ADVANCE * place as u32 + column, row as u32);
+/// Visits the inked pixels of a text as (column, row) with the share of each that is covered, from 0 to 1.
+pub fn ink(text: &str, mut visit: impl FnMut(u32, u32, f32)) {
+    for (place, letter) in (0..).zip(text.chars()) {
+        let shape = [letter, UNKNOWN]
+            .into_iter()
+            .find_map(|letter| get_raster(letter, WEIGHT, SIZE));
+        let Some(shape) = shape else { continue };
+        let left = place * shape.width() as u32;
+        for (row, line) in (0..).zip(shape.rows()) {
+            for (column, &covered) in (left..).zip(line) {
+                if covered > 0 {
+                    visit(column, row, f32::from(covered) / 255.0);
                 }
             }
         }
@@ -261,22 +37,27 @@ pub fn ink(text: &str, mut visit: impl FnMut(u32, u32)) {
 mod tests {
     use super::*;
 
+    fn drawn(text: &str) -> Vec<(u32, u32)> {
+        let mut pixels = Vec::new();
+        ink(text, |column, row, covered| {
+            assert!(column < width(text) && row < HEIGHT && covered > 0.0 && covered <= 1.0);
+            pixels.push((column, row));
+        });
+        pixels
+    }
+
     #[test]
     fn letters_are_distinct_and_stay_in_their_cells() {
-        for (index, (letter, rows)) in LETTERS.iter().enumerate() {
-            assert!(rows.iter().all(|row| *row < 32), "{letter}");
-            assert!(
-                LETTERS[..index].iter().all(|(_, other)| other != rows),
-                "{letter}"
-            );
-        }
-        let mut inked = Vec::new();
-        ink("l.", |column, row| inked.push((column, row)));
-        assert_eq!(inked.len(), 11 + 4);
-        assert!(
-            inked
-                .iter()
-                .all(|&(column, row)| column < width(2) && row < HEIGHT)
-        );
+        let letters = "aAbB019.-°,()";
+        let mut shapes: Vec<_> = letters
+            .chars()
+            .map(|letter| drawn(&letter.to_string()))
+            .collect();
+        assert!(shapes.iter().all(|shape| !shape.is_empty()));
+        shapes.sort();
+        shapes.dedup();
+        assert_eq!(shapes.len(), letters.chars().count());
+        assert!(drawn(" ").is_empty());
+        assert_eq!(drawn("\u{4e2d}"), drawn("?"));
     }
 }

@@ -2,8 +2,10 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`contact_sheet`], [`lettering`], [`animation`] | pictures of frames, labelled or moving |
+//! | [`contact_sheet`], [`lettering`] | pictures of frames, labelled |
+//! | [`animation`], [`video`] | pictures of frames, moving |
 //! | [`viewer`] | the page of `mesotex view` |
+//! | [`coarser_surface`] | a surface with fewer vertices, where a page has no room for all |
 //! | [`summary`], [`embedded`] | the page of `mesotex report`, pictures as parts of it |
 //! | [`view_factors`], [`surface_columns`] | a sample and a surface small enough for a page |
 //! | [`page`], [`numbers`] | templates filled in, numbers as text |
@@ -11,6 +13,7 @@
 //! `web/` has the templates, the style, the scripts and the shaders.
 
 pub mod animation;
+pub mod coarser_surface;
 pub mod contact_sheet;
 pub mod embedded;
 pub mod lettering;
@@ -18,5 +21,6 @@ pub mod numbers;
 pub mod page;
 pub mod summary;
 pub mod surface_columns;
+pub mod video;
 pub mod view_factors;
 pub mod viewer;

@@ -1,5 +1,7 @@
 //! The page of `mesotex view`: a decorated surface to turn, under a light to move.
 
+use std::borrow::Cow;
+
 use serde_json::{Value, json};
 
 use crate::btf::direction::Direction;
@@ -11,15 +13,19 @@ use crate::render::Axis;
 use crate::render::bounds::Bounds;
 use crate::render::even_light;
 use crate::render::front::Front;
+use crate::report::coarser_surface::coarser_surface;
 use crate::report::page::{STYLE, bundle, filled, json};
+use crate::report::surface_columns::{SurfaceDescription, surface_columns};
 use crate::report::view_factors::{Limits, ViewFactors, view_factors};
-use crate::report::{numbers, surface_columns};
+use crate::report::numbers;
 
 /// The most bytes of a page.
 pub const LARGEST_PAGE: usize = 30_000_000;
 /// The part of it that templates and scripts take, and the least that is left to the sample.
 const FRAME: usize = 200_000;
 const LEAST_SAMPLE: usize = 2_000_000;
+/// The fewest vertices that a surface is reduced to.
+const FEWEST: usize = 1000;
 /// The most texels of all images on the graphics card, 4 bytes each.
 const MOST_TEXELS: u64 = 1 << 27;
 /// Radiance of the even environment.
@@ -76,6 +82,8 @@ impl ViewerOptions {
 pub struct ViewerPage {
     /// The text of the page.
     pub html: String,
+    /// Vertices of the surface that it shows.
+    pub vertices: usize,
     /// The error that factors leave.
     pub error: f64,
     /// The most eigentextures of a view.
@@ -92,22 +100,27 @@ pub fn viewer_page(
     progress: Progress<'_>,
 ) -> Result<ViewerPage> {
     options.validate()?;
-    let bounds = Bounds::of(&map.mesh)?;
-    let (surface, columns) = surface_columns::surface_columns(map, &bounds)?;
-    let columns =
-        numbers::gzip(&columns).map_err(Error::io(std::path::Path::new("the page"), "compress"))?;
+    let surface = PackedSurface::fitting(map, LARGEST_PAGE)?;
+    let bounds = &surface.bounds;
     let limits = Limits {
         error: options.error,
-        bytes: bytes_for_sample(map, columns.len())?,
+        bytes: surface.left,
         texels: MOST_TEXELS,
     };
     let factors = view_factors(sample, &limits, progress)?;
-    let notes = notes(&factors, options, sample);
+    let mut notes = notes(&factors, options, sample);
+    if surface.vertices < map.mesh.positions.len() {
+        notes.push(format!(
+            "the surface's {} vertices are reduced to {}, so that a page holds them",
+            map.mesh.positions.len(),
+            surface.vertices
+        ));
+    }
     let up = options.up;
     let front = Front::of(&map.mesh, up, options.front)?.axis.vector().to_array();
     let description = json!({
         "sample": sample_description(sample, &factors),
-        "surface": surface,
+        "surface": surface.description,
         "centre": bounds.centre.to_array(),
         "radius": bounds.radius,
         "fov": 30.0,
@@ -124,7 +137,7 @@ pub fn viewer_page(
         json!({
             "title": title,
             "style": STYLE,
-            "vertices": map.mesh.positions.len(),
+            "vertices": surface.vertices,
             "size": format!("{} × {} texels", factors.size[0], factors.size[1]),
             "directions": directions(sample, &factors),
             "error": format!("{:.1} %", 100.0 * factors.error),
@@ -132,13 +145,14 @@ pub fn viewer_page(
             "notes": notes,
             "shaders": shaders(),
             "description": json(&description)?,
-            "surface": numbers::base64(&columns),
+            "surface": numbers::base64(&surface.columns),
             "sample": numbers::base64(&factors.packed),
             "script": format!("{}\n{}", bundle(&MODULES), bundle(&[include_str!("web/viewer.js")])),
         }),
     )?;
     Ok(ViewerPage {
         html,
+        vertices: surface.vertices,
         error: factors.error,
         rank: factors
             .groups
@@ -150,27 +164,46 @@ pub fn viewer_page(
     })
 }
 
-/// What the surface leaves of the page to the sample.
-fn bytes_for_sample(map: &SurfaceTextonMap, surface: usize) -> Result<usize> {
-    let left = LARGEST_PAGE.saturating_sub(FRAME + numbers::base64_length(surface)) / 4 * 3;
-    if left >= LEAST_SAMPLE {
-        return Ok(left);
+/// A surface as a page holds it.
+struct PackedSurface {
+    description: SurfaceDescription,
+    columns: Vec<u8>,
+    bounds: Bounds,
+    vertices: usize,
+    /// Bytes that it leaves of the page to the sample.
+    left: usize,
+}
+
+impl PackedSurface {
+    /// A map's surface, with fewer vertices where a page of so many bytes has no room for all.
+    fn fitting(map: &SurfaceTextonMap, page: usize) -> Result<Self> {
+        let mut map = Cow::Borrowed(map);
+        loop {
+            let packed = Self::new(&map, page)?;
+            if packed.left >= LEAST_SAMPLE || packed.vertices <= FEWEST {
+                return Ok(packed);
+            }
+            let room = page.saturating_sub(FRAME + numbers::base64_length(LEAST_SAMPLE));
+            let share = room as f64 / numbers::base64_length(packed.columns.len()) as f64;
+            let most = (share.min(0.9) * packed.vertices as f64) as usize;
+            map = Cow::Owned(coarser_surface(&map, most.max(FEWEST)));
+        }
     }
-    let vertices = map.mesh.positions.len();
-    let most = (LARGEST_PAGE - FRAME - numbers::base64_length(LEAST_SAMPLE)) as f64
-        / numbers::base64_length(surface) as f64;
-    let fitting = (vertices as f64 * most / 10_000.0).floor() * 10_000.0;
-    Err(Error::data(
-        "map",
-        format!("{vertices} vertices, {} MB in a page", surface / 750_000),
-    )
-    .expected(format!(
-        "at most about {fitting} vertices: a page holds {} MB",
-        LARGEST_PAGE / 1_000_000
-    ))
-    .advice(format!(
-        "synthesize on a coarser mesh: mesotex mesh IN -o OUT.ply --vertices {fitting}"
-    )))
+
+    fn new(map: &SurfaceTextonMap, page: usize) -> Result<Self> {
+        let bounds = Bounds::of(&map.mesh)?;
+        let (description, columns) = surface_columns(map, &bounds)?;
+        let columns = numbers::gzip(&columns)
+            .map_err(Error::io(std::path::Path::new("the page"), "compress"))?;
+        let left = page.saturating_sub(FRAME + numbers::base64_length(columns.len()));
+        Ok(Self {
+            description,
+            bounds,
+            vertices: map.mesh.positions.len(),
+            left: left / 4 * 3,
+            columns,
+        })
+    }
 }
 
 fn notes(factors: &ViewFactors, options: &ViewerOptions, sample: &Sample) -> Vec<String> {
@@ -254,52 +287,19 @@ fn shaders() -> Vec<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::id::ContentId;
-    use crate::grid::TexCoord;
-    use crate::index::TextonLabel;
-    use crate::maps::MapHeader;
-    use crate::mesh::triangle_mesh::TriangleMesh;
-    use glam::{DVec3, Vec3};
-
-    fn map(vertices: usize) -> SurfaceTextonMap {
-        let id = ContentId::of_bytes(b"x");
-        SurfaceTextonMap {
-            mesh: TriangleMesh {
-                positions: vec![Vec3::ZERO; vertices],
-                triangles: Vec::new(),
-            },
-            normals: vec![Vec3::Z; vertices],
-            orientations: vec![Vec3::X; vertices],
-            scale: None,
-            coords: vec![TexCoord { s: 0.5, t: 0.5 }; vertices],
-            textons: vec![TextonLabel(0); vertices],
-            transition: None,
-            mask: None,
-            header: MapHeader {
-                exemplar: [8, 8],
-                texel: 1.0,
-                origin: DVec3::ZERO,
-                seed: 0,
-                method: "k-coherence".into(),
-                sample: id.clone(),
-                space: id,
-            },
-        }
-    }
+    use crate::report::coarser_surface::tests::ball;
 
     #[test]
-    fn huge_meshes_are_refused_with_what_would_fit() {
-        assert!(bytes_for_sample(&map(100_000), 4_000_000).unwrap() > 15_000_000);
-        let error = bytes_for_sample(&map(1_000_000), 40_000_000)
-            .unwrap_err()
-            .to_string();
-        for part in [
-            "1000000 vertices",
-            "53 MB",
-            "500000",
-            "mesotex mesh IN -o OUT.ply --vertices 500000",
-        ] {
-            assert!(error.contains(part), "{error}");
-        }
+    fn surfaces_that_a_page_has_no_room_for_are_reduced() {
+        let map = ball(5);
+        let whole = PackedSurface::fitting(&map, LARGEST_PAGE).unwrap();
+        assert_eq!(whole.vertices, map.mesh.positions.len());
+        assert!(whole.left > 20_000_000);
+        // A page with room for a third of it.
+        let third = FRAME + numbers::base64_length(LEAST_SAMPLE) + whole.columns.len() * 4 / 9;
+        let reduced = PackedSurface::fitting(&map, third).unwrap();
+        assert!(reduced.left >= LEAST_SAMPLE);
+        let share = reduced.vertices as f64 / whole.vertices as f64;
+        assert!((0.1..0.4).contains(&share), "{share}");
     }
 }

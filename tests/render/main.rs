@@ -1,11 +1,13 @@
 //! `mesotex render` as a user runs it: frames against the contract and against the formulas, read
 //! back; the same bytes whatever the threads, interruptions and shards; bad input.
 
+mod animations;
 mod interruptions;
 mod keeping;
 mod lambert;
 mod looks;
 mod pairs;
+mod pixels;
 mod steadiness;
 mod weights;
 
@@ -739,6 +741,8 @@ fn pixel_shading_shows_the_sample_between_vertices() {
             "sun:0,90",
             "--shading",
             shading,
+            "--texels",
+            "nearest",
             "--samples",
             "1",
         ];

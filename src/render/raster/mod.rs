@@ -133,6 +133,13 @@ impl SurfaceBuffer {
         &tile[pixel * stored..][..stored]
     }
 
+    /// The stored hits of a pixel of a band, given its place there.
+    pub fn band_pixel(&self, band: usize, place: usize) -> &[Hit] {
+        let width = self.size[0] as usize;
+        let (column, row) = (place % width, band * BAND + place / width);
+        self.pixel(column as u32, row as u32)
+    }
+
     /// Those of a pixel's hits that colour and coverage are the mean of.
     #[inline]
     pub fn color_hits<'a>(&self, pixel: &'a [Hit]) -> &'a [Hit] {

@@ -1,0 +1,164 @@
+//! Parallel rays from points near each other: which of them meet nothing.
+//!
+//! The rays go down the hierarchy together. A box is entered where it is met by the ray from the points' middle, once it is
+//! widened by how far the points lie apart; so none is passed over that one of the rays meets. Four rays from a pixel cost
+//! about as much as two.
+
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::node::Bvh2Node;
+use obvhs::ray::Ray;
+
+use super::{Departure, Occluders, Shear};
+
+/// A point of the surface from which a ray starts.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RayStart {
+    /// The point.
+    pub point: Vec3,
+    /// The side of the surface that is lit.
+    pub normal: Vec3,
+    /// The part of the surface that cannot block the ray.
+    pub departure: Departure,
+}
+
+/// Starts at most, a bit for each.
+const MOST: usize = u32::BITS as usize;
+
+/// The box of some points, from their middle.
+struct Beam {
+    middle: Ray,
+    reach: Vec3A,
+}
+
+impl Beam {
+    fn new(origins: &[Vec3], towards: Vec3) -> Self {
+        let low = origins
+            .iter()
+            .copied()
+            .reduce(Vec3::min)
+            .unwrap_or_default();
+        let high = origins
+            .iter()
+            .copied()
+            .reduce(Vec3::max)
+            .unwrap_or_default();
+        let middle = 0.5 * (low + high);
+        // The middle is rounded.
+        let rounding = f32::EPSILON * low.abs().max(high.abs());
+        Self {
+            middle: Ray::new(middle.into(), towards.into(), 0.0, f32::INFINITY),
+            reach: ((high - middle).max(middle - low) + rounding).into(),
+        }
+    }
+
+    /// Where the beam enters a box; infinite where it does not.
+    #[inline(always)]
+    fn enters(&self, bounds: &Aabb) -> f32 {
+        Aabb::new(bounds.min - self.reach, bounds.max + self.reach).intersect_ray(&self.middle)
+    }
+}
+
+impl Occluders {
+    /// Which of at most 32 points meet nothing in one direction, a bit for each.
+    pub fn open_points(&self, starts: &[RayStart], towards: Vec3) -> u32 {
+        debug_assert!(starts.len() <= MOST);
+        let mut origins = [Vec3::ZERO; MOST];
+        for (origin, start) in origins.iter_mut().zip(starts) {
+            *origin = start.point + start.normal * self.lift;
+        }
+        let origins = &origins[..starts.len().min(MOST)];
+        let (beam, shear) = (Beam::new(origins, towards), Shear::new(towards));
+        let mut open = u32::MAX.unbounded_shr((MOST - origins.len()) as u32);
+        let nodes = &self.hierarchy.nodes;
+        let mut waiting: Vec<&Bvh2Node> = Vec::with_capacity(64);
+        waiting.extend(
+            nodes
+                .first()
+                .filter(|root| beam.enters(root.aabb()).is_finite()),
+        );
+        while let Some(node) = waiting.pop() {
+            let first = node.first_index as usize;
+            if node.is_leaf() {
+                for triangle in &self.triangles[first..first + node.prim_count as usize] {
+                    let hidden = |(&origin, start): (&Vec3, &RayStart)| {
+                        shear.distance(origin, &triangle.corners).is_finite()
+                            && !triangle.belongs_to(start.departure)
+                    };
+                    for (place, ray) in origins.iter().zip(starts).enumerate() {
+                        if open >> place & 1 == 1 && hidden(ray) {
+                            open ^= 1 << place;
+                        }
+                    }
+                }
+                if open == 0 {
+                    return 0;
+                }
+                continue;
+            }
+            let mut children = [&nodes[first], &nodes[first + 1]];
+            let [mut near, mut far] = children.map(|child| beam.enters(child.aabb()));
+            if far < near {
+                children.swap(0, 1);
+                std::mem::swap(&mut near, &mut far);
+            }
+            if far.is_finite() {
+                waiting.push(children[1]);
+            }
+            if near.is_finite() {
+                waiting.push(children[0]);
+            }
+        }
+        open
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::random;
+    use crate::render::bounds::Bounds;
+    use crate::render::light::Incidence;
+    use crate::render::occlusion::Cone;
+    use rand::Rng;
+
+    #[test]
+    fn rays_together_meet_what_each_meets() {
+        let mesh = shapes::torus(40, 24, 1.0, 0.4);
+        let occluders = Occluders::new(&mesh, &Bounds::of(&mesh).unwrap());
+        let mut stream = random::stream(5, "beams", 0, 0);
+        let mut hidden = 0;
+        for round in 0..4000 {
+            let mut offset =
+                |size: f32| Vec3::from_array([0; 3].map(|_| stream.gen_range(-size..size)));
+            let (towards, wide) = (offset(1.0).normalize(), [0.0, 0.01, 0.3][round % 3]);
+            let near = mesh.positions[round % mesh.positions.len()];
+            let starts = [0; 5].map(|_| RayStart {
+                point: near + offset(0.2) + if wide > 0.0 { offset(wide) } else { Vec3::ZERO },
+                normal: towards,
+                departure: Departure::Point,
+            });
+            let open = occluders.open_points(&starts, towards);
+            for (place, start) in starts.iter().enumerate() {
+                let incidence = Incidence {
+                    towards,
+                    irradiance: [1.0; 3],
+                    distance: f32::INFINITY,
+                };
+                let alone = occluders.visibility(
+                    start.point,
+                    start.normal,
+                    start.departure,
+                    &incidence,
+                    Cone::single(),
+                    0,
+                );
+                assert_eq!(f32::from((open >> place & 1) as u8), alone, "round {round}");
+                hidden += u32::from(alone == 0.0);
+            }
+        }
+        assert!((2000..18_000).contains(&hidden), "{hidden}");
+        assert_eq!(occluders.open_points(&[], Vec3::X), 0);
+    }
+}
