@@ -24,8 +24,8 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+import mitsuba as mi  # First: without it, this is the module that is missing.
 import drjit as dr
-import mitsuba as mi
 import numpy as np
 
 from mesotex._errors import check
