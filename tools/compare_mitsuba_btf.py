@@ -17,6 +17,7 @@ Needs: pip install mitsuba numpy OpenEXR pillow; and LLVM's library of version 1
 
 import argparse
 import json
+import math
 import sys
 from pathlib import Path
 
@@ -49,12 +50,14 @@ def read_frame(path):
         raise SystemExit(f"{path}: more lights than one, or none that is directional; expected one directional light")
     if "shadow.Y" not in channels:
         raise SystemExit(f"{path}: no layer of shadows; expected --layers rgba,shadow")
-    return header, options, channels
+    return header, channels
 
 
-def sensor(header, options, size, samples):
-    """The frame's camera; matrices are for row vectors, the camera looks along its z."""
-    camera = np.linalg.inv(np.array(header["worldToCamera"], float).reshape(4, 4))
+def sensor(header, size, samples):
+    """The frame's camera; matrices are for row vectors, the camera looks along its z, and the picture is 1 high."""
+    camera_from_world = np.array(header["worldToCamera"], float).reshape(4, 4)
+    camera = np.linalg.inv(camera_from_world)
+    rows = abs((camera @ np.array(header["worldToNDC"], float).reshape(4, 4))[1, 1])
     position, ahead, up = camera[3, :3], camera[2, :3], camera[1, :3]
     to_world = mi.ScalarTransform4f().look_at(
         origin=position.tolist(), target=(position + ahead).tolist(), up=up.tolist()
@@ -62,7 +65,7 @@ def sensor(header, options, size, samples):
     distance = float(np.linalg.norm(position))
     return {
         "type": "perspective",
-        "fov": float(options["fov"]),
+        "fov": math.degrees(2 * math.atan(0.5 / rows)),
         "fov_axis": "y",
         "near_clip": 1e-4 * distance,
         "far_clip": 1e4 * distance,
@@ -72,14 +75,14 @@ def sensor(header, options, size, samples):
     }
 
 
-def render(arguments, header, options, size):
+def render(arguments, header, size):
     import mesotex.mitsuba
 
     light = -np.array(header["lightDirection"], float)
     scene = {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 2 + arguments.bounces, "hide_emitters": True},
-        "sensor": sensor(header, options, size, arguments.samples),
+        "sensor": sensor(header, size, arguments.samples),
         "surface": mesotex.mitsuba.shape(arguments.sample, arguments.map),
         "light": {"type": "directional", "direction": light.tolist(), "irradiance": float(header["lightIrradiance"])},
     }
@@ -104,10 +107,10 @@ def main():
     parser.add_argument("--variant", choices=("llvm_ad_rgb", "cuda_ad_rgb"), default="llvm_ad_rgb")
     arguments = parser.parse_args()
     mi.set_variant(arguments.variant)
-    header, options, channels = read_frame(arguments.frame)
+    header, channels = read_frame(arguments.frame)
     ours = reduced(np.stack([channels[name] for name in ("R", "G", "B", "A", "shadow.Y")], -1), arguments.block)
     ours, reaches = ours[..., :4], ours[..., 4]
-    theirs = render(arguments, header, options, ours.shape[1::-1])
+    theirs = render(arguments, header, ours.shape[1::-1])
 
     covered = (ours[..., 3] > 0.999) & (theirs[..., 3] > 0.999)
     alone = (ours[..., 3] > 0.5) != (theirs[..., 3] > 0.5)
