@@ -38,6 +38,7 @@ fn space(side: u32) -> Space {
         channels: mesotex::exemplar::channels::Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"sample"),
     }
 }

@@ -102,6 +102,7 @@ fn space(folder: &Path) -> Space {
         channels: mesotex::exemplar::channels::Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b""),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"sample"),
     };
     space.write(&folder.join("a.space.npz"), None).unwrap();

@@ -31,6 +31,7 @@ fn write_space(path: &Path, side: u32, tileable: bool) -> Space {
         channels: mesotex::exemplar::channels::Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b""),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"sample"),
     };
     space.write(path, None).unwrap();

@@ -145,6 +145,40 @@ fn an_obj_and_a_ply_have_the_same_mesh_and_srgb_colors() {
 }
 
 #[test]
+fn rendered_vertex_colors_are_srgb_bytes_and_linear_floats_on_request() {
+    let folder = prepared();
+    let at = folder.path();
+    let render = "render weave.sample grid.map.ply --size 32x24 --light sun:20,50";
+    let bright = run(
+        at,
+        &format!("{render} -o a --irradiance 9 --vertex-colors both.ply --linear-colors"),
+    );
+    run(
+        at,
+        &format!("{render} -o b --irradiance 9 --vertex-colors bytes.ply"),
+    );
+    let [both, bytes] = ["both.ply", "bytes.ply"].map(|name| ply::read(&at.join(name)).unwrap());
+    assert_eq!(both.vertex_count, 140);
+    let mut clipped = 0;
+    for (linear, name) in [("r", "red"), ("g", "green"), ("b", "blue")] {
+        assert!(bytes.column(linear).is_none());
+        assert_eq!(both.column(name), bytes.column(name));
+        let (found, shown) = (both.require(linear).unwrap(), both.require(name).unwrap());
+        for (&found, &shown) in found.iter().zip(shown) {
+            let wanted = encoded(found.clamp(0.0, 1.0) as f32);
+            assert_eq!(shown, f64::from((wanted * 255.0).round()));
+            clipped += usize::from(found > 1.0);
+        }
+    }
+    assert!(clipped > 0);
+    let said = format!("{clipped} numbers of colours are brighter than white");
+    assert!(bright.contains(&said), "{bright}");
+    let refused = "render weave.sample grid.map.ply -o c --linear-colors";
+    let said = refuse(at, &refused.split(' ').collect::<Vec<_>>(), 2);
+    assert!(said.contains("--vertex-colors"), "{said}");
+}
+
+#[test]
 fn usd_text_has_all_primvars_and_no_colors_without_a_sample() {
     let folder = prepared();
     let at = folder.path();

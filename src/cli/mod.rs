@@ -7,6 +7,7 @@
 mod atlas;
 mod bake;
 mod bake_maps;
+mod clipped_colors;
 mod completions;
 mod demo;
 mod endings;

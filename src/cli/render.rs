@@ -2,15 +2,17 @@
 
 mod overviews;
 pub(in crate::cli) mod surface;
+mod vertex_colors;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
 
 use crate::btf::sample::{self, Sample};
 use crate::cli::atlas::{self, Look};
+use crate::cli::clipped_colors::describe_clipped;
 use crate::cli::info::kind::Kind;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
@@ -19,10 +21,8 @@ use crate::cli::render::overviews::Overviews;
 use crate::cli::render::surface::Surface;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
-use crate::format::ours::{Format, MESH_MARK};
-use crate::format::ply::{self, Column};
+use crate::format::ours::Format;
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::mesh::origin::origin_comment;
 use crate::render::memory;
 use crate::render::options::RenderOptions;
 use crate::render::sequence::{self, Inputs, Report};
@@ -62,10 +62,13 @@ pub struct Arguments {
     /// Folder of the frames; made when it is not there.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Write the vertices' linear colours under the first frame's view and light (float
-    /// properties red, green, blue: `vertex_color` in Mitsuba).
+    /// Write the mesh with the vertices' colours under the first frame's view and light: bytes red, green,
+    /// blue (sRGB), as MeshLab and Blender show them.
     #[arg(long, value_name = "FILE.ply")]
     pub vertex_colors: Option<PathBuf>,
+    /// Write the linear numbers beside these bytes, as floats r, g, b (`vertex_color` in Mitsuba).
+    #[arg(long, requires = "vertex_colors")]
+    pub linear_colors: bool,
     /// Render even though the map was made from a sample with another id.
     #[arg(long)]
     pub force: bool,
@@ -119,11 +122,7 @@ impl Arguments {
             folder: &self.output,
             force: self.force,
         };
-        let mut outcome = Outcome::default();
-        if let Some(file) = &self.vertex_colors {
-            self.write_vertex_colors(&inputs, file, session)?;
-            outcome = outcome.wrote(file);
-        }
+        let outcome = self.write_vertex_colors(&inputs, Outcome::default(), session)?;
         let start = Instant::now();
         let report = sequence::render(&inputs, &self.options, &session.progress())?;
         let seconds = start.elapsed().as_secs_f64();
@@ -195,7 +194,15 @@ impl Arguments {
         files
     }
 
-    fn write_vertex_colors(&self, inputs: &Inputs, file: &Path, session: &Session) -> Result<()> {
+    fn write_vertex_colors(
+        &self,
+        inputs: &Inputs,
+        outcome: Outcome,
+        session: &Session,
+    ) -> Result<Outcome> {
+        let Some(file) = &self.vertex_colors else {
+            return Ok(outcome);
+        };
         let (colors, _) = sequence::with_renderer(
             inputs,
             &self.options,
@@ -205,26 +212,8 @@ impl Arguments {
                 None => Ok(Vec::new()),
             },
         )?;
-        let map = inputs.map;
-        let axis = |k: usize| -> Vec<f32> { map.mesh.positions.iter().map(|p| p[k]).collect() };
-        let normal = |k: usize| -> Vec<f32> { map.normals.iter().map(|n| n[k]).collect() };
-        let channel = |k: usize| -> Vec<f32> { colors.iter().map(|color| color[k]).collect() };
-        let names = ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"];
-        let columns: Vec<Vec<f32>> = (0..9)
-            .map(|column| match (column / 3, column % 3) {
-                (0, k) => axis(k),
-                (1, k) => normal(k),
-                (_, k) => channel(k),
-            })
-            .collect();
-        let columns: Vec<_> = names
-            .into_iter()
-            .zip(&columns)
-            .map(|(name, numbers)| (name, Column::Float(numbers)))
-            .collect();
-        let mut comments = vec![MESH_MARK.into(), "colors are linear Rec. 709".into()];
-        comments.extend(origin_comment(map.header.origin));
-        ply::write(file, &comments, &columns, &map.mesh.triangles)
+        vertex_colors::write(file, inputs.map, &colors, self.linear_colors)?;
+        Ok(describe_clipped(outcome, &colors).wrote(file))
     }
 }
 

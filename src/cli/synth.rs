@@ -2,6 +2,7 @@
 
 mod controls;
 mod faces;
+mod physical_scale;
 mod pictures;
 mod product;
 mod renamed;
@@ -21,6 +22,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::synth::faces::{FaceOutputs, Request};
+use crate::cli::synth::physical_scale::PhysicalTexel;
 use crate::cli::synth::pictures::{PictureArguments, Plane};
 use crate::cli::synth::renamed::RenamedOptions;
 use crate::cli::synth::report::{AtlasFigures, Report, Seconds};
@@ -59,6 +61,7 @@ pub const IF_INTERRUPTED: &str =
 Examples:
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply --levels 3 --texel 0.01
+  mesotex synth bark.space.npz bark.knn.npz bunny.ply -o bunny.map.ply --mesh-unit cm
   mesotex synth bark.space.npz bark.knn.npz --grid 256x256 -o flat.map.ply --pictures flat
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o full.map.ply --search full --report full.json
   mesotex synth bark.space.npz bark.knn.npz bunny.ply -o round.map.ply --method adaptive
@@ -116,11 +119,15 @@ impl Arguments {
         let (space, table) = self.read_exemplar(&options)?;
         let started = Instant::now();
         let is_measured = self.report.is_some() || self.pictures.pictures.is_some();
-        let (target, exemplar) = (&self.target, (&space, &table));
+        let physical = self.target.physical_texel(&space)?;
+        let by_unit = |error| name_texel(physical, error);
+        let (target, exemplar) = (self.target.with_texel(physical), (&space, &table));
         let user = target.read_mesh(session)?;
-        let choice = target.choose_levels(exemplar, user.as_ref(), &options)?;
+        let choice = target.choose_levels(exemplar, user.as_ref(), &options);
+        let choice = choice.map_err(by_unit)?;
         let options = with_levels(options, choice.as_ref());
-        let prepared = target.prepare(user, exemplar, &options, is_measured, session)?;
+        let prepared = target.prepare(user, exemplar, &options, is_measured, session);
+        let prepared = prepared.map_err(by_unit)?;
         let target = prepared.target;
         let done = target.sites.with(Job {
             arguments: self,
@@ -160,7 +167,8 @@ impl Arguments {
             session.progress().warn(error.to_string());
         }
         let next = product::next(&self.output, &space, &self.model);
-        Ok(self.outcome(&report, done.seconds, &drawn).next(next))
+        let outcome = self.outcome(&report, done.seconds, &drawn);
+        Ok(describe_texel(physical, outcome).next(next))
     }
 
     fn run_on_faces(&self, session: &Session) -> Result<Outcome> {
@@ -169,16 +177,19 @@ impl Arguments {
         let Some(mesh) = self.mesh_path() else {
             return Err(Error::option("onto", "faces without a mesh", "SPACE MESH"));
         };
+        let physical = self.target.physical_texel(&space)?;
         let request = Request {
             mesh,
-            target: &self.target,
+            target: &self.target.with_texel(physical),
             options: &self.options,
             pictures: &self.pictures,
             outputs: &self.faces,
             output: &self.output,
             report: self.report.as_deref(),
         };
-        faces::run(&request, &space, session)
+        let outcome = faces::run(&request, &space, session);
+        let outcome = outcome.map_err(|error| name_texel(physical, error))?;
+        Ok(describe_texel(physical, outcome))
     }
 
     /// Writes the map, the report and the pictures; returns the files beside map and report.
@@ -305,6 +316,22 @@ impl Arguments {
             outcome = outcome.wrote(path);
         }
         outcome
+    }
+}
+
+/// An error about the texel, by the unit that it came from.
+fn name_texel(physical: Option<PhysicalTexel>, error: Error) -> Error {
+    match physical {
+        Some(physical) => physical.name_in(error),
+        None => error,
+    }
+}
+
+/// Says how large a texel is, where it came from a unit.
+fn describe_texel(physical: Option<PhysicalTexel>, outcome: Outcome) -> Outcome {
+    match physical {
+        Some(physical) => outcome.line(physical.describe()),
+        None => outcome,
     }
 }
 

@@ -38,6 +38,8 @@ pub struct Space {
     pub controls: Vec<Controls>,
     /// This space's own id.
     pub id: ContentId,
+    /// Side of a texel of level 0 in millimetres, where the sample says it.
+    pub texel_mm: Option<f64>,
     /// The id of the sample it describes.
     pub sample: ContentId,
 }
@@ -60,6 +62,8 @@ struct Meta {
     kind: Kind,
     tileable: bool,
     levels: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    texel_mm: Option<f64>,
     sample: ContentId,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     textons: Option<ContentId>,
@@ -78,6 +82,7 @@ pub fn from_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Result<Spac
         channels: Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(&[]),
+        texel_mm: vocabulary.texel_mm,
         sample: vocabulary.sample.clone(),
     })
 }
@@ -132,6 +137,7 @@ impl Space {
             levels,
             controls,
             id: ContentId::of_bytes(&[]),
+            texel_mm: None,
             sample,
         })
     }
@@ -158,6 +164,7 @@ impl Space {
             kind: self.kind(),
             tileable: self.tileable(),
             levels: self.levels.len(),
+            texel_mm: self.texel_mm,
             sample: self.sample.clone(),
             textons: textons.cloned(),
             channels: self.stated_channels()?,
@@ -219,6 +226,7 @@ impl Space {
             levels,
             controls,
             id,
+            texel_mm: meta.texel_mm,
             sample: meta.sample,
         })
     }
@@ -237,6 +245,14 @@ fn read_meta(file: &mut npz::Reader) -> Result<Meta> {
         return Err(file
             .fault("meta.json: version", meta.version.to_string())
             .expected(VERSION.to_string()));
+    }
+    if let Some(size) = meta
+        .texel_mm
+        .filter(|size| !(*size > 0.0 && size.is_finite()))
+    {
+        return Err(file
+            .fault("meta.json: texel_mm", size.to_string())
+            .expected("a length above 0"));
     }
     if !(1..=32).contains(&meta.levels) {
         return Err(file

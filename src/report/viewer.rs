@@ -14,10 +14,10 @@ use crate::render::bounds::Bounds;
 use crate::render::even_light;
 use crate::render::front::Front;
 use crate::report::coarser_surface::coarser_surface;
+use crate::report::numbers;
 use crate::report::page::{STYLE, bundle, filled, json};
 use crate::report::surface_columns::{SurfaceDescription, surface_columns};
 use crate::report::view_factors::{Limits, ViewFactors, view_factors};
-use crate::report::numbers;
 
 /// The most bytes of a page.
 pub const LARGEST_PAGE: usize = 30_000_000;
@@ -117,7 +117,10 @@ pub fn viewer_page(
         ));
     }
     let up = options.up;
-    let front = Front::of(&map.mesh, up, options.front)?.axis.vector().to_array();
+    let front = Front::of(&map.mesh, up, options.front)?
+        .axis
+        .vector()
+        .to_array();
     let description = json!({
         "sample": sample_description(sample, &factors),
         "surface": surface.description,

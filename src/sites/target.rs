@@ -302,7 +302,7 @@ fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
         "texel",
         format!("{texel}: {found}"),
         format!(
-            "about {:.3e} for this mesh, or mesh --vertices {} for this texel",
+            "--texel {:.3e} for this mesh, or mesh --vertices {} for this texel",
             (area / count.max(1) as f64).sqrt(),
             (area / texel.powi(2)).ceil()
         ),

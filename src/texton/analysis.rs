@@ -117,6 +117,7 @@ pub fn analyze(
         tileable: stack.grids[0].tileable,
         options: recorded(options)?,
         seed: options.seed,
+        texel_mm: sample.description().texel_mm,
         sample: sample.id().clone(),
         id: ContentId::of_bytes(&[]),
         representatives,

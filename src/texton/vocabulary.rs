@@ -62,6 +62,8 @@ pub struct Vocabulary<Centroids = Array2<f32>> {
     pub options: Value,
     /// The seed it was made with.
     pub seed: u64,
+    /// Side of a texel in millimetres, where the sample says it.
+    pub texel_mm: Option<f64>,
     /// The id of the sample.
     pub sample: ContentId,
     /// This vocabulary's own id.
@@ -101,6 +103,8 @@ struct Meta {
     seed: u64,
     inertia: Vec<f64>,
     iterations: Vec<u32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    texel_mm: Option<f64>,
     sample: ContentId,
     #[serde(skip_serializing)]
     id: Option<ContentId>,
@@ -129,6 +133,7 @@ impl FoundVocabulary {
             seed: self.seed,
             inertia: self.levels.iter().map(|level| level.inertia).collect(),
             iterations: self.levels.iter().map(|level| level.iterations).collect(),
+            texel_mm: self.texel_mm,
             sample: self.sample.clone(),
             id: None,
         };
@@ -176,6 +181,7 @@ impl Vocabulary {
             tileable: stored.tileable,
             options: stored.options,
             seed: stored.seed,
+            texel_mm: stored.texel_mm,
             sample: stored.sample,
             id: stored.id,
         })
@@ -230,6 +236,7 @@ impl StoredVocabulary {
             tileable: meta.tileable,
             options: meta.options,
             seed: meta.seed,
+            texel_mm: meta.texel_mm,
             sample: meta.sample,
             id,
         })
@@ -267,6 +274,14 @@ fn check_meta(file: &npz::Reader, meta: &Meta) -> Result<()> {
                 format!("{levels} and {} levels", meta.iterations.len()),
             )
             .expected(format!("1 to {MOST_LEVELS}, as many of each")));
+    }
+    if let Some(size) = meta
+        .texel_mm
+        .filter(|size| !(*size > 0.0 && size.is_finite()))
+    {
+        return Err(file
+            .fault("meta.json: texel_mm", size.to_string())
+            .expected("a length above 0"));
     }
     let sound = |inertia: &f64| *inertia >= 0.0 && inertia.is_finite();
     if let Some(inertia) = meta.inertia.iter().find(|inertia| !sound(inertia)) {

@@ -300,6 +300,7 @@ pub fn space() -> Space {
         channels: mesotex::exemplar::channels::Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"sample"),
     }
 }

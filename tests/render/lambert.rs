@@ -29,6 +29,7 @@ fn a_lambertian_ball_is_lambertian() {
             &sun,
             "--shadows",
             "none",
+            "--linear-colors",
             "--vertex-colors",
             text(&file),
         ];

@@ -330,9 +330,10 @@ fn read_frame(path: &Path) -> Picture {
     picture
 }
 
+/// The linear colours that `--linear-colors` writes.
 fn vertex_colors(path: &Path) -> Vec<[f64; 3]> {
     let file = ply::read(path).unwrap();
-    let channels = ["red", "green", "blue"].map(|name| file.require(name).unwrap().to_vec());
+    let channels = ["r", "g", "b"].map(|name| file.require(name).unwrap().to_vec());
     (0..file.vertex_count)
         .map(|v| [0, 1, 2].map(|k: usize| channels[k][v]))
         .collect()
@@ -410,6 +411,7 @@ fn vertex_colors_equal_the_formula_in_all_weightings() {
                 weights,
                 "--size",
                 "16x16",
+                "--linear-colors",
                 "--vertex-colors",
                 text(&file),
                 "--camera-position",
@@ -482,6 +484,7 @@ fn stored_values_come_back_at_sampled_directions() {
                 "0,0,0",
                 "--light",
                 &sun,
+                "--linear-colors",
                 "--vertex-colors",
                 text(&file),
             ],

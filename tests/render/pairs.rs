@@ -65,6 +65,7 @@ fn scattered_pairs_are_weighted_by_both_angles() {
             "8x8",
             "--weights",
             weights,
+            "--linear-colors",
             "--vertex-colors",
             text(&file),
         ];

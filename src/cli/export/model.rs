@@ -7,6 +7,7 @@ use clap::Args;
 
 use crate::btf::direction::Direction;
 use crate::btf::sample::Sample;
+use crate::cli::clipped_colors::describe_clipped;
 use crate::cli::outcome::Outcome;
 use crate::error::{Error, Result};
 use crate::maps::vertex_map::SurfaceTextonMap;
@@ -83,22 +84,11 @@ pub(super) fn run(
     }
     .write(output, format)?;
     let (vertices, triangles) = (map.mesh.positions.len(), map.mesh.triangles.len());
-    let mut outcome = Outcome::default()
+    let outcome = Outcome::default()
         .line(format!("{vertices} vertices, {triangles} triangles"))
         .figure("vertices", vertices)
         .figure("triangles", triangles);
-    let clipped = colors
-        .iter()
-        .flatten()
-        .flatten()
-        .filter(|&&value| value > 1.0)
-        .count();
-    if clipped > 0 {
-        outcome = outcome.line(format!(
-            "{clipped} numbers of colours are brighter than white, and are 1 in the file"
-        ));
-    }
-    Ok(outcome.figure("clipped", clipped).wrote(output))
+    Ok(describe_clipped(outcome, colors.as_deref().unwrap_or_default()).wrote(output))
 }
 
 /// The sample's colour at every vertex: linear, white for a white plane that faces the light.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::cli::machine::Need;
 use crate::cli::session::Session;
 use crate::cli::synth::controls;
+use crate::cli::synth::physical_scale::{MeshUnit, PhysicalTexel, check_texel_count};
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
@@ -62,7 +63,7 @@ pub struct Prepared {
 }
 
 /// The target and how it is prepared.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Target")]
 pub struct TargetArguments {
     /// The mesh: OBJ, PLY, STL, OFF, glTF or GLB
@@ -77,6 +78,9 @@ pub struct TargetArguments {
     /// What lies beyond the grid's border
     #[arg(long, value_enum, default_value_t = Border::Wrap)]
     pub border: Border,
+    /// The unit of the mesh's coordinates: texels get the size that the sample says, in place of --texel
+    #[arg(long, value_enum, value_name = "UNIT", conflicts_with = "texel")]
+    pub mesh_unit: Option<MeshUnit>,
     #[command(flatten)]
     pub surface: SurfaceOptions,
     #[command(flatten)]
@@ -149,6 +153,21 @@ impl TargetArguments {
             (None, Some(Onto::Atlas)) => "--onto atlas".into(),
             (None, _) => format!("--method {}", method.name()),
         }
+    }
+
+    /// The size of a texel where the mesh's unit is given; refused where the space does not say it.
+    pub fn physical_texel(&self, space: &Space) -> Result<Option<PhysicalTexel>> {
+        let size = |unit| PhysicalTexel::new(unit, space.texel_mm);
+        self.mesh_unit.map(size).transpose()
+    }
+
+    /// The same target with a texel of that size, if there is one.
+    pub fn with_texel(&self, physical: Option<PhysicalTexel>) -> Self {
+        let mut target = self.clone();
+        if let Some(physical) = physical {
+            target.surface.texel = Some(physical.mesh_units());
+        }
+        target
     }
 
     /// Reads the mesh, where the target is one.
@@ -385,6 +404,7 @@ impl MeshTarget<'_> {
     fn prepare_round(&self, options: &RoundOptions) -> Result<Prepared> {
         let user = self.user;
         let texel = texel_on(&user.mesh, options.texel)?;
+        check_texel_count(&user.mesh, texel)?;
         check_memory(
             "rings",
             format!(
@@ -419,6 +439,7 @@ impl MeshTarget<'_> {
 fn check_mesh(path: &Path, user: &UserMesh, options: &SurfaceOptions, exemplar: u64) -> Result<()> {
     options.validate()?;
     let texel = options.texel_on(&user.mesh)?;
+    check_texel_count(&user.mesh, texel)?;
     if let Some(scale) = varying(user.scale.as_deref()) {
         check_scale(scale, texel).map_err(|error| error.in_file(path))?;
     }

@@ -103,7 +103,7 @@ fn with_method(arguments: &Arguments) -> String {
 /// What belongs to kinds of targets.
 pub(super) const TARGETS: &[Rule<Arguments>] = &[
     Rule {
-        options: &["texel"],
+        options: &["texel", "mesh-unit"],
         unused: |arguments| {
             let target = &arguments.target;
             given_for(arguments, target.grid.is_some() || target.is_atlas())

@@ -62,6 +62,7 @@ fn space(levels: Vec<Controls>) -> Space {
         channels: Channels::default(),
         controls: levels,
         id: ContentId::of_bytes(b""),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"sample"),
     }
 }

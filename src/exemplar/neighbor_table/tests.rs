@@ -35,6 +35,7 @@ fn random_space(width: u32, height: u32, tileable: bool, levels: usize, plain: b
         channels: Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b"x"),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"s"),
     }
 }

@@ -22,6 +22,7 @@ fn space() -> Space {
         channels: Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(&[]),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"sample"),
     }
 }

@@ -146,7 +146,9 @@ pub fn texel_on(mesh: &TriangleMesh, asked: Option<f64>) -> Result<f64> {
         "texel",
         texel.to_string(),
         format!(
-            "at most {largest}, the diagonal of the mesh's box, and no less than {LEAST_TEXEL:e} of it"
+            "at most {largest}, the diagonal of the mesh's box, and no less than {LEAST_TEXEL:e} of it; with \
+             --texel {:.3e} each vertex stands for a texel",
+            (area / mesh.referenced_count() as f64).sqrt()
         ),
     ))
 }
@@ -183,8 +185,9 @@ pub fn warn_of_texel(mesh: &TriangleMesh, texel: f64, progress: Progress<'_>) {
     if texel * texel * TEXELS_A_VERTEX < share {
         progress.warn(format!(
             "a vertex stands for {:.0} texels of {texel}: the texture is undersampled; retile the mesh \
-             with mesotex mesh --vertices N, or ask for a larger --texel",
-            share / (texel * texel)
+             with mesotex mesh --vertices {:.0}, or ask for a larger --texel",
+            share / (texel * texel),
+            (mesh.area() / (texel * texel)).ceil()
         ));
     }
 }

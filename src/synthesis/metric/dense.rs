@@ -156,6 +156,7 @@ mod tests {
             channels: Channels::default(),
             controls: Vec::new(),
             id: ContentId::of_bytes(b"space"),
+            texel_mm: None,
             sample: ContentId::of_bytes(b"sample"),
         };
         let options = KnnOptions {

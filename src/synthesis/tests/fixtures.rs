@@ -48,6 +48,7 @@ pub fn random_exemplar(
         channels: crate::exemplar::channels::Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"sample"),
     };
     let mut grid = TexelGrid {

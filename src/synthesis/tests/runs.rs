@@ -79,6 +79,7 @@ fn unique_exemplar(side: u32) -> (Space, NeighborTable) {
         channels: crate::exemplar::channels::Channels::default(),
         controls: Vec::new(),
         id: crate::format::id::ContentId::of_bytes(b"unique"),
+        texel_mm: None,
         sample: crate::format::id::ContentId::of_bytes(b"sample"),
     };
     let table = fixtures::exact_table(&space, 4);

@@ -46,6 +46,7 @@ impl Case {
             channels: crate::exemplar::channels::Channels::default(),
             controls: Vec::new(),
             id: ContentId::of_bytes(b"space"),
+            texel_mm: None,
             sample: ContentId::of_bytes(b"sample"),
         };
         let options = KnnOptions {

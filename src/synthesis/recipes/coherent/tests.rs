@@ -30,6 +30,7 @@ fn picture(grid: TexelGrid, numbers: usize, value: impl Fn(u32, u32, usize) -> f
         channels: Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"sample"),
     }
 }

@@ -42,6 +42,7 @@ fn exemplar(picture: impl Fn(usize, usize) -> f32, controls: Controls) -> (Space
         channels: Channels::default(),
         controls: vec![controls, above],
         id: ContentId::of_bytes(b"space"),
+        texel_mm: None,
         sample: ContentId::of_bytes(b"sample"),
     };
     let options = KnnOptions {
