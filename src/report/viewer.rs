@@ -104,7 +104,10 @@ pub fn viewer_page(
     let factors = view_factors(sample, &limits, progress)?;
     let notes = notes(&factors, options, sample);
     let up = options.up;
-    let front = Front::of(&map.mesh, up, options.front)?.axis.vector().to_array();
+    let front = Front::of(&map.mesh, up, options.front)?
+        .axis
+        .vector()
+        .to_array();
     let description = json!({
         "sample": sample_description(sample, &factors),
         "surface": surface,
