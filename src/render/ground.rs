@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::render::bounds::Bounds;
@@ -34,6 +34,9 @@ pub struct Ground {
     up: DVec3,
     /// The plane's distance from the origin, along `up`.
     height: f64,
+    /// A sphere round the mesh: light that passes it by is not hidden.
+    centre: Vec3,
+    radius: f32,
     sky: Option<OpenSky>,
 }
 
@@ -58,6 +61,8 @@ impl Ground {
         let mut ground = Self {
             up,
             height: bounds.low.dot(up).min(bounds.high.dot(up)),
+            centre: bounds.centre.as_vec3(),
+            radius: (1.001 * bounds.radius) as f32,
             sky: None,
         };
         ground.sky = has_fill.then(|| OpenSky::find(&ground, bounds, occluders));
@@ -155,6 +160,9 @@ impl Ground {
         let turn = p.x.to_bits() ^ p.y.to_bits().rotate_left(11) ^ p.z.to_bits().rotate_left(22);
         let seen = |light: &Light, incidence: &Incidence, rays: u32| {
             let cone = Cone::of_light(light, rays);
+            if self.passes_by(p, incidence, cone) {
+                return 1.0;
+            }
             occluders.visibility(p, up, Departure::Point, incidence, cone, turn)
         };
         let (mut sent, mut received) = (0.0, 0.0);
@@ -181,6 +189,14 @@ impl Ground {
             true => 1.0 - received / sent,
             false => 0.0,
         }
+    }
+
+    /// Whether all rays of a cone from a point miss the sphere round the mesh.
+    fn passes_by(&self, point: Vec3, incidence: &Incidence, cone: Cone) -> bool {
+        let offset = self.centre - point;
+        let along = offset.dot(incidence.towards);
+        let across = (offset.length_squared() - along * along).max(0.0).sqrt();
+        across > self.radius + along.max(0.0) * cone.tangent
     }
 
     /// Gives pixels that show the ground its depth and normal.
