@@ -440,8 +440,13 @@ fn reports_reach_a_pipe_while_the_scene_runs() {
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
-    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-    assert!(lines.next().unwrap().unwrap().starts_with("bake"));
+    let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    // The plan stands before the first stage.
+    let mut stages = lines
+        .map(Result::unwrap)
+        .filter(|line| !line.starts_with(' '));
+    assert!(stages.next().unwrap().starts_with("plan: "));
+    assert!(stages.next().unwrap().starts_with("bake"));
     assert!(!scene.path().join("out/small.path/contact.png").exists());
     child.kill().unwrap();
     child.wait().unwrap();

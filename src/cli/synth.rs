@@ -219,15 +219,15 @@ impl Arguments {
         }
         self.options.validate()?;
         self.target.check(self.options.method)?;
-        if !self.is_onto_faces() {
-            self.check_table_is_given()?;
-        }
         product::check(&self.output, self.target.is_atlas(), &self.model)?;
         self.target.surface.validate()
     }
 
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
+        if !self.is_onto_faces() {
+            self.check_table_is_given()?;
+        }
         let mut files = Files::default()
             .read_as(&[Kind::Archive], &self.space)
             .read(self.table_path())

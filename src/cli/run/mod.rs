@@ -89,38 +89,42 @@ impl Arguments {
         let (scene, stages, record) = opened(&self.scene, &text, self.quality)?;
         let stages = until::up_to(stages, self.until.as_deref())?;
         let session = session.with_seed(self.common.seed.or(scene.seed));
-        let is_damaged = record.is_damaged;
-        let mut chain = Chain {
+        let chain = Chain {
             session: &session,
             folder,
             fresh: self.fresh,
             record,
         };
-        if self.dry_run {
-            return chain.commands(&stages);
+        match (self.dry_run, self.plan) {
+            (true, _) => chain.commands(&stages),
+            (_, true) => chain.expectations(&stages, self.has_pages()),
+            _ => self.run_stages(chain, &scene, &stages),
         }
-        let has_pages = !self.no_pages && self.until.is_none();
-        if self.plan {
-            let plan = chain.plan(&stages, has_pages)?;
-            let outcome = Outcome::default().figure("plan", plan.figures());
-            return Ok(plan.lines().into_iter().fold(outcome, Outcome::line));
-        }
+    }
+
+    /// Whether pages are made: by runs of the whole scene.
+    fn has_pages(&self) -> bool {
+        !self.no_pages && self.until.is_none()
+    }
+
+    fn run_stages(&self, mut chain: Chain<'_>, scene: &Scene, stages: &[Stage]) -> Result<Outcome> {
         fs::create_dir_all(&scene.output).map_err(Error::io(&scene.output, "create"))?;
         let _lock = OutputLock::acquire(&scene.output.join("scene"))?;
         leftovers::remove(&scene.output, &[]);
-        if is_damaged {
-            session
+        if chain.record.is_damaged {
+            chain
+                .session
                 .progress()
                 .warn("run.json: damaged, or of another version; every stage runs again");
         }
         let pages = Pages {
-            scene: &scene,
+            scene,
             file: self.scene.file_name().unwrap_or_default().into(),
             quality: self.quality,
             common: &self.common,
         };
-        chain.tell_plan(&stages, has_pages)?;
-        chain.run(&stages, has_pages.then_some(&pages))
+        chain.tell_plan(stages, self.has_pages())?;
+        chain.run(stages, self.has_pages().then_some(&pages))
     }
 }
 
@@ -201,10 +205,12 @@ impl Chain<'_> {
         Ok(report.json(&[]))
     }
 
-    /// What a run will take.
-    fn plan(&mut self, stages: &[Stage], has_pages: bool) -> Result<Plan> {
+    /// Says what a run will take; writes nothing.
+    fn expectations(mut self, stages: &[Stage], has_pages: bool) -> Result<Outcome> {
         let done = self.done(stages)?;
-        Plan::of(stages, &done, has_pages, self.session.progress())
+        let plan = Plan::of(stages, &done, has_pages, self.session.progress())?;
+        let outcome = Outcome::default().figure("plan", plan.figures());
+        Ok(plan.lines().into_iter().fold(outcome, Outcome::line))
     }
 
     /// Says what the run will take, where something is to be done.
