@@ -101,6 +101,21 @@ fn a_picture_becomes_an_exemplar_and_a_flat_map() {
 }
 
 #[test]
+fn a_picture_may_say_how_large_its_texels_are() {
+    let folder = prepared();
+    let at = folder.path();
+    let exemplar = "exemplar a.png -o b --tile --levels 2 --k 5 --texel-mm";
+    succeeds(at, &format!("{exemplar} 2.5"));
+    let space = Space::read(&at.join("b.space.npz")).unwrap();
+    assert_eq!(space.texel_mm, Some(2.5));
+    assert!(succeeds(at, "info b.space.npz").contains("2.5 mm per texel"));
+    assert!(succeeds(at, "info b.sample").contains("2.5 mm per texel"));
+    let (code, message) = fails(at, &format!("{exemplar} 0"));
+    assert_eq!(code, 2);
+    assert!(message.contains("--texel-mm: 0"), "{message}");
+}
+
+#[test]
 fn a_polished_map_is_the_same_at_any_number_of_threads() {
     let folder = prepared();
     let map = |words: &str| {

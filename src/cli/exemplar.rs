@@ -66,8 +66,14 @@ impl Arguments {
         let unknown = ContentId::of_bytes(&[]);
         let mut space = space_of_images(&images, controls, self.levels, self.tile, &unknown)?;
         let mut table = neighbor_table::build(&space, &self.knn, session.progress())?;
-        let source = json!({"kind": "plain images", "images": self.images.len()});
-        let written = write_plain_sample(sample_path, &self.output, (colors, self.tile), source);
+        space.texel_mm = self.texel_mm;
+        let sample = PlainSample {
+            colors,
+            tileable: self.tile,
+            texel_mm: self.texel_mm,
+            source: json!({"kind": "plain images", "images": self.images.len()}),
+        };
+        let written = sample.write(sample_path, &self.output);
         space.sample = written.map_err(|error| error.in_file(&self.images[0]))?;
         space.write(space_path, None)?;
         table.space = space.id.clone();
@@ -98,50 +104,68 @@ impl Arguments {
     pub fn check(&self) -> Result<()> {
         check_stem("output", &self.output, &PRODUCTS)?;
         self.check_kinds()?;
+        if let Some(side) = self
+            .texel_mm
+            .filter(|side| !(*side > 0.0 && side.is_finite()))
+        {
+            return Err(Error::option(
+                "texel-mm",
+                side.to_string(),
+                "a length above 0",
+            ));
+        }
         weights::check(&self.weights, self.images.len())?;
         self.knn.validate()
     }
 }
 
 /// Colours as a sample of one view and one light: a white Lambertian plane under a light from above is 1/π.
-/// `name` is what the outputs are named after, `source` says where the colours come from.
-pub(in crate::cli) fn write_plain_sample(
-    path: &Path,
-    name: &Path,
-    (colors, tileable): (&FloatImage, bool),
-    source: Value,
-) -> Result<ContentId> {
-    let mut radiance = colors.clone().into_linear().into_rgb().data;
-    if let Some(below) = radiance.iter().find(|value| **value < 0.0) {
-        return Err(
-            Error::data("colour", below.to_string()).expected("0 or more: it is rendered as light")
-        );
+pub(in crate::cli) struct PlainSample<'a> {
+    /// The colours.
+    pub colors: &'a FloatImage,
+    /// Whether borders wrap.
+    pub tileable: bool,
+    /// Side of a texel in millimetres, where known.
+    pub texel_mm: Option<f64>,
+    /// Where the colours come from.
+    pub source: Value,
+}
+
+impl PlainSample<'_> {
+    /// Writes the sample; `name` is what the outputs are named after.
+    pub(in crate::cli) fn write(self, path: &Path, name: &Path) -> Result<ContentId> {
+        let colors = self.colors;
+        let mut radiance = colors.clone().into_linear().into_rgb().data;
+        if let Some(below) = radiance.iter().find(|value| **value < 0.0) {
+            return Err(Error::data("colour", below.to_string())
+                .expected("0 or more: it is rendered as light"));
+        }
+        radiance.iter_mut().for_each(|value| *value /= PI);
+        let above = Direction(DVec3::Z);
+        let name = name.file_name().unwrap_or_default().to_string_lossy();
+        let mut writer = SampleWriter::create(
+            path,
+            Description {
+                format: crate::btf::sample::FORMAT.into(),
+                version: crate::btf::sample::VERSION,
+                name: name.into_owned(),
+                width: colors.width,
+                height: colors.height,
+                channels: 3,
+                dtype: DType::F4,
+                texel_mm: self.texel_mm,
+                layout: Layout::Product,
+                views: vec![above],
+                lights: vec![above],
+                pairs: None,
+                tileable: self.tileable,
+                id: ContentId::of_bytes(&[]),
+                source: self.source,
+            },
+        )?;
+        writer.push(&radiance)?;
+        Ok(writer.finish()?.id)
     }
-    radiance.iter_mut().for_each(|value| *value /= PI);
-    let above = Direction(DVec3::Z);
-    let name = name.file_name().unwrap_or_default().to_string_lossy();
-    let mut writer = SampleWriter::create(
-        path,
-        Description {
-            format: crate::btf::sample::FORMAT.into(),
-            version: crate::btf::sample::VERSION,
-            name: name.into_owned(),
-            width: colors.width,
-            height: colors.height,
-            channels: 3,
-            dtype: DType::F4,
-            texel_mm: None,
-            layout: Layout::Product,
-            views: vec![above],
-            lights: vec![above],
-            pairs: None,
-            tileable,
-            id: ContentId::of_bytes(&[]),
-            source,
-        },
-    )?;
-    writer.push(&radiance)?;
-    Ok(writer.finish()?.id)
 }
 
 /// `NAME.KIND`.

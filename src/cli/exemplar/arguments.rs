@@ -32,6 +32,9 @@ pub struct Arguments {
     /// Opposite borders of the images continue each other
     #[arg(long)]
     pub tile: bool,
+    /// Side of a texel in millimetres, where known: `synth --mesh-unit` gives it that size on a mesh
+    #[arg(long, value_name = "X")]
+    pub texel_mm: Option<f64>,
     /// Levels of the pyramid, the finest included
     #[arg(long, default_value_t = 4)]
     pub levels: u32,

@@ -107,11 +107,17 @@ fn describe_vocabulary(vocabulary: &StoredVocabulary) -> Outcome {
     outcome.figure("textons", textons)
 }
 
+/// The size of a texel, where it is known.
+fn side_of(texel_mm: Option<f64>) -> String {
+    texel_mm.map_or(String::new(), |mm| format!(", {mm} mm per texel"))
+}
+
 fn describe_space(space: &Space) -> Outcome {
     let mut outcome = Outcome::default()
         .line(format!(
-            "surface texton space: {} levels, {}",
+            "surface texton space: {} levels{}, {}",
             space.levels.len(),
+            side_of(space.texel_mm),
             tiles(space.tileable())
         ))
         .figure("kind", "surface texton space")

@@ -129,7 +129,7 @@ fn headline(description: &Description) -> String {
     };
     let side = description
         .texel_mm
-        .map_or(String::new(), |mm| format!(", {mm} mm a texel"));
+        .map_or(String::new(), |mm| format!(", {mm} mm per texel"));
     format!(
         "sample `{}`: {} × {} texels{side}, {tile}, {} images ({layout})",
         description.name,

@@ -58,8 +58,8 @@ impl PhysicalTexel {
             return Err(Error::option(
                 "mesh-unit",
                 format!("{unit}, but the space does not say how large a texel is"),
-                "--texel X, in mesh units; or a sample that says it (import --texel-mm, texel-mm or width-mm in a \
-                 recipe of bake), and its textons and space made anew",
+                "--texel X, in mesh units; or a sample that says it (--texel-mm of import or exemplar, \
+                 texel-mm or width-mm in a recipe of bake), and its textons and space made anew",
             ));
         };
         Ok(Self { unit, millimetres })

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::btf::sample::{Description, Sample};
 use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
 use crate::cli::endings::check_stem;
-use crate::cli::exemplar::{describe_channels, with_kind, write_plain_sample};
+use crate::cli::exemplar::{PlainSample, describe_channels, with_kind};
 use crate::cli::mask::write_mask;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -117,10 +117,16 @@ impl OutputOptions {
             .iter()
             .filter_map(|of| of.sample.as_ref())
             .collect();
+        space.texel_mm = samples.first().and_then(|of| of.description().texel_mm);
         space.sample = match samples.is_empty() {
             true => {
-                let colors = (&images[0].image, false);
-                write_plain_sample(&paths[0], &self.output, colors, source)?
+                let sample = PlainSample {
+                    colors: &images[0].image,
+                    tileable: false,
+                    texel_mm: None,
+                    source,
+                };
+                sample.write(&paths[0], &self.output)?
             }
             false => self.write_sample(&paths[0], &samples, &made.picks, source, progress)?,
         };
