@@ -4,7 +4,7 @@
 //! more than a rounding error, so that no ray slips between two triangles. A ray leaves the
 //! surface a little above its point and passes over the triangles that the point belongs to.
 
-mod beam;
+pub mod beam;
 
 use std::time::Duration;
 
@@ -14,8 +14,6 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::Ray;
 use obvhs::{Boundable, BvhBuildParams};
-
-pub use beam::RayStart;
 
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::render::bounds::Bounds;
@@ -274,9 +272,12 @@ impl Shear {
     /// where it does not.
     #[inline(always)]
     fn distance(&self, origin: Vec3, corners: &[Vec3; 3]) -> f32 {
-        let a = self.apply(corners[0] - origin);
-        let b = self.apply(corners[1] - origin);
-        let c = self.apply(corners[2] - origin);
+        Self::meets(corners.map(|corner| self.apply(corner - origin)))
+    }
+
+    /// The distance at which the unit ray from 0 meets a sheared triangle; infinite where it does not.
+    #[inline(always)]
+    fn meets([a, b, c]: [Vec3A; 3]) -> f32 {
         let (mut u, mut v, mut w) = (cross(c, b), cross(a, c), cross(b, a));
         if u == 0.0 || v == 0.0 || w == 0.0 {
             (u, v, w) = (exact_cross(c, b), exact_cross(a, c), exact_cross(b, a));

@@ -8,7 +8,8 @@ use glam::Vec3;
 
 use crate::render::fragment::{MOST, SampleSet, point};
 use crate::render::light::Incidence;
-use crate::render::occlusion::{Cone, Departure, Occluders, RayStart};
+use crate::render::occlusion::beam::RayStart;
+use crate::render::occlusion::{Cone, Departure, Occluders};
 use crate::render::raster::Hit;
 use crate::render::seen_points::SeenPoint;
 use crate::render::vertex_shading::Scene;

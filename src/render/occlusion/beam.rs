@@ -4,6 +4,8 @@
 //! widened by how far the points lie apart; so none is passed over that one of the rays meets. Four rays from a pixel cost
 //! about as much as two.
 
+use std::ops::Range;
+
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
@@ -23,53 +25,78 @@ pub struct RayStart {
 }
 
 /// Starts at most, a bit for each.
-const MOST: usize = u32::BITS as usize;
+const MOST: usize = 16;
 
-/// The box of some points, from their middle.
+/// Parallel rays, about the middle of where they start.
 struct Beam {
-    middle: Ray,
+    middle: Vec3,
+    /// How far the starts lie from it along each axis.
     reach: Vec3A,
+    /// From the middle.
+    ray: Ray,
+    shear: Shear,
+    /// Sheared starts, as seen from the middle, and how far they lie from it.
+    starts: [Vec3A; MOST],
+    sheared_reach: Vec3A,
+    count: usize,
 }
 
 impl Beam {
-    fn new(origins: &[Vec3], towards: Vec3) -> Self {
-        let low = origins
-            .iter()
-            .copied()
-            .reduce(Vec3::min)
-            .unwrap_or_default();
-        let high = origins
-            .iter()
-            .copied()
-            .reduce(Vec3::max)
-            .unwrap_or_default();
+    fn new(origins: impl Iterator<Item = Vec3> + Clone, towards: Vec3) -> Self {
+        let low = origins.clone().reduce(Vec3::min).unwrap_or_default();
+        let high = origins.clone().reduce(Vec3::max).unwrap_or_default();
         let middle = 0.5 * (low + high);
+        let shear = Shear::new(towards);
+        let (mut starts, mut sheared_reach, mut count) = ([Vec3A::ZERO; MOST], Vec3A::ZERO, 0);
+        for (start, origin) in starts.iter_mut().zip(origins) {
+            *start = shear.apply(origin - middle);
+            sheared_reach = sheared_reach.max(start.abs());
+            count += 1;
+        }
         // The middle is rounded.
         let rounding = f32::EPSILON * low.abs().max(high.abs());
         Self {
-            middle: Ray::new(middle.into(), towards.into(), 0.0, f32::INFINITY),
+            middle,
             reach: ((high - middle).max(middle - low) + rounding).into(),
+            ray: Ray::new(middle.into(), towards.into(), 0.0, f32::INFINITY),
+            shear,
+            starts,
+            sheared_reach,
+            count,
         }
     }
 
     /// Where the beam enters a box; infinite where it does not.
     #[inline(always)]
     fn enters(&self, bounds: &Aabb) -> f32 {
-        Aabb::new(bounds.min - self.reach, bounds.max + self.reach).intersect_ray(&self.middle)
+        Aabb::new(bounds.min - self.reach, bounds.max + self.reach).intersect_ray(&self.ray)
+    }
+
+    /// Which of the `asked` rays meet a triangle.
+    #[inline(always)]
+    fn meets(&self, corners: &[Vec3; 3], asked: u32) -> u32 {
+        let [a, b, c] = corners.map(|corner| self.shear.apply(corner - self.middle));
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let apart = low.cmpgt(self.sheared_reach) | high.cmplt(-self.sheared_reach);
+        // Across the beam; along it, a triangle may lie anywhere ahead.
+        if apart.bitmask() & 0b011 != 0 {
+            return 0;
+        }
+        let meets = |&place: &usize| {
+            let start = self.starts[place];
+            asked >> place & 1 == 1 && Shear::meets([a - start, b - start, c - start]).is_finite()
+        };
+        (0..self.count).filter(meets).map(|place| 1 << place).sum()
     }
 }
 
 impl Occluders {
-    /// Which of at most 32 points meet nothing in one direction, a bit for each.
+    /// Which of at most 16 points meet nothing in one direction, a bit for each.
     pub fn open_points(&self, starts: &[RayStart], towards: Vec3) -> u32 {
         debug_assert!(starts.len() <= MOST);
-        let mut origins = [Vec3::ZERO; MOST];
-        for (origin, start) in origins.iter_mut().zip(starts) {
-            *origin = start.point + start.normal * self.lift;
-        }
-        let origins = &origins[..starts.len().min(MOST)];
-        let (beam, shear) = (Beam::new(origins, towards), Shear::new(towards));
-        let mut open = u32::MAX.unbounded_shr((MOST - origins.len()) as u32);
+        let origin = |start: &RayStart| start.point + start.normal * self.lift;
+        let beam = Beam::new(starts.iter().take(MOST).map(origin), towards);
+        let mut open = (1 << beam.count) - 1;
         let nodes = &self.hierarchy.nodes;
         let mut waiting: Vec<&Bvh2Node> = Vec::with_capacity(64);
         waiting.extend(
@@ -80,17 +107,7 @@ impl Occluders {
         while let Some(node) = waiting.pop() {
             let first = node.first_index as usize;
             if node.is_leaf() {
-                for triangle in &self.triangles[first..first + node.prim_count as usize] {
-                    let hidden = |(&origin, start): (&Vec3, &RayStart)| {
-                        shear.distance(origin, &triangle.corners).is_finite()
-                            && !triangle.belongs_to(start.departure)
-                    };
-                    for (place, ray) in origins.iter().zip(starts).enumerate() {
-                        if open >> place & 1 == 1 && hidden(ray) {
-                            open ^= 1 << place;
-                        }
-                    }
-                }
+                open &= !self.hidden(&beam, starts, first..first + node.prim_count as usize, open);
                 if open == 0 {
                     return 0;
                 }
@@ -110,6 +127,25 @@ impl Occluders {
             }
         }
         open
+    }
+
+    /// Which of the `asked` rays some triangles block.
+    #[inline(always)]
+    fn hidden(&self, beam: &Beam, starts: &[RayStart], triangles: Range<usize>, asked: u32) -> u32 {
+        let mut hidden = 0;
+        for triangle in &self.triangles[triangles] {
+            let met = beam.meets(&triangle.corners, asked & !hidden);
+            let blocks = |place: &usize| {
+                met >> place & 1 == 1 && !triangle.belongs_to(starts[*place].departure)
+            };
+            if met != 0 {
+                hidden |= (0..beam.count)
+                    .filter(blocks)
+                    .map(|place| 1 << place)
+                    .sum::<u32>();
+            }
+        }
+        hidden
     }
 }
 
