@@ -53,7 +53,6 @@ impl Plan {
             progress,
             sample: None,
             vertices: None,
-            frames: 0.0,
         };
         let mut planned = Vec::new();
         for (stage, &is_done) in stages.iter().zip(done) {
@@ -166,7 +165,6 @@ struct Sizes<'a> {
     progress: Progress<'a>,
     sample: Option<SampleSize>,
     vertices: Option<f64>,
-    frames: f64,
 }
 
 impl Sizes<'_> {
@@ -276,13 +274,11 @@ impl Sizes<'_> {
         Some(synthesis.cost(self.sample?.texels, sites))
     }
 
-    fn render(&mut self, arguments: &render::Arguments) -> Option<Cost> {
+    fn render(&self, arguments: &render::Arguments) -> Option<Cost> {
         let options = &arguments.options;
-        let frames = frame_count(options) as f64;
-        self.frames += frames;
         let [width, height] = options.size.0.map(f64::from);
         let sequence = Sequence {
-            frames,
+            frames: frame_count(options) as f64,
             pixels: width * height,
             lights: light_count(options) as f64,
             by_pixel: options.shading == Shading::Pixel,
@@ -297,7 +293,7 @@ impl Sizes<'_> {
     }
 
     fn cost_of_pages(&self) -> Option<Cost> {
-        Some(cost::pages(self.sample?, self.vertices?, self.frames))
+        Some(cost::pages(self.sample?, self.vertices?))
     }
 
     /// How many vertices a mesh has, where it can be read.
