@@ -11,7 +11,8 @@ centres, with the camera and the light read from the frame's header.
 
 Prints, over the pixels that both cover: the share whose depths differ by less than 1e-3 of the
 scene's size (the diagonal of its bounding box), the share whose normals differ by less than 1
-degree, and the share whose shadow is the same (frames with shadow.Y and a directional light).
+degree, and the share whose shadow is the same (frames with shadow.Y and a directional light;
+rays to it start where `render` starts them).
 Exit code 1 when one is below 99.9 %, 99.9 %, 99.5 %.
 """
 
@@ -84,38 +85,45 @@ def pixel_rays(header, width, height):
     return origin, direction, world_from_camera[3, :3], ahead
 
 
-def trace(scene, origins, directions, offset):
-    """Depth from `offset`'s plane along its axis, interpolated normals, hit points and facets."""
+def trace(scene, origins, directions):
+    """What rays meet: whether anything, hit points, interpolated normals, and the triangles' numbers."""
     vector = lambda a: mi.Vector3f(*np.ascontiguousarray(a.T, dtype=np.float32))
     if "scalar" not in mi.variant():
         hit = scene.ray_intersect(mi.Ray3f(mi.Point3f(vector(origins)), vector(directions)))
         valid = np.array(hit.is_valid())
         to_array = lambda v: np.array(v).reshape(3, -1).T.astype(np.float64)
-        return valid, to_array(hit.p), to_array(hit.sh_frame.n), to_array(hit.n)
+        return valid, to_array(hit.p), to_array(hit.sh_frame.n), np.array(hit.prim_index).astype(np.int64)
     count = len(origins)
     valid = np.zeros(count, bool)
-    points, normals, facets = (np.zeros((count, 3)) for _ in range(3))
+    points, normals, triangles = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count, np.int64)
     for k in range(count):
         hit = scene.ray_intersect(mi.Ray3f(mi.Point3f(origins[k].tolist()), mi.Vector3f(directions[k].tolist())))
         if hit.is_valid():
             valid[k] = True
-            points[k], normals[k], facets[k] = hit.p, hit.sh_frame.n, hit.n
-    return valid, points, normals, facets
+            points[k], normals[k], triangles[k] = hit.p, hit.sh_frame.n, hit.prim_index
+    return valid, points, normals, triangles
 
 
-def is_lit(scene, points, facets, normals, light, lift):
-    """Whether the light is above the horizon and nothing lies between it and each point."""
-    side = np.where((facets @ light)[:, None] < 0, -facets, facets)
-    starts = points + side * lift
-    if "scalar" not in mi.variant():
-        vector = lambda a: mi.Vector3f(*np.ascontiguousarray(a.T, dtype=np.float32))
-        toward = vector(np.broadcast_to(light, starts.shape))
-        blocked = np.array(scene.ray_test(mi.Ray3f(mi.Point3f(vector(starts)), toward)))
-    else:
-        toward = mi.Vector3f(light.tolist())
-        test = lambda p: scene.ray_test(mi.Ray3f(mi.Point3f(p.tolist()), toward))
-        blocked = np.array([test(p) for p in starts])
-    return ~blocked & (normals @ light > 0)
+def smooth_starts(corners, normals, points, lift):
+    """Where shadow rays start: on the smooth surface where it bulges over a triangle (Hanika 2021), and a little above."""
+    edges = np.roll(corners, -1, 1) - corners
+    facets = np.cross(edges[:, 0], edges[:, 1])
+    squared = (facets**2).sum(1)
+    # Twice the area that a point spans with the edge opposite each corner, over the triangle's.
+    spanned = np.cross(np.roll(edges, -1, 1), points[:, None] - np.roll(corners, -1, 1))
+    shares = (spanned * facets[:, None]).sum(2) / squared[:, None]
+    depths = np.maximum(((corners - points[:, None]) * normals).sum(2), 0)
+    outside = np.sign((facets * normals.sum(1)).sum(1))[:, None] * facets / np.sqrt(squared)[:, None]
+    return points + ((shares * depths)[:, :, None] * normals).sum(1) + lift * outside
+
+
+def is_lit(scene, starts, own, light, step):
+    """Whether nothing lies between each point and the light but the triangle `own` that it belongs to."""
+    towards = np.broadcast_to(light, starts.shape)
+    blocked, points, _, triangles = trace(scene, starts, towards)
+    again = blocked & (triangles == own)
+    blocked[again] = trace(scene, points[again] + step * light, towards[again])[0]
+    return ~blocked
 
 
 def main():
@@ -137,7 +145,7 @@ def main():
     header, channels = read_frame(arguments.frame)
     height, width = channels["A"].shape
     origins, directions, camera, ahead = pixel_rays(header, width, height)
-    valid, points, found_normals, facets = trace(scene, origins, directions, camera)
+    valid, points, found_normals, hit = trace(scene, origins, directions)
 
     covered = channels["A"].ravel() > 0
     both = covered & valid
@@ -152,7 +160,8 @@ def main():
     }
     if "shadow.Y" in channels and "lightDirection" in header:
         light = np.array(header["lightDirection"], float)
-        lit = is_lit(scene, points[both], facets[both], found_normals[both], light, 1e-5 * size)
+        starts = smooth_starts(positions[triangles[hit[both]]], normals[triangles[hit[both]]], points[both], 1e-5 * size)
+        lit = is_lit(scene, starts, hit[both], light, 1e-5 * size) & (found_normals[both] @ light > 0)
         shares["shadows the same"] = ((lit == (channels["shadow.Y"].ravel()[both] > 0.5)).mean(), 0.995)
     failed = False
     for name, (share, wanted) in shares.items():
