@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Runs the commands of docs/gallery.md and draws its pictures again.
 
-    tools/draw_gallery.py --program target/release/mesotex --meshes MESHES --facade FOLDER --folder WORK [-o PICTURES] [--only CHAPTER …]
+    tools/draw_gallery.py --program target/release/mesotex --meshes MESHES --materials MATERIALS --folder WORK [-o PICTURES] [--only CHAPTER …]
 
-MESHES holds bunny.obj, bunny.off, spot.obj, torus.obj, horse.obj and fertility.off. FOLDER holds height.png, albedo.png and roughness.png of ambientCG's Facade005.
+MESHES holds bunny.obj, bunny.off, spot.obj, torus.obj, horse.obj and fertility.off. MATERIALS
+holds folders with height.png, albedo.png and roughness.png of ambientCG's Facade005 (`facade`), Leather025 (`leather`) and Bark014 (`bark`).
 Every chapter (`## `) of the page is one shell script in a folder of WORK. Blocks of JSON become the file that the commands
 before them read as `--keys`. A chapter that ended is not run again while its commands and the program stay the same. Figures
 of the reports are printed. Pictures are put together of frames and exemplars as PICTURES_OF says, and written to
@@ -31,7 +32,7 @@ GAP = 8
 MARGIN = 12
 QUALITY = 88
 FIGURES = ("coherence_half", "coherence_one", "energy", "energy_ratio_full", "histogram_chi2")
-WIDTH = 1104  # pixels; a wider row is made smaller, none is made larger
+WIDTH = 1200  # pixels; a wider row is made smaller, none is made larger
 
 
 def frames(*names):
@@ -47,10 +48,12 @@ def images(*names, height):
     return list(names), height, False
 
 
+TWO_SAMPLES = "Two samples on three meshes"
 # Of every picture: its chapter, then its rows.
 PICTURES_OF = {
-    "weave.jpg": ("Gallery", [frames_of(f"weave-{mesh}", 3) for mesh in ("torus", "bunny", "fertility")]),
-    "facade.jpg": ("Gallery", [frames_of(f"facade-{mesh}", 3) for mesh in ("torus", "bunny", "fertility")]),
+    "../hero.jpg": ("The picture of the README", [([f"{name}/frame.0001.png" for name in ("leather", "bark", "cobbles")], 480, False)]),
+    "weave.jpg": (TWO_SAMPLES, [frames_of(f"weave-{mesh}", 3) for mesh in ("torus", "bunny", "fertility")]),
+    "facade.jpg": (TWO_SAMPLES, [frames_of(f"facade-{mesh}", 3) for mesh in ("torus", "bunny", "fertility")]),
     **{
         f"three-methods-{preset}.png": (
             "Three methods on one mesh",
@@ -112,13 +115,11 @@ PICTURES_OF = {
 
 
 def chapters():
-    """Of every chapter that has commands: its heading, its script, its files of keys. What stands before the first `## ` is
-    the chapter `Gallery`; `## Weave` and `## Facade` belong to it."""
+    """Of every chapter that has commands: its heading, its script, its files of keys."""
     found, heading = {}, "Gallery"
     for part in re.split(r"^(## .*)$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE):
         if part.startswith("## "):
-            name = part[3:].strip()
-            heading = "Gallery" if name in ("Weave", "Facade") else name
+            heading = part[3:].strip()
             continue
         script, keys = found.setdefault(heading, ([], {}))
         for kind, block in re.findall(r"^```(text|json)\n(.*?)^```$", part, flags=re.MULTILINE | re.DOTALL):
@@ -149,7 +150,7 @@ def run(heading, script, keys, args):
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     link(folder, {path.name: path for path in args.meshes.iterdir() if path.suffix in (".obj", ".off")})
-    link(folder, {"full": args.facade, "tools": ROOT / "tools"})
+    link(folder, {"materials": args.materials, "tools": ROOT / "tools"})
     (folder / "facade").mkdir()
     for name, text in keys.items():
         (folder / name).write_text(text)
@@ -235,7 +236,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", type=Path, required=True, help="the mesotex that draws")
     parser.add_argument("--meshes", type=Path, required=True, help="folder of the meshes")
-    parser.add_argument("--facade", type=Path, required=True, help="folder of Facade005's maps")
+    parser.add_argument("--materials", type=Path, required=True, help="folder of folders of maps")
     parser.add_argument("--folder", type=Path, required=True, help="folder for everything that the commands write")
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "images" / "gallery", help="folder of the pictures")
     parser.add_argument("--only", nargs="+", metavar="CHAPTER", help="headings of the chapters to run and draw")
