@@ -325,8 +325,8 @@ fn info_tells_what_a_run_left() {
     );
     let record = succeed(root, &["info", "run.json"]);
     assert_eq!(record["kind"], "record of a scene");
-    // The pages are no stage of the scene, but the record tells when they were made.
-    assert_eq!(record["stages"].as_array().unwrap().len(), stages.len() + 1);
+    // The two pages are no stages of the scene, but the record tells when each was made.
+    assert_eq!(record["stages"].as_array().unwrap().len(), stages.len() + 2);
     let sample = succeed(root, &["info", "s.sample"]);
     assert_eq!(sample["source"]["kind"], "bake");
     assert_eq!(

@@ -87,6 +87,7 @@ fn fill_light_is_an_environment_brighter_from_above() {
             "none",
             "--vertex-colors",
             text(&file),
+            "--linear-colors",
             "--size",
             "16x16",
         ];
