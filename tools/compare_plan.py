@@ -4,7 +4,8 @@
     tools/compare_plan.py MESOTEX SCENE.toml [--threads N] [--quality draft|final]
 
 Runs every stage of the scene (`run --fresh`) and prints, per stage, planned and taken seconds and their ratio. Exit code 1
-where a stage of half a second or more is off by more than a factor of 2. Standard library only.
+where a stage of half a second or more is off by more than a factor of 2. Surfaces that an earlier run prepared are read
+again, which makes `synth` shorter than planned: give it a scene that was not run before. Standard library only.
 """
 
 import argparse

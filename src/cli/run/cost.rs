@@ -174,6 +174,10 @@ pub(super) struct Sequence {
     pub(super) by_pixel: bool,
     /// Whether shadows are.
     pub(super) shadows_by_pixel: bool,
+    /// Whether an even sky fills the shade.
+    pub(super) has_fill: bool,
+    /// Whether a ground catches the shadow.
+    pub(super) has_ground: bool,
     /// How much more is read than by the default weights.
     pub(super) reads: f64,
     /// The most bytes of the sample that are kept in memory.
@@ -183,17 +187,26 @@ pub(super) struct Sequence {
 /// Frames of a surface of so many vertices.
 pub(super) fn render(sample: SampleSize, vertices: f64, sequence: Sequence) -> Cost {
     let table = sample.texels * sample.images;
-    let setup = 0.1 + 1.3e-8 * table + 3e-6 * vertices;
-    let of_vertices = vertices * (6e-7 + 1.3e-7 * sequence.lights) * sequence.reads;
+    let (sky, sky_in_vertex, sky_in_pixel) = match sequence.has_fill {
+        true => (2e-5 * vertices, 3.3e-7, 4e-7),
+        false => (0.0, 0.0, 0.0),
+    };
+    let setup = 0.1 + 1.3e-8 * table + 3e-6 * vertices + sky;
+    let in_vertex = (6e-7 + 1.3e-7 * sequence.lights) * sequence.reads + sky_in_vertex;
     let shaded = match sequence.by_pixel {
-        true => 5e-7 * sequence.lights.sqrt() * sequence.reads,
+        true => 5e-7 * sequence.lights.sqrt() * sequence.reads + sky_in_pixel,
         false => 0.0,
     };
     let shadowed = match sequence.shadows_by_pixel {
         true => 1e-7 * sequence.lights,
         false => 0.0,
     };
-    let of_pixels = sequence.pixels * (1.6e-7 + shaded + shadowed);
+    let grounded = match sequence.has_ground {
+        true => 2.2e-7 * sequence.lights,
+        false => 0.0,
+    };
+    let of_vertices = vertices * in_vertex;
+    let of_pixels = sequence.pixels * (1.6e-7 + shaded + shadowed + grounded);
     let kept = match sequence.by_pixel {
         true => 320.0 * sequence.pixels.min(1e6),
         false => 0.0,
@@ -236,6 +249,8 @@ mod tests {
             lights: 1.0,
             by_pixel: false,
             shadows_by_pixel: false,
+            has_fill: false,
+            has_ground: false,
             reads: 1.0,
             table: 4e9,
         }
@@ -370,6 +385,22 @@ mod tests {
                 render(sample(64.0), 60_000.0, sequence(24.0, 4.0 * small)),
                 5.56,
                 284e6,
+            ),
+            (
+                "render, all in pixels",
+                render(
+                    sample(64.0),
+                    60_000.0,
+                    Sequence {
+                        by_pixel: true,
+                        shadows_by_pixel: true,
+                        has_fill: true,
+                        has_ground: true,
+                        ..sequence(13.0, small)
+                    },
+                ),
+                8.19,
+                250e6,
             ),
             ("pages 60000", pages(sample(64.0), 60_000.0), 7.04, 200e6),
         ];

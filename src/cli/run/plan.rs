@@ -283,6 +283,8 @@ impl Sizes<'_> {
             lights: light_count(options) as f64,
             by_pixel: options.shading == Shading::Pixel,
             shadows_by_pixel: options.shadows == Shadows::Pixel,
+            has_fill: options.fill > 0.0,
+            has_ground: options.ground,
             reads: match options.weights {
                 Weighting::Quadratic => 1.5,
                 Weighting::Continuous | Weighting::InverseAngle => 1.0,
