@@ -52,6 +52,7 @@ pub use check::neighborhoods;
 pub use inputs::{Inputs, LevelMap};
 pub use map::synthesize_map;
 pub use options::{KCoherenceOptions, Method, MetricKind, SynthesisOptions};
+pub use polish::Effort;
 pub use recipes::adaptive::options::{AdaptiveOptions, Similarity};
 pub use recipes::multiscale::options::MultiscaleOptions;
 pub use recipes::synthesize;

@@ -21,9 +21,12 @@ use crate::progress::Progress;
 use crate::render::memory::{frame_count, light_count};
 use crate::render::nearest::Weighting;
 use crate::render::renderer::{Shading, Shadows};
+use crate::synthesis::Effort;
 
 /// Rays per texel and image that `--samples auto` takes on average.
 const AUTO_SAMPLES: f64 = 12.0;
+/// Rounds that `--polish auto` amounts to: none of a sample that tiles, about a third of one of others.
+const AUTO_POLISH: f64 = 0.15;
 
 /// A stage of a plan.
 pub(super) struct PlannedStage {
@@ -268,7 +271,10 @@ impl Sizes<'_> {
         let synthesis = Synthesis {
             method: options.method,
             search: options.k_coherence.search,
-            polish: f64::from(options.k_coherence.polish),
+            polish: match options.k_coherence.polish {
+                Effort::Auto => AUTO_POLISH,
+                Effort::Rounds(rounds) => f64::from(rounds),
+            },
             is_atlas,
         };
         Some(synthesis.cost(self.sample?.texels, sites))

@@ -220,7 +220,8 @@ impl TargetArguments {
             guides: self.surface.guides(),
             seed: session.seed(),
         });
-        let polish = memory::polish_bytes(self.most_sites(user.as_ref()), options);
+        let polish =
+            memory::polish_bytes(self.most_sites(user.as_ref()), space.tileable(), options);
         let exemplar = memory::exemplar_bytes(space, table, options) + polish;
         let mesh = self.mesh.as_ref().zip(user.as_ref());
         let mesh = mesh.map(|(path, user)| MeshTarget {

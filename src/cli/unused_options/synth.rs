@@ -2,6 +2,7 @@
 
 use crate::cli::synth::Arguments;
 use crate::cli::unused_options::rule::{Rule, found};
+use crate::synthesis::Effort;
 use crate::synthesis::options::{Method, MetricKind, Search};
 
 /// What belongs to methods.
@@ -72,7 +73,8 @@ pub(super) const METHODS: &[Rule<Arguments>] = &[
         options: &["spectrum"],
         unused: |arguments| {
             let options = &arguments.options;
-            let is_exact = options.metric == MetricKind::Gram && options.k_coherence.polish == 0;
+            let is_exact = options.metric == MetricKind::Gram
+                && options.k_coherence.polish == Effort::Rounds(0);
             found(is_exact, "given with --metric gram")
         },
         expected: "--metric embedded, which leaves part of the spectrum out",

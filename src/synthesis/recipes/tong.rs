@@ -3,7 +3,7 @@
 //! The coarsest level starts with random texels and is swept in growing order; alone, it grows from one random
 //! texel. Every finer level takes its coordinates from its parents (the paper's first pass) and is refined with
 //! windows on both levels (the second). The finest level ends with [seam repair](super::seam_repair)
-//! and, if asked for, is [polished](crate::synthesis::polish).
+//! and, where the sample does not tile or when asked for, is [polished](crate::synthesis::polish).
 //!
 //! Deviations, each an option that also gives the paper's way: κ > 1 prefers coherent candidates
 //! (`--coherence`), with a [floor](super::distance_floor) on distances (`--distance-floor`); texels that
@@ -135,15 +135,15 @@ fn run_level<const N: usize, S: Sites<N>>(
         return Ok(state.coords);
     }
     let mut coords = state.at_centres(exemplar.grid);
-    let rounds = options.k_coherence.polish;
-    if rounds > 0 {
+    let effort = options.k_coherence.polish;
+    if effort.rounds(exemplar.grid.tileable) > 0 {
         let embedding = Embedding::new(&space.levels[0], options.spectrum);
-        let rounds = (rounds, options.seed);
+        let effort = (effort, options.seed);
         polish(
             (&exemplar, &embedding),
             sites,
             &mut coords,
-            rounds,
+            effort,
             progress,
         )?;
     }
