@@ -8,28 +8,19 @@ use std::sync::OnceLock;
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 use glam::Vec3;
-use mesotex::btf::direction::Direction;
-use mesotex::btf::sample::{DType, Description, FORMAT, Layout, Sample, VERSION};
-use mesotex::btf::writer::SampleWriter;
+use mesotex::btf::{DType, Description, Direction, FORMAT, Layout, Sample, SampleWriter, VERSION};
+use mesotex::format::ContentId;
 use mesotex::format::exr::{Compression, ExrImage, encode};
-use mesotex::format::id::ContentId;
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
-use mesotex::maps::MapHeader;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
-use mesotex::mesh::triangle_mesh::TriangleMesh;
+use mesotex::maps::{MapHeader, SurfaceTextonMap};
+use mesotex::mesh::TriangleMesh;
 use mesotex::progress::Progress;
-use mesotex::render::frame::LayerGroup;
-use mesotex::render::frame_range::FrameRange;
 use mesotex::render::nearest::Weighting;
-use mesotex::render::options::RenderOptions;
-use mesotex::render::plan::{PlannedFrame, plan};
-use mesotex::render::radiance::{Radiance, Texels};
-use mesotex::render::raster::Samples;
-use mesotex::render::renderer::{Manner, Renderer, Shading, Shadows};
-use mesotex::render::subject::Subject;
-use mesotex::render::texel_table::Allowance;
-use mesotex::render::values::{ImageSize, Sweep};
+use mesotex::render::{
+    Allowance, FrameRange, ImageSize, LayerGroup, Manner, PlannedFrame, Radiance, RenderOptions,
+    Renderer, Samples, Shading, Shadows, Subject, Sweep, Texels, plan,
+};
 
 fn main() {
     divan::main();

@@ -12,8 +12,8 @@ use mesotex::error::{Error, Result};
 use mesotex::exemplar::{
     ChannelImage, ChannelKind, Controls, KnnOptions, neighbor_table, space_of_images,
 };
-use mesotex::format::id::ContentId;
-use mesotex::format::image::{self, encode_srgb8};
+use mesotex::format::image::encode_srgb8;
+use mesotex::format::{ContentId, image};
 use mesotex::progress::Progress;
 use mesotex::sites::{GridTarget, Target};
 use mesotex::synthesis::{SynthesisOptions, synthesize_map};

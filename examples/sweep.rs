@@ -11,13 +11,13 @@
 
 use std::path::PathBuf;
 
-use mesotex::btf::sample::Sample;
+use mesotex::btf::Sample;
 use mesotex::error::{Error, Result};
-use mesotex::format::id::ContentId;
+use mesotex::format::ContentId;
 use mesotex::maps::SurfaceTextonMap;
 use mesotex::progress::Progress;
-use mesotex::render::sequence::{self, Inputs};
-use mesotex::render::{ImageSize, RenderOptions, Sweep};
+use mesotex::render::sequence::Inputs;
+use mesotex::render::{ImageSize, RenderOptions, Sweep, sequence};
 
 fn main() -> Result<()> {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();

@@ -20,7 +20,7 @@
 //!
 //! ```
 //! use mesotex::exemplar::{ChannelImage, ChannelKind, Controls, KnnOptions, neighbor_table, space_of_images};
-//! use mesotex::format::id::ContentId;
+//! use mesotex::format::ContentId;
 //! use mesotex::format::image::{Encoding, FloatImage, Precision};
 //! use mesotex::mesh::{UserMesh, builtin::kettlebell};
 //! use mesotex::progress::Progress;
@@ -60,7 +60,7 @@ pub mod index;
 pub mod matrix;
 pub mod neighborhood;
 pub mod progress;
-pub mod radial_basis;
+pub(crate) mod radial_basis;
 pub mod random;
 
 pub mod format;

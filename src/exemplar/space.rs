@@ -75,7 +75,7 @@ struct Meta {
 
 /// The space of a vocabulary: the textons' dot products in place of their appearance vectors.
 /// It has no id of its own until it is [written](Space::write).
-pub fn from_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Result<Space> {
+pub fn space_of_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Result<Space> {
     let levels = vocabulary.levels.iter().enumerate();
     Ok(Space {
         levels: levels.map(space_level).collect::<Result<_>>()?,

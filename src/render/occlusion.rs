@@ -4,7 +4,7 @@
 //! more than a rounding error, so that no ray slips between two triangles. A ray leaves the
 //! surface a little above its point and passes over the triangles that the point belongs to.
 
-pub mod beam;
+pub(crate) mod beam;
 
 use std::time::Duration;
 

@@ -13,16 +13,16 @@
 //! | [`canvas`] | how a texture's mask goes on beyond its borders |
 //! | [`material`] | images and BTF samples: what is compared of them, and what is made |
 
-pub mod canvas;
-pub mod color_mask;
-pub mod contours;
-pub mod distortion;
+pub(crate) mod canvas;
+pub(crate) mod color_mask;
+pub(crate) mod contours;
+pub(crate) mod distortion;
 pub mod filtering;
-pub mod key_values;
-pub mod label_set;
-pub mod mask_blending;
-pub mod material;
-pub mod morphology;
-pub mod nearest_pixel;
-pub mod planar_basis;
+pub(crate) mod key_values;
+pub(crate) mod label_set;
+pub(crate) mod mask_blending;
+pub(crate) mod material;
+pub(crate) mod morphology;
+pub(crate) mod nearest_pixel;
+pub(crate) mod planar_basis;
 pub mod warp;

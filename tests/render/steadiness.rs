@@ -2,11 +2,9 @@
 
 use mesotex::progress::Progress;
 use mesotex::render::nearest::Weighting;
-use mesotex::render::options::RenderOptions;
 use mesotex::render::parallax::Parallax;
-use mesotex::render::renderer::Shadows;
 use mesotex::render::sequence::{Inputs, with_renderer};
-use mesotex::render::values::{ImageSize, Sweep};
+use mesotex::render::{ImageSize, RenderOptions, Shadows, Sweep};
 
 use super::*;
 

@@ -32,7 +32,7 @@ mod listed;
 mod lists;
 mod near_field;
 mod options;
-pub mod photographs;
+pub(crate) mod photographs;
 mod place;
 mod prepare;
 mod reading_faults;
@@ -40,7 +40,7 @@ pub(crate) mod recognize;
 mod sets;
 mod size_line;
 mod spectrum;
-pub mod stated_directions;
+pub(crate) mod stated_directions;
 mod stations;
 
 use std::path::{Path, PathBuf};
@@ -59,6 +59,7 @@ pub use crate::btf::import::sets::{Numbering, SetOptions, is_set, read_set};
 pub use crate::btf::import::size_line::SizeLine;
 pub use crate::btf::import::spectrum::Illuminant;
 pub use crate::format::image::SourceEncoding;
+pub use photographs::PhotographOptions;
 
 use crate::btf::import::find_images::Found;
 use crate::btf::import::listed::Listed;

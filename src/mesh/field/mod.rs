@@ -6,14 +6,17 @@
 //! gets the eigenvector of the smallest eigenvalue of the connection Laplacian; one with them the
 //! field of least energy that takes them exactly. [`cosine`] improves it under another energy.
 
-pub mod cosine;
-pub mod curvature;
-pub mod guides;
+pub(crate) mod cosine;
+pub(crate) mod curvature;
+pub(crate) mod guides;
 mod hermitian;
 mod laplacian;
 mod multigrid;
 pub(crate) mod singularities;
 mod solvers;
+
+pub use curvature::largest_curvatures;
+pub use guides::GuideFile;
 
 use glam::{DVec2, Vec3};
 use rand::Rng;

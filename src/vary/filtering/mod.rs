@@ -18,8 +18,8 @@
 //! Deviation: Hertzmann 2001 searches approximately, and lifts the numbers of a source to the target's mean
 //! and deviation. The search is exact here, and masks need no lift.
 
-pub mod options;
-pub mod pyramid;
+pub(crate) mod options;
+pub(crate) mod pyramid;
 mod rule;
 mod search;
 mod windows;

@@ -8,11 +8,11 @@
 //!
 //! Where the transition is 0 nothing changes, where it is 1 an operation acts in full.
 
-pub mod field;
-pub mod mesh;
-pub mod motion;
-pub mod radial;
-pub mod scaling;
+pub(crate) mod field;
+pub(crate) mod mesh;
+pub(crate) mod motion;
+pub(crate) mod radial;
+pub(crate) mod scaling;
 
 use std::str::FromStr;
 
