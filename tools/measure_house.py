@@ -137,7 +137,7 @@ def share(part, whole):
 
 
 def is_test(file):
-    return file.stem == "tests" or "tests" in file.parts
+    return file.stem.endswith("tests") or "tests" in file.parts
 
 
 def main():

@@ -224,6 +224,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
         replaced,
         ..
     } = report;
+    // Tell what was rendered.
     let mut outcome = outcome.line(format!(
         "{rendered} frames of {} vertices in {seconds:.2} s",
         map.mesh.positions.len()
@@ -239,6 +240,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             "the sample laid out for shading: {mebibytes:.0} MiB {place}"
         ));
     }
+    // Tell what was chosen for the whole sequence.
     if let Some(front) = &report.front {
         outcome = outcome
             .line(front.describe())
@@ -249,6 +251,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             .line(parallax.describe())
             .figure("parallax", parallax.heights.is_some());
     }
+    // Tell what an earlier run had made.
     if *kept > 0 {
         outcome = outcome.line(format!("{kept} frames kept"));
     }

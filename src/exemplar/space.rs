@@ -158,6 +158,7 @@ impl Space {
     /// Writes the file; `textons` is the id of the vocabulary it came from, if any. The space
     /// takes the id of what was written.
     pub fn write(&mut self, path: &Path, textons: Option<&ContentId>) -> Result<()> {
+        // Describe it.
         let meta = Meta {
             format: FORMAT.into(),
             version: VERSION,
@@ -170,6 +171,7 @@ impl Space {
             channels: self.stated_channels()?,
             id: None,
         };
+        // Write the features and controls of each level.
         self.id = npz::write(path, as_map(&meta)?, |file| {
             for (at, level) in self.levels.iter().enumerate() {
                 match &level.features {

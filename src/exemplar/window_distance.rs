@@ -56,6 +56,7 @@ pub struct WindowBuffers {
 impl WindowDistances {
     /// Windows of odd `width` on a level.
     pub fn new(level: &SpaceLevel, width: u32) -> Self {
+        // Lay the rows out with a border that wraps or holds the default texel.
         let (grid, radius) = (level.grid, width as usize / 2);
         let side = grid.width as usize + 2 * radius;
         let period = match grid.tileable {
@@ -65,6 +66,7 @@ impl WindowDistances {
         let turns = period.next_multiple_of(LANES);
         let once = places(grid, radius, 0..side);
         let round = places(grid, radius, (0..side + turns).map(|col| col % period));
+        // Put labels or vectors at these places.
         let places = match &level.features {
             Features::Textons { labels, gram } => {
                 let default = gram.nrows() as u32 - 1;

@@ -73,8 +73,10 @@ pub fn field(
     field: &Field,
     singular: &[Singularity],
 ) -> Picture {
+    // Draw the surface.
     let mut picture = Picture::default();
     picture.add(mesh, SURFACE);
+    // Draw arrows, as many as can be told apart.
     let step = mesh.positions.len().div_ceil(MOST_ARROWS);
     let area = mesh.area() as f32;
     let length = 0.6 * (area * step as f32 / mesh.positions.len() as f32).sqrt();
@@ -92,6 +94,7 @@ pub fn field(
         }
     }
     picture.add(&arrows, ARROW);
+    // Draw a ball at each singularity.
     for singularity in singular {
         let [a, b, c] = mesh.corners(singularity.triangle as usize);
         let centre = (a + b + c) / 3.0;

@@ -24,6 +24,7 @@ pub fn evenness(mesh: &TriangleMesh) -> Evenness {
     if mesh.triangles.is_empty() {
         return Evenness::default();
     }
+    // Measure the edges, each once.
     let mut edges: Vec<(u32, u32)> = mesh
         .triangles
         .iter()
@@ -41,6 +42,7 @@ pub fn evenness(mesh: &TriangleMesh) -> Evenness {
         .map(|length| (length - mean).powi(2))
         .sum::<f64>()
         / count;
+    // Measure the angles.
     let mut angles: Vec<f64> = (0..mesh.triangles.len())
         .map(|t| smallest_angle(mesh, t))
         .collect();

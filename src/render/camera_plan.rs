@@ -62,10 +62,12 @@ impl<'a> CameraPlan<'a> {
     /// The camera of a frame of which the sweep says `row`.
     pub fn camera(&self, row: &Row) -> Camera {
         let options = self.options;
+        // Find what the frame says, else the options.
         let azimuth = row.camera_azimuth.unwrap_or(options.camera_azimuth);
         let elevation = row.camera_elevation.unwrap_or(options.camera_elevation);
         let target = self.point(row.target.or(options.camera_target.map(|p| p.0)));
         let middle = target.unwrap_or(self.subject.bounds.centre);
+        // Find position and direction.
         let position = match (self.point(row.camera), self.stated_position()) {
             (Some(position), _) => Some(position),
             (None, Some(position)) => Some(self.orbited(position, middle, azimuth)),
@@ -77,6 +79,7 @@ impl<'a> CameraPlan<'a> {
                 .compass
                 .direction(azimuth.to_radians(), elevation.to_radians()),
         };
+        // Frame the subject unless position or target are given.
         let up = row.up.map(DVec3::from_array);
         let [width, height] = options.size.0.map(f64::from);
         let aim = Aim {
@@ -89,6 +92,7 @@ impl<'a> CameraPlan<'a> {
         let is_free = position.is_none() && target.is_none();
         let mut camera = aim.camera(&self.framed(&aim, is_free));
         camera.position = position.unwrap_or(camera.position);
+        // Apply a stated height and the zoom.
         let stated_height = row.view_height.or(options.view_height);
         if let (Projection::Orthographic { height }, Some(stated)) =
             (&mut camera.projection, stated_height)

@@ -130,6 +130,7 @@ pub fn lights(
     scale: f64,
     turn: f64,
 ) -> Result<Vec<Light>> {
+    // Check the radiance.
     if let Some(at) = image
         .data
         .iter()
@@ -143,6 +144,7 @@ pub fn lights(
         )
         .expected("finite and not negative"));
     }
+    // Halve the part of most energy until there are enough.
     let energy = Energy::new(image);
     let (width, height) = (image.width as usize, image.height as usize);
     let mut parts = vec![Part {
@@ -162,6 +164,7 @@ pub fn lights(
         parts[index] = first;
         parts.push(second);
     }
+    // Put a light into the middle of each part's energy.
     let light = |part: &Part| {
         light_of(
             image,

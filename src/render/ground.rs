@@ -109,6 +109,7 @@ impl Ground {
         if pixel[3] >= 1.0 || scene.progress.is_interrupted() {
             return f32::INFINITY;
         }
+        // Find the samples that see the ground, and how dark it is there.
         let at = |[x, y]: [f64; 2]| {
             let place = [f64::from(column) + x, f64::from(row) + y];
             self.seen(scene.view, place)
@@ -132,6 +133,7 @@ impl Ground {
         if dark <= 0.0 {
             return f32::INFINITY;
         }
+        // Add the darkness to the coverage.
         let is_bare = pixel[3] == 0.0;
         pixel[3] += dark / asked as f32 * free as f32 / offsets.len() as f32;
         match at([0.5; 2]) {
@@ -156,6 +158,7 @@ impl Ground {
         let Some(occluders) = scene.occluders else {
             return 0.0;
         };
+        // Ask whether light reaches the point past its occluders.
         let (p, up) = (point.as_vec3(), self.up.as_vec3());
         let turn = p.x.to_bits() ^ p.y.to_bits().rotate_left(11) ^ p.z.to_bits().rotate_left(22);
         let seen = |light: &Light, incidence: &Incidence, rays: u32| {
@@ -165,6 +168,7 @@ impl Ground {
             }
             occluders.visibility(p, up, Departure::Point, incidence, cone, turn)
         };
+        // Sum the light that is sent and that arrives; only penumbras are worth all rays.
         let (mut sent, mut received) = (0.0, 0.0);
         for light in scene.lights {
             let incidence = light.at(p);
@@ -180,6 +184,7 @@ impl Ground {
                     };
             }
         }
+        // Do the same for the fill light.
         if let Some(fill) = &scene.fill {
             let falls = fill.irradiance(fill.up.dot(self.up));
             sent += falls;

@@ -60,8 +60,10 @@ pub enum Departure {
 impl Occluders {
     /// Builds the hierarchy.
     pub fn new(mesh: &TriangleMesh, bounds: &Bounds) -> Self {
+        // Choose how far rays start off the surface.
         let furthest = bounds.low.abs().max(bounds.high.abs()).max_element();
         let lift = (1e-5 * bounds.radius + 1e-6 * furthest) as f32;
+        // Build the tree over boxes with a margin.
         let boxes: Vec<Padded> = (0..mesh.triangles.len())
             .map(|triangle| {
                 let corners = mesh.corners(triangle).map(Vec3A::from);
@@ -77,6 +79,7 @@ impl Occluders {
             BvhBuildParams::medium_build(),
             &mut Duration::default(),
         );
+        // Put the triangles in the order of its leaves.
         let order = std::mem::take(&mut hierarchy.primitive_indices);
         let triangles = order
             .iter()

@@ -394,6 +394,7 @@ impl RenderOptions {
                 "frames have no larger numbers",
             ),
         ];
+        // Check the counts.
         for (option, count, most, why) in counts {
             if !(1..=most).contains(&count) {
                 return Err(Error::option(
@@ -403,6 +404,7 @@ impl RenderOptions {
                 ));
             }
         }
+        // Check what goes together.
         if self.layers.is_empty() {
             return Err(Error::option("layers", "none", "at least one"));
         }
@@ -417,6 +419,7 @@ impl RenderOptions {
     }
 
     fn check_lights(&self) -> Result<()> {
+        // Check the lights.
         if self.light.len() > MOST_LIGHTS {
             return Err(Error::option(
                 "light",
@@ -449,6 +452,7 @@ impl RenderOptions {
                 ));
             }
         }
+        // Check the camera's points.
         for (option, point) in [
             ("camera-position", self.camera_position),
             ("camera-target", self.camera_target),

@@ -178,6 +178,7 @@ fn gather_lights(
 ) -> f32 {
     let (hit, p) = (&point.hit, point.place);
     let corners = scene.map.mesh.triangles[hit.triangle as usize];
+    // Blend what is known of the vertices.
     let interpolated = |of_vertices: &[f32], light: &Light| -> f32 {
         let shares = corners.iter().zip(hit.barycentric());
         shares
@@ -189,6 +190,7 @@ fn gather_lights(
             )
             .sum()
     };
+    // Ask per light how much of it reaches the point.
     lights.clear();
     let mut all = 0.0;
     for (index, light) in scene.lights.iter().enumerate() {

@@ -37,6 +37,7 @@ pub fn sample_visibilities(
     place: Vec3,
 ) -> [f32; MOST] {
     let mut reaches = [0.0; MOST];
+    // Keep the samples that face the light.
     let lit = samples.iter().filter_map(|sample| {
         let (start, incidence) = ray_start(scene, light, &pixel[sample])?;
         Some((sample, start, incidence))
@@ -45,11 +46,13 @@ pub fn sample_visibilities(
         lit.for_each(|(sample, ..)| reaches[sample] = 1.0);
         return reaches;
     };
+    // Cast one ray per sample where the light is a direction, all at once.
     let cone = Cone::of_light(&scene.lights[light], scene.soft_rays);
     if cone.rays == 1 && scene.lights[light].is_directional() {
         open_samples(occluders, lit, &mut reaches);
         return reaches;
     }
+    // Cast a cone per sample, each with its share of the rays.
     let (turn, count) = (turn(place), samples.len());
     for (index, (sample, start, incidence)) in (0..).zip(lit) {
         let RayStart {

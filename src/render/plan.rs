@@ -153,12 +153,14 @@ impl<'a> Planner<'a> {
 
     /// What the sweep says of a frame.
     fn row(&self, number: u32, length: u32) -> Row {
+        // Take what the path file says.
         let from_file = self
             .rows
             .get(number as usize - 1)
             .copied()
             .unwrap_or_default();
         let options = self.options;
+        // Find the span of the swept angle.
         let (from, to) = match options.sweep {
             Sweep::None | Sweep::File(_) => return from_file,
             Sweep::LightAzimuth => turn(options, options.light_azimuth),
@@ -166,10 +168,12 @@ impl<'a> Planner<'a> {
             Sweep::LightElevation => span(options, 0.0, 180.0),
             Sweep::LightSpiral => span(options, 90.0, 10.0),
         };
+        // Go an equal part of it per frame; a closed turn does not repeat its first.
         let is_loop = (to - from).rem_euclid(360.0) == 0.0;
         let steps = if is_loop { length } else { (length - 1).max(1) };
         let fraction = f64::from(number - 1) / f64::from(steps);
         let angle = from + (to - from) * fraction;
+        // Set what is swept.
         let mut swept = Row::default();
         match options.sweep {
             Sweep::LightAzimuth => swept.light_azimuth = Some(angle),
@@ -208,6 +212,7 @@ impl<'a> Planner<'a> {
     }
 
     fn light(&self, spec: &LightSpec, compass: &Compass) -> Result<Light> {
+        // Place the light.
         let (origin, irradiance) = match *spec {
             LightSpec::Sun {
                 azimuth,

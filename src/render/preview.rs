@@ -16,10 +16,12 @@ use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 /// from a camera fitted at azimuth 25° and elevation 20° of the +y axis; returns row-major
 /// (height, width, RGB) bytes, as [`write_png`](crate::format::image::write_png) takes them.
 pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) -> Result<Vec<u8>> {
+    // Check the colours.
     if colors.len() != mesh.positions.len() {
         return Err(Error::data("colors", colors.len().to_string())
             .expected(format!("{}, one a vertex", mesh.positions.len())));
     }
+    // Fit the camera.
     let bounds = Bounds::of(mesh)?;
     let compass = Compass::facing(Axis::Y, Axis::Z);
     let towards = compass.direction(25f64.to_radians(), 20f64.to_radians());
@@ -34,6 +36,7 @@ pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) ->
     };
     let framed = aim.still(used_points(mesh), bounds.radius, true);
     let view = View::new(aim.camera(&framed), size)?;
+    // Draw.
     let surface = SurfaceBuffer::draw(
         &view,
         mesh,

@@ -64,6 +64,7 @@ impl Radiance {
         allowance: &Allowance,
         progress: &Progress,
     ) -> Result<Self> {
+        // Choose the directions that are kept, and their images.
         let description = sample.description();
         let (views, lights) = (&description.views, &description.lights);
         let (directions, images) = match &description.pairs {
@@ -83,6 +84,7 @@ impl Radiance {
                 (Directions::Pairs(pairs), images)
             }
         };
+        // Lay out the rows, with sums where fill light needs them.
         let layout = match &directions {
             Directions::Product { lights, .. } if filled => RowLayout {
                 images: lights.len(),
@@ -368,6 +370,7 @@ impl Radiance {
         coord: TexCoord,
         blend: &mut Blend,
     ) -> Vec4 {
+        // Find the texels that each view shows there.
         let place = Place {
             coord: match self.texels {
                 Texels::Nearest => self.grid.centre(self.grid.texel_nearest(coord)),
@@ -377,6 +380,7 @@ impl Radiance {
             view: blend.view.as_vec3(),
             reach: blend.reach,
         };
+        // Blend them.
         let Blend {
             rows,
             columns,
@@ -390,6 +394,7 @@ impl Radiance {
             let line = &numbers.texel(read.texel)[read.view as usize * row_length..];
             sum += blend_row(line, columns) * (read.share * T::UNDO[1]);
         }
+        // Add what is read without parallax.
         let sum = match list.plain() {
             [] => sum,
             plain => sum + self.on_level(table, level, coord, plain, columns),
@@ -406,6 +411,7 @@ impl Radiance {
         rows: &[Weight],
         columns: &[Column],
     ) -> Vec4 {
+        // Find the texel on this level.
         let shrink = 1.0 / (1u32 << level.min(31)) as f32;
         let finest = self.grid;
         let (mut column, mut row) = (coord.s, finest.height as f32 - coord.t);
@@ -419,6 +425,7 @@ impl Radiance {
             let texel = nearest_texel(level.grid, row.floor(), column.floor());
             return self.blend_rows(level.texel(texel), rows, columns);
         }
+        // Blend the four texels round the place.
         let (top, left) = ((row - 0.5).floor(), (column - 0.5).floor());
         let (down, right) = (row - 0.5 - top, column - 0.5 - left);
         let mut sum = Vec4::ZERO;

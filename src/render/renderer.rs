@@ -122,11 +122,13 @@ impl<'a> Renderer<'a> {
         manner: Manner,
         progress: Progress<'a>,
     ) -> Result<Self> {
+        // Prepare what shadows need.
         let bounds = Bounds::of(&map.mesh)?;
         let has_border = has_border(&map.mesh);
         let casts_shadows = manner.shadows != Shadows::None;
         let occluders = || Occluders::new(&map.mesh, &bounds);
         let caster = casts_shadows.then(|| ShadowCaster::new(&map.mesh, occluders(), has_border));
+        // Prepare the ground, and how open each vertex is to fill light.
         let (mut ground, mut open) = (None, None);
         if let Some(caster) = &caster {
             let below = |up| Ground::below(&bounds, up, &caster.occluders, manner.fill.is_some());
@@ -170,18 +172,22 @@ impl<'a> Renderer<'a> {
     /// Renders one frame. Every loop over pixels or vertices leaves off once it is interrupted; what
     /// it made till then is dropped.
     pub fn frame(&mut self, view: &View, lights: &[Light]) -> Result<Frame> {
+        // Find what is seen; keep it where the camera stands still.
         let seen = match self.seen.take() {
             Some(seen) if seen.view == *view => self.look_on(seen),
             _ => self.look(view),
         };
+        // Shade it.
         self.refresh_weights(&seen, lights);
         let mut shadows = std::mem::take(&mut self.shadows);
         let mut rgba = self.resolve(&seen, lights, &mut shadows);
         let mut geometry = seen.layers.clone();
+        // Darken the ground.
         if let Some(ground) = &self.ground {
             let scene = self.scene(view, lights, KnownWeights::default());
             ground.darken(&scene, &seen.surface, &mut rgba, geometry.as_mut());
         }
+        // Fill the other layers.
         let extra = self.manner.extra_layers;
         let (shadow, beyond) = if extra {
             let (shadow, beyond) = self.extra_layers(&seen, lights, &mut shadows);
@@ -425,9 +431,11 @@ impl<'a> Renderer<'a> {
         scene: &Scene,
         shadows: &mut VertexShadows,
     ) -> Vec<[f32; 4]> {
+        // Prepare the shadows.
         let of_vertices = self.interpolated_shadows(&seen.vertices, scene.lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
         let surface = &seen.surface;
+        // Shade the points of each band, and add them up per pixel.
         surface.map_bands(CLEAR, Workspace::default, |work, band, pixels| {
             let Workspace { points, shading } = work;
             let points = match &seen.points {

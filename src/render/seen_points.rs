@@ -128,10 +128,12 @@ impl SeenPoints {
     "x86_64+avx2+bmi1+bmi2"
 ))]
 fn see(known: &mut SeenPoints, scene: &Scene, hit: &Hit) -> SeenPoint {
+    // Find the point and its frame.
     let map = scene.map;
     let place = point(&map.mesh, hit);
     let viewer = scene.view.towards_viewer(place.as_dvec3());
     let turned = scene.turns(hit.triangle, place);
+    // Weight the views at each corner of the triangle.
     let mut corners = [SeenCorner::default(); 3];
     let triangle = &map.mesh.triangles[hit.triangle as usize];
     for (corner, &vertex) in corners.iter_mut().zip(triangle) {

@@ -332,6 +332,7 @@ impl Job<'_> {
         report: &mut Report,
         progress: &Progress,
     ) -> Result<()> {
+        // Lay out the sample, and prepare the surface.
         let (radiance, parallax) = lay_out(self.inputs, self.options, progress)?;
         report.parallax = Some(parallax);
         report.table_bytes = radiance.table.bytes();
@@ -340,6 +341,7 @@ impl Job<'_> {
         let renderer = Renderer::new(self.inputs.map, &radiance, manner(self.options), *progress)?;
         let mut renderer = renderer.over(self.inputs.cover);
         progress.end();
+        // Render each frame while the one before is written.
         progress.begin("frames", wanted.len() as u64);
         let mut waiting: Option<Finished> = None;
         for frame in wanted {
@@ -361,6 +363,7 @@ impl Job<'_> {
                 stem: self.stem(frame),
             });
         }
+        // Write the last.
         if let Some(last) = waiting {
             self.write(&last)?;
             report.rendered += 1;
@@ -402,6 +405,7 @@ impl Job<'_> {
     }
 
     fn attributes(&self, frame: &PlannedFrame) -> BTreeMap<String, Attribute> {
+        // Name what every frame has.
         let text = |value: String| Attribute::Text(value);
         let mut attributes = BTreeMap::from([
             (
@@ -426,6 +430,7 @@ impl Job<'_> {
             ),
             (HASH.into(), text(self.hash(frame))),
         ]);
+        // Name what some have.
         if let Some(heights) = &self.heights {
             attributes.insert("mesotex:heights".into(), text(heights.to_string()));
         }

@@ -51,6 +51,7 @@ impl Renderer<'_> {
         hits: &[Hit],
         texel: f64,
     ) -> Result<Vec<[f32; 3]>> {
+        // Set up the scene.
         let progress = self.progress();
         let shadows = &mut VertexShadows::default();
         let of_vertices = self.visibility_of_all(&frame.lights, shadows);
@@ -60,6 +61,7 @@ impl Renderer<'_> {
             shows_inside: false,
             ..self.scene(&frame.view, &frame.lights, KnownWeights::default())
         };
+        // Shade chunks of texels in parallel.
         progress.begin("texels", hits.len() as u64);
         let mut colors = vec![[0.0; 3]; hits.len()];
         colors
@@ -86,6 +88,7 @@ impl Renderer<'_> {
         points: OwnPoints<'_>,
         texel: f64,
     ) -> Result<Vec<[f32; 3]>> {
+        // Set up the scene with the points' own surroundings.
         let progress = self.progress();
         let patches = self
             .has_parallax()
@@ -101,6 +104,7 @@ impl Renderer<'_> {
             side: Some(texel),
             ..found
         };
+        // Shade some lights at a time, so that their visibilities fit into memory.
         let sites = sites_of(points.map, whole.radiance.grid(), |_| true);
         let mut colors = vec![Vec4::ZERO; sites.len()];
         progress.begin("texels", frame.lights.len() as u64);

@@ -269,6 +269,7 @@ struct Source<'a> {
 
 impl<T: Stored> TexelTable<T> {
     fn build(source: &Source, mip: bool, allowance: &Allowance) -> Result<Self> {
+        // Transpose the sample slab by slab.
         let mut grid = source.sample.grid();
         let stride = source.stride();
         source
@@ -282,6 +283,7 @@ impl<T: Stored> TexelTable<T> {
             })?;
         }
         let mut levels = vec![writer.finish()?];
+        // Average coarser levels.
         while mip && grid.len() > 1 {
             let finer = &levels[levels.len() - 1];
             grid = grid.coarser();

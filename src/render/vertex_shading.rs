@@ -203,6 +203,7 @@ fn shade_chunk<T: Stored>(
     let one_texel = radiance.reads_one_texel();
     let mut near = Vec::new();
     let mut out = out.iter_mut();
+    // Visit the vertices that share a texel together.
     for sharing in sites.chunk_by(|a, b| a.texel == b.texel) {
         let mut numbers = table.levels[0].texel(sharing[0].texel);
         if one_texel && sharing.len() >= SHARED {
@@ -210,6 +211,7 @@ fn shade_chunk<T: Stored>(
             near.extend_from_slice(numbers);
             numbers = &near;
         }
+        // Shade each.
         for (site, out) in sharing.iter().zip(&mut out) {
             let begun = begin::<T>(scene, reaches, blend, site);
             let vertex = site.vertex as usize;
@@ -241,11 +243,13 @@ struct Begun {
 /// Gathers view and lights of a vertex.
 #[inline(always)]
 fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: &Site) -> Begun {
+    // Turn the view to the frame of the vertex.
     let mut received_light = Vec4::ZERO;
     let axes = Axes::new(site.normal, site.orientation).turned(site.turned);
     let view = axes.local(scene.view.towards_viewer(site.point.as_dvec3()));
     scene.radiance.begin(blend, view);
     blend.set_reach(scene.reach(site.vertex as usize));
+    // Add the lights that reach it.
     for (index, light) in scene.lights.iter().enumerate() {
         let incidence = light.at(site.point);
         let local = axes.local(incidence.towards.as_dvec3());
@@ -266,6 +270,7 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
             }
         }
     }
+    // Join lights that read the same images, and add the fill light.
     if scene.lights.len() > 1 {
         scene.radiance.merge_lights(blend);
     }

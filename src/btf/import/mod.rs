@@ -134,6 +134,7 @@ pub fn read_list_with(path: &Path, options: &ListOptions) -> Result<ImageList> {
 }
 
 fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
+    // Read the list in its format.
     let text::Text { text, encoding } = text::read(path, LARGEST_LIST)?;
     let is_rti = extension(path) == "lp";
     let ListText {
@@ -148,12 +149,14 @@ fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
     if encoding == TextEncoding::Latin1 {
         notes.push("the list is no UTF-8; its names are read as Latin-1".into());
     }
+    // Find its images.
     let folder = path.parent().unwrap_or(Path::new(""));
     let Found { paths, note } = match &options.images {
         Some(source) => find_images::from(&listed, source)?,
         None => find_images::find(&listed, folder)?,
     };
     notes.extend(note);
+    // Turn the directions to the sample's frame.
     let measured = |(listed, path): (&Listed, PathBuf)| {
         let view = match options.collocated {
             true => listed.light,

@@ -197,6 +197,7 @@ impl Arguments {
         padding: &[(u32, u32)],
         is_inside: impl Fn(usize) -> bool,
     ) -> Vec<Texture> {
+        // Keep the radiance as it is.
         let numbers = colors.into_flattened();
         let most = numbers.iter().copied().fold(1.0, f32::max);
         let mut radiance = Texture {
@@ -210,8 +211,10 @@ impl Arguments {
             height,
             numbers,
         };
+        // Fill the surroundings of the charts.
         radiance.copy(padding);
         radiance.fill_beyond(padding, is_inside);
+        // Show it as viewers do: exposed, clamped, in 8 bits.
         let gain = self.options.exposure.exp2();
         let shown = radiance
             .numbers

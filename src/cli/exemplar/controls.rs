@@ -111,6 +111,7 @@ fn labels(image: &FloatImage) -> Result<Vec<u8>> {
         Precision::Bits16 => 65535.0,
         Precision::Float => 1.0,
     };
+    // Take whole labels as they stand, else grey in equal steps.
     let step = white / most_label;
     let label = |(texel, value): (usize, &f32)| {
         let stored = match image.precision {
@@ -125,6 +126,7 @@ fn labels(image: &FloatImage) -> Result<Vec<u8>> {
         if image.precision != Precision::Float && is_label(in_steps) {
             return Ok(in_steps as u8);
         }
+        // Refuse any other grey.
         let expected = match image.precision {
             Precision::Float => "the labels 0, 1, 2 and 3".to_owned(),
             _ => format!(

@@ -18,6 +18,7 @@ use crate::mesh::origin::origin_text;
 pub fn describe(path: &Path) -> Result<Outcome> {
     let description = Description::read(path)?;
     let map = AtlasMap::read(path)?;
+    // Count what the texels hold.
     let inside = map.chart.iter().filter(|chart| **chart >= 0).count();
     let charts = map
         .chart
@@ -30,6 +31,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
         .filter(|label| **label != TextonLabel::NONE)
         .count();
     let (width, height) = (map.width, map.height);
+    // Tell size, scale and origin.
     let mut outcome = Outcome::default()
         .line(format!(
             "atlas of {width} × {height} texels, {inside} in {} charts; {} triangles, sample of {} × {} texels",

@@ -14,6 +14,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
     let [width, height] = map.header.exemplar;
     let Square { left, top, side } = map.square;
     let faces = map.mesh.triangles.len();
+    // Count sources and phases.
     let mut sources = map.sources.clone();
     sources.sort_unstable();
     sources.dedup();
@@ -22,6 +23,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         phases[usize::from(phase)] += 1;
     }
     let names: Vec<&str> = map.channels.iter().map(|of| of.name.as_str()).collect();
+    // Tell what the map holds.
     let mut outcome = Outcome::default()
         .line(format!(
             "face map: {faces} faces, {} levels, sample of {width} × {height} texels",
@@ -60,6 +62,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
     if let Some(origin) = origin_text(map.header.origin) {
         outcome = outcome.line(format!("positions count from the origin {origin}"));
     }
+    // Check whether it belongs to the other file.
     if let Some(other) = against {
         let stated = (map.header.exemplar, &map.header.sample, &map.header.space);
         check_belongs_to(stated, other).map_err(|error| error.in_file(path))?;

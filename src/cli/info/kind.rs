@@ -86,6 +86,7 @@ impl Kind {
 
     /// What is at `path`.
     pub fn of(path: &Path) -> Result<Self> {
+        // Tell folders by the files in them.
         if path.join(DESCRIPTION).is_file() {
             return Ok(Self::Sample);
         }
@@ -99,6 +100,7 @@ impl Kind {
         if metadata.is_dir() {
             return Self::of_folder(path);
         }
+        // Tell a file by its ending, then by its first bytes.
         let start = start_of(path)?;
         let extension = path
             .extension()

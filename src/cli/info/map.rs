@@ -21,6 +21,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .iter()
         .filter(|&&texton| texton == TextonLabel::NONE)
         .count();
+    // Tell what the map holds.
     let mut outcome = Outcome::default()
         .line(format!(
             "surface texton map: {} vertices, {} triangles, sample of {width} × {height} texels",
@@ -42,6 +43,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .figure("method", map.header.method.as_str())
         .figure("sample", map.header.sample.to_string())
         .figure("space", map.header.space.to_string());
+    // Tell scale and origin where they are not the plain ones.
     if let Some([least, most]) = range(map.scale.as_deref()) {
         outcome = outcome
             .line(format!(
@@ -52,6 +54,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
     if let Some(origin) = origin_text(map.header.origin) {
         outcome = outcome.line(format!("positions count from the origin {origin}"));
     }
+    // Check whether it belongs to the other file.
     if let Some(other) = against {
         check_belongs(&map, other).map_err(|error| error.in_file(path))?;
         outcome = outcome.line(format!("it belongs to {}", other.display()));

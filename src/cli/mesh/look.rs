@@ -30,6 +30,7 @@ pub(super) fn draw(
     fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
     let bent = oriented.distortion(user);
     let mean = bent.iter().sum::<f32>() / bent.len() as f32;
+    // Draw the field, the distortion and every level.
     let mut all = vec![
         pictures::field(
             &user.mesh,
@@ -46,6 +47,7 @@ pub(super) fn draw(
             100.0 * mean
         ))
         .figure("mean_distortion", mean);
+    // Write the pictures.
     let names = picture_names(surface.meshes.len() as u32);
     for (name, picture) in names.iter().zip(all) {
         for path in write_picture(folder, name, &picture, user.origin)? {

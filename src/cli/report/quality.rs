@@ -104,6 +104,7 @@ fn figures(found: &Quality) -> Vec<Figure> {
         .into_iter()
         .map(f64::abs)
         .fold(0.0, f64::max);
+    // Tell how the texture follows the surface.
     let mut figures = vec![
         Figure {
             name: "coherence_half",
@@ -127,6 +128,7 @@ fn figures(found: &Quality) -> Vec<Figure> {
             meaning: "how the texture's offsets follow the surface's: the identity keeps scale and handedness",
         },
     ];
+    // Tell how well neighbourhoods fit, where it was measured.
     if let Some(energies) = found.energies {
         figures.push(Figure {
             name: "energy",
@@ -143,6 +145,7 @@ fn figures(found: &Quality) -> Vec<Figure> {
             meaning: "the same over that of the best texel at each site, the rest of the map fixed",
         });
     }
+    // Tell how often textons are used, where there are textons.
     if let Some(chi2) = found.histogram_chi2 {
         figures.push(Figure {
             name: "histogram_chi2",

@@ -157,6 +157,7 @@ impl Report {
         let found = &self.quality;
         let [[a, b], [c, d]] = found.drift;
         let Seconds { prepare, synthesis } = seconds;
+        // Tell size and time.
         let mut outcome = Outcome::default()
             .line(format!(
                 "{} {}, {} levels{}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
@@ -168,6 +169,7 @@ impl Report {
                 self.levels,
                 self.k.map_or(String::new(), |k| format!(", k {k}"))
             ))
+            // Tell how the texture follows the surface.
             .line(format!(
                 "coherence {:.3} within half a texel, {:.3} within one; mean edge {:.2} texels",
                 found.coherence_half, found.coherence_one, found.mean_edge
@@ -176,6 +178,7 @@ impl Report {
         if let Some(reason) = &self.levels_reason {
             outcome = outcome.line(format!("{} levels: {reason}", self.levels));
         }
+        // Tell what was measured beside.
         if let Some(found) = found.energies {
             outcome = outcome.line(format!(
                 "energy {:.3} of a random map's, {:.3} of the best texels' (at {} sites)",
@@ -213,6 +216,7 @@ impl Report {
                 found.embedded, found.embedded_cost, found.whole_spectrum
             ));
         }
+        // Add all figures.
         if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {
             outcome.figures = figures;
         }

@@ -209,6 +209,7 @@ impl TargetArguments {
         is_measured: bool,
         session: &Session,
     ) -> Result<Prepared> {
+        // Find which neighbourhoods the method reads, and which the figures are measured with.
         let windows = Windows {
             own: neighborhoods(space, table, options)?,
             measured: table.neighborhoods().swap_remove(0),
@@ -220,6 +221,7 @@ impl TargetArguments {
             guides: self.surface.guides(),
             seed: session.seed(),
         });
+        // Count the memory that is needed beside the target.
         let polish = memory::polish_bytes(self.most_sites(user.as_ref()), options);
         let exemplar = memory::exemplar_bytes(space, table, options) + polish;
         let mesh = self.mesh.as_ref().zip(user.as_ref());
@@ -229,6 +231,7 @@ impl TargetArguments {
             exemplar,
             session,
         });
+        // Prepare grid, atlas or mesh; the measured sites too where they are others.
         let mut prepared = match (mesh, self.grid) {
             (_, Some(_)) => Prepared {
                 target: self.grid_target(&windows, round.as_ref(), exemplar)?,
@@ -262,6 +265,7 @@ impl TargetArguments {
                 return Err(Error::option("grid", "no target", "a mesh, or --grid WxH"));
             }
         };
+        // Read the controls of the surface.
         if options.method == Method::Progressive {
             let keys = self.surface.keys.as_deref();
             let surface = &prepared.target.surface;

@@ -130,9 +130,11 @@ impl Description {
         let fault = |field: &str, found: String, expected: &str| {
             Err(Error::data(field, found).expected(expected))
         };
+        // Check the version.
         if self.version != VERSION {
             return fault("version", self.version.to_string(), "1");
         }
+        // Check sizes.
         let sides = |[width, height]: [u32; 2]| format!("{width} × {height}");
         let within =
             |sides: [u32; 2], most: u32| sides.iter().all(|side| (1..=most).contains(side));
@@ -147,6 +149,7 @@ impl Description {
         if !within(self.exemplar, LONGEST) {
             return fault("exemplar", sides(self.exemplar), "two sides, 1 to 65535");
         }
+        // Check scale, origin and method.
         if !(1.0 / FARTHEST..=FARTHEST).contains(&self.texel) {
             return fault(
                 "texel",

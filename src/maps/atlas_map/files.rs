@@ -105,11 +105,13 @@ impl AtlasMap {
 
     /// Reads a folder and checks every number that a later stage relies on.
     pub fn read(folder: &Path) -> Result<Self> {
+        // Read each file.
         let description = Self::read_description(folder)?;
         let sides = [description.height as usize, description.width as usize];
         let coords = read_coords(folder, sides, &description)?;
         let textons = read_textons(folder, sides, &description)?;
         let surface = surface::read(&folder.join(SURFACE), sides, &description.surface)?;
+        // Put the map together.
         let map = Self {
             mesh: surface.mesh,
             vertex_normals: surface.vertex_normals,
@@ -135,12 +137,14 @@ impl AtlasMap {
                 space: description.space,
             },
         };
+        // Check what only the whole tells.
         map.check().map_err(|error| error.in_file(folder))?;
         Ok(map)
     }
 
     /// Lists of every length but the right one are a fault of the caller.
     fn check_lengths(&self) -> Result<()> {
+        // List each column with its right length.
         let texels = self.len();
         let triangles = self.mesh.triangles.len();
         let lengths = [
@@ -164,6 +168,7 @@ impl AtlasMap {
                 Error::data("scale", format!("{scaled} entries")).expected(texels.to_string())
             );
         }
+        // Name the first that is off.
         match lengths.iter().find(|(_, found, wanted)| found != wanted) {
             None => Ok(()),
             Some((name, found, wanted)) => {
@@ -175,6 +180,7 @@ impl AtlasMap {
     /// Refuses numbers that no atlas has.
     fn check(&self) -> Result<()> {
         Surface::check(self)?;
+        // Check each texel: a coordinate inside charts, none outside.
         let [width, height] = self.header.exemplar.map(|side| side as f32);
         let columns = self.width as usize;
         for (texel, (coord, &chart)) in self.coords.iter().zip(&self.chart).enumerate() {

@@ -34,6 +34,7 @@ pub fn improved(
     (wishes, areas): (&Wishes, &[f32]),
     progress: Progress<'_>,
 ) -> Result<Vec<DVec2>> {
+    // Hold the vertices with a wanted direction.
     let mut vectors: Vec<DVec2> = start.iter().map(|u| u.normalize_or(DVec2::X)).collect();
     let mut is_fixed = vec![false; vectors.len()];
     for constraint in &wishes.constraints {
@@ -43,6 +44,7 @@ pub fn improved(
     let rotations: Vec<DVec2> = entries
         .map(|entry| DVec2::from_angle(rings.transport(entry)))
         .collect();
+    // Turn each of the others towards the sum of its neighbours, until none moves.
     for _ in 0..MOST_PASSES {
         progress.check()?;
         let mut largest: f64 = 0.0;

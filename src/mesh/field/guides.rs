@@ -142,6 +142,7 @@ pub fn guided_field(
     progress: Progress<'_>,
 ) -> Result<Field> {
     options.validate()?;
+    // Gather the wishes; the first that speaks of a vertex counts.
     let mut wishes = Wishes::default();
     let count = canvas.user.mesh.positions.len();
     let mut said = vec![false; count];
@@ -158,6 +159,7 @@ pub fn guided_field(
     if options.align == Alignment::Uv {
         canvas.add_uvs(&mut wishes, &mut said)?;
     }
+    // Solve for the field.
     let mut field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed, progress)?;
     if options.align == Alignment::Curvature {
         field = canvas.lean_on_curvature(field, &mut wishes, seed, progress)?;
@@ -177,6 +179,7 @@ impl Canvas<'_> {
         wishes: &mut Wishes,
         said: &mut [bool],
     ) -> Result<()> {
+        // Refuse a direction that stands on the surface.
         let upright = direction
             .normalize_or_zero()
             .cross(self.rings.normals[vertex])
@@ -192,6 +195,7 @@ impl Canvas<'_> {
             )
             .expected("a direction along the surface"));
         };
+        // Constrain the vertex unless an earlier guide did.
         if !std::mem::replace(&mut said[vertex], true) {
             wishes.constraints.push(Constraint {
                 vertex: vertex as u32,
@@ -288,6 +292,7 @@ impl Canvas<'_> {
                 "a mesh with texture coordinates",
             ));
         };
+        // Sum the directions in which u grows, weighted by area.
         let mesh = &self.user.mesh;
         let mut sums = vec![Vec3::ZERO; said.len()];
         for (triangle, [a, b, c]) in uvs.iter().enumerate() {
@@ -301,6 +306,7 @@ impl Canvas<'_> {
                     .for_each(|&v| sums[v as usize] += weight * along);
             }
         }
+        // Constrain the vertices that no earlier guide did.
         for (vertex, &sum) in sums.iter().enumerate() {
             if let (false, Some(angle)) = (said[vertex], self.rings.angle_of(vertex, sum)) {
                 said[vertex] = true;

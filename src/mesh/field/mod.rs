@@ -88,6 +88,7 @@ pub fn orientation_field(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<Field> {
+    // Set up the equations, and hold the constraints.
     let laplacian = connection_laplacian(mesh, rings, Weights::Cotangent);
     let mass = masses(mesh);
     let mut vectors = vec![DVec2::X; mesh.positions.len()];
@@ -96,6 +97,7 @@ pub fn orientation_field(
         vectors[constraint.vertex as usize] = DVec2::from_angle(constraint.angle);
         fixed[constraint.vertex as usize] = true;
     }
+    // Solve component by component.
     let parts = by_component(mesh);
     let mut positive = None;
     for part in 0..parts.len() {
@@ -113,6 +115,7 @@ pub fn orientation_field(
         if let Err(Error::Interrupted) = solved {
             return Err(Error::Interrupted);
         }
+        // Where cotangent weights fail, solve with positive ones.
         if solved.is_err() {
             let positive = positive
                 .get_or_insert_with(|| connection_laplacian(mesh, rings, Weights::Positive));

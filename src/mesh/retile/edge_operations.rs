@@ -322,6 +322,7 @@ impl Surgery {
         numbers: &[u32],
         triangles: &[(u32, u32)],
     ) -> Self {
+        // Find the new number of each half-edge.
         let mut places = vec![NONE; self.triangles.len()];
         for (place, &(_, old)) in triangles.iter().enumerate() {
             places[old as usize] = place as u32;
@@ -332,6 +333,7 @@ impl Surgery {
         };
         let sides = |old: u32| old as usize * 3..old as usize * 3 + 3;
         let olds = || triangles.iter().map(|&(_, old)| old);
+        // Copy vertices, then triangles, in the new order.
         Self {
             positions: vertices
                 .iter()

@@ -117,6 +117,7 @@ impl<'a> Retiler<'a> {
 
     /// Goes on to `vertices` vertices, or as near as boundaries, creases and topology allow.
     pub fn to(&mut self, vertices: usize, progress: Progress<'_>) -> Result<TriangleMesh> {
+        // Choose the length of edges.
         if self.area <= 0.0 {
             return Err(Error::data("mesh", "no triangle has an area"));
         }
@@ -126,13 +127,16 @@ impl<'a> Retiler<'a> {
             self.forget_small_features(length);
         }
         let most = MOST_GROWTH * vertices.max(self.surgery.vertex_count()) + MOST_GROWTH_OF_FEW;
+        // Split, collapse and flip edges, and approach the count.
         for _ in 0..ROUNDS {
             self.round(length, most, progress)?;
             let ratio = self.surgery.vertex_count() as f32 / vertices as f32;
             length *= ratio.sqrt().clamp(0.8, 1.25);
             progress.advance(1)?;
         }
+        // Meet the count.
         meet_count(&mut self.surgery, vertices, progress)?;
+        // Even out valences and shapes.
         for _ in 0..FINAL_ROUNDS {
             passes::even_out_valence(&mut self.surgery);
             relax::relax(&mut self.surgery, self.target);
@@ -144,6 +148,7 @@ impl<'a> Retiler<'a> {
             }
             progress.check()?;
         }
+        // Put what lies near together in memory.
         progress.end();
         progress.check()?;
         self.surgery = order::spatially(&self.surgery);

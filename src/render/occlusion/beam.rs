@@ -94,9 +94,11 @@ impl Occluders {
     /// Which of at most 16 points meet nothing in one direction, a bit for each.
     pub fn open_points(&self, starts: &[RayStart], towards: Vec3) -> u32 {
         debug_assert!(starts.len() <= MOST);
+        // Make a beam of the rays.
         let origin = |start: &RayStart| start.point + start.normal * self.lift;
         let beam = Beam::new(starts.iter().take(MOST).map(origin), towards);
         let mut open = (1 << beam.count) - 1;
+        // Visit the boxes that it enters, the nearer first.
         let nodes = &self.hierarchy.nodes;
         let mut waiting: Vec<&Bvh2Node> = Vec::with_capacity(64);
         waiting.extend(

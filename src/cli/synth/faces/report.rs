@@ -62,11 +62,13 @@ impl FaceReport {
         (options, seed): (&SynthesisOptions, u64),
         (coloring, memory): (Coloring, u64),
     ) -> Self {
+        // Compare the histograms of surface and sample.
         let Square { left, top, side } = map.square;
         let finest = surface.levels.len() - 1;
         let histograms = histogram_distances(space, exemplar, &result.colors);
         let distances = histograms.iter().flat_map(|channel| &channel.l1).copied();
         let counts = |levels: &[FaceLevel]| levels.iter().map(FaceLevel::count).collect();
+        // Put the figures together.
         Self {
             format: FORMAT,
             version: 1,
@@ -101,6 +103,7 @@ impl FaceReport {
     /// What the user reads.
     pub(super) fn outcome(&self, seconds: Seconds) -> Outcome {
         let Seconds { prepare, synthesis } = seconds;
+        // Tell size and time.
         let counts: Vec<String> = self.level_faces.iter().map(usize::to_string).collect();
         let mut outcome = Outcome::default()
             .line(format!(
@@ -115,6 +118,7 @@ impl FaceReport {
                 _ => "base mesh: retiled and subdivided barycentrically, for want of two colours",
             })
             .line(format!("a texel covers {:.6} mesh units", self.texel));
+        // Tell how flat the neighbourhoods are, and how far the histograms lie apart.
         if let Some([first, rest @ ..]) = self.eigenvalues.last().map(Vec::as_slice) {
             let ratio = |at: usize| rest.get(at).map_or(f64::INFINITY, |value| first / value);
             outcome = outcome.line(format!(
@@ -135,6 +139,7 @@ impl FaceReport {
             ));
         }
         outcome = outcome.line(format!("about {} of memory", ByteSize(self.memory)));
+        // Add all figures.
         if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {
             outcome.figures = figures;
         }
