@@ -43,6 +43,7 @@ fn greedy_colors<const N: usize, S: Sites<N>>(
         if site.is_multiple_of(SITES_BETWEEN_CHECKS) {
             progress.check()?;
         }
+        // Mark the colours of all sites that this one reads or is read by.
         collect_read(level, site, &mut near, &mut seen);
         let own = &mut taken[site * words..][..words];
         for &other in &near {
@@ -51,6 +52,7 @@ fn greedy_colors<const N: usize, S: Sites<N>>(
                 own[color as usize / 64] |= 1 << (color % 64);
             }
         }
+        // Take the first free one.
         let Some(color) = first_free(own) else {
             return Ok(None);
         };

@@ -138,6 +138,7 @@ impl Target {
         cache: Option<&Path>,
         progress: Progress<'_>,
     ) -> Result<(Self, CircleSource)> {
+        // Prepare the sites.
         let round = circles::prepare(user, options, cache, progress)?;
         let was_marched = round
             .levels
@@ -147,6 +148,7 @@ impl Target {
             true => CircleSource::Marched,
             false => CircleSource::Read,
         };
+        // Take the surface.
         let surface = TargetSurface {
             mesh: user.mesh.clone(),
             normals: round.frames.iter().map(|frame| frame.n).collect(),
@@ -244,12 +246,14 @@ impl TargetSurface {
 
     /// Every edge i < j, with the place of j seen from i in texels of i.
     pub fn edges(&self) -> Vec<SiteEdge> {
+        // Take the edges of grids and atlases.
         if let Some(grid) = self.grid {
             return grid.edges();
         }
         if let Some(atlas) = &self.atlas {
             return atlas.edges.clone();
         }
+        // List those of a mesh, each once.
         let corners = self.mesh.triangles.iter();
         let mut pairs: Vec<[u32; 2]> = corners
             .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
@@ -257,6 +261,7 @@ impl TargetSurface {
             .collect();
         pairs.sort_unstable();
         pairs.dedup();
+        // See each from its first end.
         let scale = |vertex: u32| self.scale.as_ref().map_or(1.0, |of| of[vertex as usize]);
         let edge = |&[from, to]: &[u32; 2]| {
             let at = from as usize;

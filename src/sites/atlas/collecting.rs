@@ -67,6 +67,7 @@ impl Block {
         points: impl Iterator<Item = Option<SurfacePoint>>,
     ) {
         self.collector.begin();
+        // Take sample after sample.
         for (offset, point) in window.template.positions.iter().zip(points) {
             let sample = match point {
                 _ if *offset == glam::Vec2::ZERO => cells.at_site(site),
@@ -83,6 +84,7 @@ impl Block {
                 self.collector.take(level, site, *offset, location);
             }
         }
+        // Keep the neighbours where they are wanted.
         if window.neighbors {
             self.collector
                 .finish(site, window.width, &mut self.neighbors);
@@ -126,11 +128,13 @@ pub fn join(
     window: Window<'_>,
     blocks: Vec<Block>,
 ) -> Result<LevelSamples> {
+    // Find where each site's neighbours begin.
     let (count, per_site) = (level.texels.len(), window.template.positions.len());
     let starts = starts(&blocks, count)?;
     let mut counts = AtlasCounts::default();
     let mut samples = vec![PackedSample::OUTSIDE; count * per_site];
     let mut neighbors = vec![PackedNeighbor::default(); starts[count] as usize];
+    // Copy block after block to its sites.
     for block in blocks {
         counts.valued += block.counts.valued;
         counts.outside += block.counts.outside;

@@ -36,9 +36,11 @@ pub fn sample(
     window: Window<'_>,
     progress: Progress<'_>,
 ) -> Result<LevelSamples> {
+    // Find the sites near each vertex.
     let sites = sites_of_vertices(geometry, level);
     let template = BinnedTemplate::new(window.template);
     let count = geometry.mesh.positions.len();
+    // Sample them in one chart per vertex.
     let blocks: Vec<Block> = (0..count.div_ceil(BLOCK))
         .into_par_iter()
         .map(|block| {

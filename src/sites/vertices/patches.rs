@@ -92,6 +92,7 @@ impl Patches<'_> {
         half_window: f32,
         progress: Progress<'_>,
     ) -> Result<LevelPatches> {
+        // Sort the template's positions into bins.
         let binned = BinnedTemplate::new(template);
         let radius = binned.radius().max(half_window * std::f32::consts::SQRT_2);
         let centre = template
@@ -99,6 +100,7 @@ impl Patches<'_> {
             .iter()
             .position(|p| *p == glam::Vec2::ZERO);
         let count = self.mesh.positions.len();
+        // Flatten the surroundings of each vertex, and locate the positions in them.
         let blocks: Vec<Block> = (0..count.div_ceil(BLOCK))
             .into_par_iter()
             .map(|block| {
@@ -155,8 +157,10 @@ impl Patches<'_> {
         texels: &[f32],
         progress: Progress<'_>,
     ) -> Result<(PatchStencils, Vec<Parent>)> {
+        // Sort the template's positions into bins.
         let binned = BinnedTemplate::new(template);
         let radius = binned.radius();
+        // Flatten the surroundings of each point, and locate the positions in them.
         let rows = Rows::collect(
             points.len(),
             || {
@@ -175,6 +179,7 @@ impl Patches<'_> {
                 sampler.locate(grower, &placed, texels[child], out);
             },
         );
+        // Find the parents.
         progress.check()?;
         let parents = (0..points.len())
             .into_par_iter()

@@ -98,6 +98,7 @@ impl BoundTree {
         keep: &mut impl Keep,
         mut distance: impl FnMut(u32, f64) -> f64,
     ) {
+        // Visit the tree, the nearer box first; leave out boxes beyond the limit.
         let inner = self.leaves.len() - 1;
         let mut waiting = [(0, f32::NEG_INFINITY); MOST_WAITING];
         let mut count = 1;
@@ -107,6 +108,7 @@ impl BoundTree {
             if bound > keep.limit() as f32 {
                 continue;
             }
+            // Compare the texels of a leaf.
             if node >= inner {
                 self.leaves[node - inner].search(pattern, fine, keep, &mut distance);
                 continue;
@@ -129,6 +131,7 @@ fn halve(order: &mut [u32], points: &[Point], levels: u32) {
     if levels == 0 {
         return;
     }
+    // Find the direction of the largest spread.
     let extents = order
         .iter()
         .map(|&index| Extent::of(&points[index as usize].first));
@@ -141,12 +144,14 @@ fn halve(order: &mut [u32], points: &[Point], levels: u32) {
             .copied()
             .unwrap_or(rest.residual)
     };
+    // Divide at the median.
     let middle = order.len() / 2;
     if middle > 0 {
         order.select_nth_unstable_by(middle, |&a, &b| {
             along(a).total_cmp(&along(b)).then(a.cmp(&b))
         });
     }
+    // Halve both halves.
     let is_long = order.len() > FEW;
     let (left, right) = order.split_at_mut(middle);
     if is_long {

@@ -67,6 +67,7 @@ pub fn filter(
 ) -> Result<Vec<Vec<u32>>> {
     options.validate()?;
     check(work)?;
+    // Prepare the pyramids.
     let code = MaskCode::of(work.mask.iter().copied().chain(work.masks()));
     let count = level_count(work, options);
     let sources: Vec<Vec<Level>> = work
@@ -82,6 +83,7 @@ pub fn filter(
     }
     let mut coarser: Option<Filtered> = None;
     for level in (0..count).rev() {
+        // Lay out the windows of the level.
         let target = &targets[level];
         let layout = Layout::new(
             options,
@@ -94,6 +96,7 @@ pub fn filter(
             Source::new(source[level].clone(), parent, &layout)
         };
         let read: Vec<Source> = sources.iter().map(of_level).collect();
+        // Filter it, wave by wave.
         let rule = MostAlike {
             layout: &layout,
             sources: &read,
@@ -178,11 +181,13 @@ fn check_windows(sources: &[Vec<Level>], level: usize, layout: &Layout) -> Resul
 fn check(work: Filtering<'_>) -> Result<()> {
     let (rows, cols) = work.output;
     let size = |rows: usize, cols: usize| format!("{cols}×{rows}");
+    // Check the output.
     if rows == 0 || cols == 0 || rows.saturating_mul(cols) > MOST_OUTPUT {
         return Err(
             Error::data("output", size(rows, cols)).expected(format!("1 to {MOST_OUTPUT} pixels"))
         );
     }
+    // Check the sources.
     let mixes = work.shares.is_some();
     let wanted = if mixes { MOST_SOURCES } else { 1 };
     if work.sources.len() != wanted {
@@ -204,6 +209,7 @@ fn check(work: Filtering<'_>) -> Result<()> {
                 .expected(format!("{}, the size of its texture", size(height, width))));
         }
     }
+    // Check the target.
     let sides = work
         .mask
         .map(Array2::dim)

@@ -158,12 +158,14 @@ impl MostAlike<'_> {
 
     /// The coherent pixels of a source, the pixel's own place first.
     fn coherent(&self, state: &Filtered, site: usize, number: usize, found: &mut Vec<u32>) {
+        // Propose the pixel's own place.
         let grid = self.sources[number].level.grid;
         let pixel = TexelIndex(site as u32);
         let (row, col) = self.target.grid.row_col(pixel);
         let (own_row, own_col) = self.extension[number].pixel((row as usize, col as usize), grid);
         found.clear();
         found.push(grid.texel(own_row as u32, own_col as u32).0);
+        // Propose what the parent holds.
         if let Some((level, coarser)) = self.coarser {
             let parent = coarser.texels[number][self.target.grid.parent(pixel).index()];
             let coarse = grid.coarser();
@@ -176,6 +178,7 @@ impl MostAlike<'_> {
                 (row % 2, col % 2),
             ));
         }
+        // Propose what continues the neighbours.
         for &[drow, dcol] in &self.layout.before {
             let Some(near) = self.target.grid.offset(pixel, drow, dcol) else {
                 continue;

@@ -136,6 +136,7 @@ impl FromStr for Warp {
     /// Reads `KIND:NAME=VALUE,NAME=VALUE`, as `scale:by=0.5,along=horizontal,labels=1+2`.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+        // Read the values.
         let mut values = Values(Vec::new());
         for part in rest.split(',').filter(|part| !part.is_empty()) {
             let pair = part
@@ -146,6 +147,7 @@ impl FromStr for Warp {
         let labels = values
             .take("labels")
             .map_or(Ok(LabelSet::FEATURES), str::parse)?;
+        // Read the kind, and what scaling and morphing need.
         let follow = match kind {
             "scale" => {
                 let by = values.number("by", None, 0.0..=LARGEST_SCALE)?;
@@ -177,6 +179,7 @@ impl FromStr for Warp {
                 return Err(format!("`{kind}`; expected {kinds}"));
             }
         };
+        // Read the motion of the others.
         let far = f64::from(LARGEST_RADIUS);
         let motion = Motion {
             scale: values.number("scale", Some(1.0), 0.05..=LARGEST_SCALE)?,

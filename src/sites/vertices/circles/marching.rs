@@ -62,6 +62,7 @@ pub fn march_levels(
     levels: &[u32],
     progress: Progress<'_>,
 ) -> Result<Vec<Circles>> {
+    // March block by block; the patch of a vertex grows from level to level.
     check(surface, radii, per_vertex)?;
     let normals = normals(surface.mesh);
     let blocks: Vec<Vec<Block>> = radii
@@ -84,6 +85,7 @@ pub fn march_levels(
             Ok(out)
         })
         .collect::<Result<_>>()?;
+    // Join the blocks of each level.
     let of_level = |(place, &level): (usize, &u32)| {
         let scale = (1_u32 << level) as f32;
         let radii = radii.iter().map(|radius| radius * scale).collect();
@@ -142,6 +144,7 @@ impl Block {
 
     /// Takes the vertices of the patch inside the outermost circle of a level, nearest first, ties by index.
     fn take_near(&mut self, patch: &Patch<'_>, vertex: usize, per_vertex: u32, level: u32) {
+        // Find the vertices inside, nearest first.
         let radius = patch.radius * f64::from(1_u32 << level);
         let outermost = f64::from(per_vertex) * radius;
         let farthest = (outermost * (1.0 + ON_CIRCLE)).powi(2);
@@ -154,6 +157,7 @@ impl Block {
         }
         self.found
             .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        // Place each between the circles, by arc length.
         let first = self.arc_ends.len() - per_vertex as usize;
         let circle = |number: u32| {
             let row = first + number as usize - 1;
