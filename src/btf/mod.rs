@@ -32,9 +32,9 @@ pub(crate) mod writer;
 
 pub use description::{Description, FORMAT, Layout, VERSION};
 pub use direction::Direction;
-pub use direction_set::DirectionSet;
+pub use direction_set::{DirectionSet, Ring};
 pub use factored::FactoredWriter;
 pub use height_map::HeightMap;
 pub use image_source::ImageSource;
-pub use sample::{DType, Sample};
+pub use sample::{DType, Pixels, Sample};
 pub use writer::SampleWriter;

@@ -47,5 +47,5 @@ pub use knn_options::{KnnOptions, Search};
 pub use margin::Margin;
 pub use neighbor_table::{NeighborTable, TableLevel};
 pub use plain_images::{ChannelImage, space_of_images};
-pub use space::{Features, Space, SpaceLevel, space_of_vocabulary};
+pub use space::{Features, Kind, Space, SpaceLevel, space_of_vocabulary};
 pub use windows::Windows;

@@ -7,6 +7,7 @@ pub(crate) mod face_map;
 pub(crate) mod header;
 pub(crate) mod vertex_map;
 
+pub use atlas_map::description::ChannelFile;
 pub use atlas_map::{AtlasMap, Description as AtlasDescription};
 pub use face_map::{FaceChannel, FaceMap, Square};
 pub use header::MapHeader;

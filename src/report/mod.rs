@@ -24,3 +24,11 @@ pub(crate) mod surface_columns;
 pub(crate) mod video;
 pub(crate) mod view_factors;
 pub(crate) mod viewer;
+
+pub use animation::{write_apng, write_gif};
+pub use contact_sheet::{Picture, contact_sheet};
+pub use embedded::Embedded;
+pub use summary::{Chapter, Fact, Figure, OutputFacts, Sequence, StageFacts, Summary};
+pub use video::{Container, VideoEncoder};
+pub use view_factors::{Limits, ViewFactors, view_factors};
+pub use viewer::{ViewerOptions, ViewerPage, viewer_page};

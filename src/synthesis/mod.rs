@@ -48,13 +48,16 @@ pub mod recipes;
 pub(crate) mod rule;
 pub(crate) mod state;
 
+pub use atlas_map::atlas_map;
 pub use check::neighborhoods;
 pub use checkpoint::Checkpoint;
 pub use inputs::{Inputs, LevelMap};
+pub use level_choice::LevelChoice;
 pub use map::synthesize_map;
 pub use options::{KCoherenceOptions, Method, MetricKind, Search, SynthesisOptions};
 pub use recipes::adaptive::options::{AdaptiveOptions, Similarity};
 pub use recipes::multiscale::options::MultiscaleOptions;
+pub use recipes::progressive::options::{ProgressiveOptions, Widths};
 pub use recipes::synthesize;
 
 #[cfg(test)]

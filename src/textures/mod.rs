@@ -46,8 +46,12 @@ pub(crate) mod transfer;
 pub(crate) mod vertex_model;
 
 pub use channel::SampleChannel;
-pub use decorated::{Shape, decorated};
-pub use folder::{read_channel, write_atlas};
-pub use model::ModelOptions;
+pub use decorated::{Decorated, Shape, decorated};
+pub use face_channels::carry_onto_faces;
+pub use folder::{Written, read_channel, write_atlas, write_lit, write_set, write_textures};
+pub use model::{ModelFacts, ModelOptions, Subject, Transparency};
+pub use surface_color::SurfaceColor;
+pub use texel_sites::TexelSites;
 pub use texture::Texture;
-pub use transfer::Canvas;
+pub use transfer::{Canvas, onto_vertices};
+pub use vertex_model::{ModelFormat, VertexModel};

@@ -26,3 +26,14 @@ pub(crate) mod morphology;
 pub(crate) mod nearest_pixel;
 pub(crate) mod planar_basis;
 pub mod warp;
+
+pub use canvas::{Extension, extended};
+pub use color_mask::{Pick, PickedColor, mask_of_colors};
+pub use contours::{Feature, Features};
+pub use distortion::{DistortionOptions, distorted};
+pub use key_values::{Key, orientation_of_keys, ramp, straight_orientation, transition_of_keys};
+pub use label_set::LabelSet;
+pub use mask_blending::{BlendOptions, Joining, blended_mask};
+pub use material::{Material, Picks};
+pub use morphology::{Edit, Operation, morph};
+pub use nearest_pixel::Axis;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
-use mesotex::btf::bake::read_recipe;
+use mesotex::btf::bake::maps::read_recipe;
 use mesotex::btf::fits::{Fit, hsh, ptm};
 use mesotex::btf::import::{
     ImportOptions, ListOptions, PhotographOptions, SetOptions, array, assemble, read_list,

@@ -28,4 +28,6 @@ mod tests;
 pub use factorization::Factorization;
 pub use factorize::{Accuracy, FactorOptions, factorize};
 pub use factors::Factors;
+pub use products::Values;
+pub use residual::Residual;
 pub use writer::FactoredWriter;

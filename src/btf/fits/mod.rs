@@ -22,5 +22,6 @@ pub mod ptm;
 mod quantization;
 
 pub use basis::Basis;
+pub use evaluation::evaluate;
 pub use fit::{Colors, Fit};
 pub use fitting::{Fitted, fit_sample};

@@ -59,7 +59,8 @@ pub use crate::btf::import::sets::{Numbering, SetOptions, is_set, read_set};
 pub use crate::btf::import::size_line::SizeLine;
 pub use crate::btf::import::spectrum::Illuminant;
 pub use crate::format::image::SourceEncoding;
-pub use photographs::PhotographOptions;
+pub use list_options::PatchSize;
+pub use photographs::{LensOptions, PhotographOptions, Rectification};
 
 use crate::btf::import::find_images::Found;
 use crate::btf::import::listed::Listed;

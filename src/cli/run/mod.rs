@@ -37,7 +37,6 @@ use crate::cli::run::pages::Pages;
 use crate::cli::run::plan::Plan;
 use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
-use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::atomic::leftovers;

@@ -16,7 +16,7 @@ pub(crate) mod singularities;
 mod solvers;
 
 pub use curvature::largest_curvatures;
-pub use guides::GuideFile;
+pub use guides::{Alignment, FieldEnergy, Guide, GuideFile, GuideOptions};
 
 use glam::{DVec2, Vec3};
 use rand::Rng;

@@ -28,6 +28,8 @@ pub(crate) mod surface;
 pub(crate) mod surface_options;
 
 pub use patches::Patches;
+pub use prepared_surface::Surface;
+pub use sampling::SampleCounts;
 pub use stencil::{PackedSample, PatchStencils};
 pub use stretch::{adjacent_samples, on_one_ring, stretch};
 pub use surface::prepare;
@@ -37,7 +39,6 @@ use either::Either;
 
 use crate::mesh::compressed_rows::Rows;
 use crate::sites::level::{Neighbor, Parent, SampleLocation, Sites};
-use crate::sites::vertices::stencil::PatchStencils;
 
 /// The vertices of one mesh of the pyramid.
 #[derive(Clone, Debug, Default, PartialEq)]

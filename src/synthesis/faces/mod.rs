@@ -19,4 +19,6 @@ pub(crate) mod map;
 pub(crate) mod memory;
 mod source_places;
 
-pub use decorated::at_centers;
+pub use decorated::{CornerPlaces, at_centers, with_own_corners};
+pub use exemplar::SquareExemplar;
+pub use map::face_map;

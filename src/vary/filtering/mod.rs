@@ -31,8 +31,9 @@ use crate::grid::TexelGrid;
 use crate::progress::Progress;
 use crate::synthesis::drive::wave_by_wave;
 use crate::vary::canvas::Extension;
-use crate::vary::filtering::options::FilterOptions;
-use crate::vary::filtering::pyramid::{Level, MOST_SOURCES, MaskCode, Texture, coarser_values};
+pub use crate::vary::filtering::options::FilterOptions;
+pub use crate::vary::filtering::pyramid::Texture;
+use crate::vary::filtering::pyramid::{Level, MOST_SOURCES, MaskCode, coarser_values};
 use crate::vary::filtering::rule::{Filtered, MostAlike, Source};
 use crate::vary::filtering::windows::Layout;
 

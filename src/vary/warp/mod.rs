@@ -24,7 +24,8 @@ use crate::vary::contours::Features;
 use crate::vary::label_set::LabelSet;
 use crate::vary::morphology::{LARGEST_RADIUS, Operation, morph};
 use crate::vary::nearest_pixel::Axis;
-use crate::vary::warp::motion::{LARGEST_SCALE, Motion, Moved};
+pub use crate::vary::warp::motion::Motion;
+use crate::vary::warp::motion::{LARGEST_SCALE, Moved};
 
 /// One operation on a mask.
 #[derive(Clone, Copy, Debug, PartialEq)]

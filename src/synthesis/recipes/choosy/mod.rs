@@ -46,6 +46,7 @@ pub use options::ChoosyOptions;
 pub use recipe::{ChoosyResult, synthesize_faces};
 pub use sample::{AnalysisSample, SquareImage};
 pub use source_faces::{Source, SourceFaces};
+pub use value_pyramid::ValuePyramid;
 
 #[cfg(test)]
 mod tests;
