@@ -18,8 +18,9 @@ use mesotex::mesh::TriangleMesh;
 use mesotex::progress::Progress;
 use mesotex::render::nearest::Weighting;
 use mesotex::render::{
-    Allowance, FrameRange, ImageSize, LayerGroup, Manner, PlannedFrame, Radiance, RenderOptions,
-    Renderer, Samples, Shading, Shadows, Subject, Sweep, Texels, plan,
+    Allowance, CameraOptions, FrameRange, ImageOptions, ImageSize, LayerGroup, Manner,
+    PlannedFrame, Radiance, RenderOptions, Renderer, Samples, Shading, Shadows, Subject, Sweep,
+    SweepOptions, Texels, plan,
 };
 
 fn main() {
@@ -156,10 +157,19 @@ fn radiance(shading: Shading) -> Radiance {
 
 fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
     let options = RenderOptions {
-        sweep,
-        frames: Some(FrameRange::count(96)),
-        size: ImageSize([1280, 960]),
-        camera_elevation: 30.0,
+        sweep: SweepOptions {
+            kind: sweep,
+            frames: Some(FrameRange::count(96)),
+            ..SweepOptions::default()
+        },
+        image: ImageOptions {
+            size: ImageSize([1280, 960]),
+            ..ImageOptions::default()
+        },
+        camera: CameraOptions {
+            camera_elevation: 30.0,
+            ..CameraOptions::default()
+        },
         ..RenderOptions::default()
     };
     let subject = Subject::new(&material().map.mesh, glam::DVec3::ZERO, &options).unwrap();

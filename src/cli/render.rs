@@ -107,9 +107,9 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
         let _locks = self.files().claim()?;
-        let overviews = Overviews::new(&self.output, self.options.animation)?;
+        let overviews = Overviews::new(&self.output, self.options.files.animation)?;
         let sample = Sample::open(&self.sample)?;
-        let drawn_as = (self.look(), self.options.shading);
+        let drawn_as = (self.look(), self.options.image.shading);
         let surface = surface::read(&self.map, drawn_as, session.progress())?;
         let Surface { map, cover, id } = surface;
         self.check_memory(&sample, &map)?;
@@ -148,7 +148,7 @@ impl Arguments {
                     "the sample laid out for shading ({}) and frames",
                     ByteSize(table)
                 ),
-                false => format!("frames of {} and their lights", options.size),
+                false => format!("frames of {} and their lights", options.image.size),
             },
             option: if table_is_more {
                 "table-memory"
@@ -164,7 +164,7 @@ impl Arguments {
 
     /// What the command reads and writes.
     pub fn files(&self) -> Files {
-        let table = match &self.options.sweep {
+        let table = match &self.options.sweep.kind {
             Sweep::File(path) => Some(path),
             _ => None,
         };
@@ -174,15 +174,15 @@ impl Arguments {
             .read_as(&[Kind::Map, Kind::Atlas, Kind::FaceMap], &self.map)
             .read(&atlas::files(&self.map))
             .read(table)
-            .read(&self.options.camera_path)
-            .read(&self.options.environment)
+            .read(&self.options.camera.camera_path)
+            .read(&self.options.lights.environment)
             .write("output", [&self.output], Product::Frames)
             .write(
                 "vertex-colors",
                 &self.vertex_colors,
                 Product::File(Format::Ply),
             );
-        if let Some(shard) = self.options.shard {
+        if let Some(shard) = self.options.files.shard {
             // Shards of one sweep write one folder side by side; any other two runs may not.
             let mut name = self.output.clone().into_os_string();
             name.push(format!(".shard-{}-of-{}", shard.index, shard.count));

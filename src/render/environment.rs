@@ -20,10 +20,10 @@ use crate::render::options::RenderOptions;
 /// data there is no light: such places are black.
 pub fn read(path: &Path, options: &RenderOptions, progress: &Progress<'_>) -> Result<FloatImage> {
     let reading = ReadOptions {
-        encoding: options.environment_encoding.unwrap_or_default(),
+        encoding: options.lights.environment_encoding.unwrap_or_default(),
         alpha: Alpha::OverBlack,
         missing: Missing::Black,
-        layer: options.environment_layer.clone(),
+        layer: options.lights.environment_layer.clone(),
         flags: Flags {
             layer: "--environment-layer",
             encoding: "--environment-encoding",
@@ -292,7 +292,7 @@ mod tests {
         for (found, alpha) in row.iter().zip([0.0, 85.0, 170.0, 255.0]) {
             assert!((found - alpha / 255.0).abs() < 1e-6, "{row:?}");
         }
-        options.environment_layer = Some("sun".into());
+        options.lights.environment_layer = Some("sun".into());
         let error = read(&path, &options, &Progress::silent()).unwrap_err();
         let text = error.to_string();
         assert!(text.starts_with("--environment-layer: `sun`"), "{text}");

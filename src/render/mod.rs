@@ -64,7 +64,9 @@ pub use frame::{Frame, GeometryLayers, LayerGroup};
 pub use frame_range::{FramePattern, FrameRange, Shard};
 pub use front::Front;
 pub use light::{Light, Origin};
-pub use options::RenderOptions;
+pub use options::{
+    CameraOptions, FileOptions, ImageOptions, LightOptions, RenderOptions, SweepOptions,
+};
 pub use plan::{PlannedFrame, plan};
 pub use radiance::{Radiance, Texels};
 pub use raster::{Hit, Samples};

@@ -47,6 +47,7 @@ pub fn plan(
     let range = planner.range();
     let length = planner.length(range)?;
     options
+        .files
         .pattern
         .check(range.numbers().count(), range.last())?;
     let first = planner.moment(1, length, None)?;
@@ -86,7 +87,7 @@ impl<'a> Planner<'a> {
         rows: &'a [Row],
         progress: &Progress<'_>,
     ) -> Result<Self> {
-        let environment = match &options.environment {
+        let environment = match &options.lights.environment {
             Some(path) => Some(environment::read(path, options, progress)?),
             None => None,
         };
@@ -100,10 +101,10 @@ impl<'a> Planner<'a> {
     }
 
     fn range(&self) -> FrameRange {
-        self.options.frames.unwrap_or_else(|| {
-            FrameRange::count(match (&self.options.sweep, self.rows.len() as u32) {
+        self.options.sweep.frames.unwrap_or_else(|| {
+            FrameRange::count(match (&self.options.sweep.kind, self.rows.len() as u32) {
                 (Sweep::None, 0) => 1,
-                (_, 0) => self.options.sweep_length.unwrap_or(DEFAULT_SWEEP),
+                (_, 0) => self.options.sweep.sweep_length.unwrap_or(DEFAULT_SWEEP),
                 (_, rows) => rows,
             })
         })
@@ -119,7 +120,7 @@ impl<'a> Planner<'a> {
                 format!("at most the {rows} rows of the file"),
             ));
         }
-        let length = self.options.sweep_length.unwrap_or(range.last());
+        let length = self.options.sweep.sweep_length.unwrap_or(range.last());
         if length < range.last() {
             return Err(Error::option(
                 "sweep-length",
@@ -141,7 +142,7 @@ impl<'a> Planner<'a> {
             other => other,
         };
         let camera = self.cameras.camera(&row);
-        let view = View::new(camera, self.options.size.0)
+        let view = View::new(camera, self.options.image.size.0)
             .map_err(in_frame)
             .map_err(|error| of_options(self.options, "camera-position", error))?;
         let lights = match compass {
@@ -161,10 +162,10 @@ impl<'a> Planner<'a> {
             .unwrap_or_default();
         let options = self.options;
         // Find the span of the swept angle.
-        let (from, to) = match options.sweep {
+        let (from, to) = match options.sweep.kind {
             Sweep::None | Sweep::File(_) => return from_file,
-            Sweep::LightAzimuth => turn(options, options.light_azimuth),
-            Sweep::ViewOrbit => turn(options, options.camera_azimuth),
+            Sweep::LightAzimuth => turn(options, options.lights.light_azimuth),
+            Sweep::ViewOrbit => turn(options, options.camera.camera_azimuth),
             Sweep::LightElevation => span(options, 0.0, 180.0),
             Sweep::LightSpiral => span(options, 90.0, 10.0),
         };
@@ -175,13 +176,13 @@ impl<'a> Planner<'a> {
         let angle = from + (to - from) * fraction;
         // Set what is swept.
         let mut swept = Row::default();
-        match options.sweep {
+        match options.sweep.kind {
             Sweep::LightAzimuth => swept.light_azimuth = Some(angle),
             Sweep::LightElevation => swept.light_elevation = Some(angle),
             Sweep::ViewOrbit => swept.camera_azimuth = Some(angle),
             _ => {
-                let turned = 360.0 * options.turns * fraction;
-                swept.light_azimuth = Some(options.light_azimuth + turned);
+                let turned = 360.0 * options.sweep.turns * fraction;
+                swept.light_azimuth = Some(options.lights.light_azimuth + turned);
                 swept.light_elevation = Some(angle);
             }
         }
@@ -190,11 +191,11 @@ impl<'a> Planner<'a> {
 
     fn lights(&self, row: &Row, compass: &Compass) -> Result<Vec<Light>> {
         let options = self.options;
-        let mut specs = options.light.clone();
+        let mut specs = options.lights.light.clone();
         if specs.is_empty() && (self.environment.is_none() || row.light.is_some()) {
             specs.push(LightSpec::Sun {
-                azimuth: options.light_azimuth,
-                elevation: options.light_elevation,
+                azimuth: options.lights.light_azimuth,
+                elevation: options.lights.light_elevation,
                 irradiance: None,
             });
         }
@@ -243,8 +244,8 @@ impl<'a> Planner<'a> {
         };
         Ok(Light {
             origin,
-            irradiance: [irradiance.unwrap_or(self.options.irradiance) as f32; 3],
-            angular_radius: self.options.light_radius.to_radians(),
+            irradiance: [irradiance.unwrap_or(self.options.lights.irradiance) as f32; 3],
+            angular_radius: self.options.lights.light_radius.to_radians(),
         })
     }
 
@@ -256,24 +257,24 @@ impl<'a> Planner<'a> {
         is_alone: bool,
     ) -> Result<Vec<Light>> {
         let options = self.options;
-        let mut azimuth = options.environment_azimuth;
+        let mut azimuth = options.lights.environment_azimuth;
         if is_alone {
             if row.light_elevation.is_some() {
                 return Err(Error::option(
                     "sweep",
-                    format!("{} with an environment alone", options.sweep),
+                    format!("{} with an environment alone", options.sweep.kind),
                     "light-azimuth, which turns the environment, or a --light to move",
                 ));
             }
             azimuth += row
                 .light_azimuth
-                .map_or(0.0, |to| to - options.light_azimuth);
+                .map_or(0.0, |to| to - options.lights.light_azimuth);
         }
-        let count = options.environment_lights as usize;
-        let scale = options.environment_scale;
+        let count = options.lights.environment_lights as usize;
+        let scale = options.lights.environment_scale;
         let mut lights = environment::lights(image, compass, count, scale, azimuth.to_radians())?;
         for light in &mut lights {
-            light.angular_radius = options.light_radius.to_radians();
+            light.angular_radius = options.lights.light_radius.to_radians();
         }
         Ok(lights)
     }
@@ -306,11 +307,11 @@ fn degrees(radians: f64) -> String {
 }
 
 fn read_rows(options: &RenderOptions) -> Result<Vec<Row>> {
-    let sweep = match &options.sweep {
+    let sweep = match &options.sweep.kind {
         Sweep::File(path) => path_file::read(path)?,
         _ => Vec::new(),
     };
-    let Some(path) = &options.camera_path else {
+    let Some(path) = &options.camera.camera_path else {
         return Ok(sweep);
     };
     let cameras = path_file::read(path)?;
@@ -331,20 +332,21 @@ fn read_rows(options: &RenderOptions) -> Result<Vec<Row>> {
 
 /// From where to where an angle that goes round runs.
 fn turn(options: &RenderOptions, start: f64) -> (f64, f64) {
-    let from = options.sweep_from.unwrap_or(start);
-    (from, options.sweep_to.unwrap_or(from + 360.0))
+    let from = options.sweep.sweep_from.unwrap_or(start);
+    (from, options.sweep.sweep_to.unwrap_or(from + 360.0))
 }
 
 fn span(options: &RenderOptions, from: f64, to: f64) -> (f64, f64) {
     (
-        options.sweep_from.unwrap_or(from),
-        options.sweep_to.unwrap_or(to),
+        options.sweep.sweep_from.unwrap_or(from),
+        options.sweep.sweep_to.unwrap_or(to),
     )
 }
 
 /// A fault of a camera or a light is the option's where no file of rows moves them.
 pub(super) fn of_options(options: &RenderOptions, option: &str, error: Error) -> Error {
-    let from_file = matches!(options.sweep, Sweep::File(_)) || options.camera_path.is_some();
+    let from_file =
+        matches!(options.sweep.kind, Sweep::File(_)) || options.camera.camera_path.is_some();
     match error {
         Error::Data(fault) if !from_file => Error::option(
             option,
@@ -376,6 +378,7 @@ fn move_key_light(key: &mut LightSpec, row: &Row) {
 mod tests {
     use super::*;
     use crate::mesh::triangle_mesh::TriangleMesh;
+    use crate::render::options::{CameraOptions, LightOptions, SweepOptions};
     use crate::render::values::Point;
 
     /// The plan for an octahedron of radius 1.
@@ -402,11 +405,20 @@ mod tests {
     #[test]
     fn azimuth_sweeps_start_at_the_camera_and_turn_counter_clockwise() {
         let options = RenderOptions {
-            sweep: Sweep::LightAzimuth,
-            frames: Some(FrameRange::count(4)),
-            light_azimuth: 0.0,
-            light_elevation: 0.0,
-            camera_azimuth: 90.0,
+            sweep: SweepOptions {
+                kind: Sweep::LightAzimuth,
+                frames: Some(FrameRange::count(4)),
+                ..SweepOptions::default()
+            },
+            lights: LightOptions {
+                light_azimuth: 0.0,
+                light_elevation: 0.0,
+                ..LightOptions::default()
+            },
+            camera: CameraOptions {
+                camera_azimuth: 90.0,
+                ..CameraOptions::default()
+            },
             ..RenderOptions::default()
         };
         let frames = planned(&options).unwrap();
@@ -426,12 +438,18 @@ mod tests {
     #[test]
     fn a_part_of_a_sweep_is_the_sweep_there() {
         let whole = RenderOptions {
-            sweep: Sweep::LightSpiral,
-            frames: Some(FrameRange::count(12)),
+            sweep: SweepOptions {
+                kind: Sweep::LightSpiral,
+                frames: Some(FrameRange::count(12)),
+                ..SweepOptions::default()
+            },
             ..RenderOptions::default()
         };
         let part = RenderOptions {
-            frames: Some("3-12x4".parse().unwrap()),
+            sweep: SweepOptions {
+                frames: Some("3-12x4".parse().unwrap()),
+                ..whole.sweep.clone()
+            },
             ..whole.clone()
         };
         let (whole, part) = (planned(&whole).unwrap(), planned(&part).unwrap());
@@ -445,9 +463,15 @@ mod tests {
     #[test]
     fn elevations_rise_and_set() {
         let options = RenderOptions {
-            sweep: Sweep::LightElevation,
-            frames: Some(FrameRange::count(3)),
-            light_azimuth: 0.0,
+            sweep: SweepOptions {
+                kind: Sweep::LightElevation,
+                frames: Some(FrameRange::count(3)),
+                ..SweepOptions::default()
+            },
+            lights: LightOptions {
+                light_azimuth: 0.0,
+                ..LightOptions::default()
+            },
             ..RenderOptions::default()
         };
         let frames = planned(&options).unwrap();
@@ -459,9 +483,15 @@ mod tests {
     #[test]
     fn orbits_carry_a_given_camera_round_its_target() {
         let options = RenderOptions {
-            sweep: Sweep::ViewOrbit,
-            frames: Some(FrameRange::count(4)),
-            camera_position: Some(Point([0.0, 1.0, 3.0])),
+            sweep: SweepOptions {
+                kind: Sweep::ViewOrbit,
+                frames: Some(FrameRange::count(4)),
+                ..SweepOptions::default()
+            },
+            camera: CameraOptions {
+                camera_position: Some(Point([0.0, 1.0, 3.0])),
+                ..CameraOptions::default()
+            },
             ..RenderOptions::default()
         };
         let frames = planned(&options).unwrap();
@@ -486,19 +516,28 @@ mod tests {
     fn impossible_plans_are_refused() {
         let refused = |options: RenderOptions| planned(&options).unwrap_err().to_string();
         let short = RenderOptions {
-            sweep: Sweep::ViewOrbit,
-            frames: Some("5-9".parse().unwrap()),
-            sweep_length: Some(6),
+            sweep: SweepOptions {
+                kind: Sweep::ViewOrbit,
+                frames: Some("5-9".parse().unwrap()),
+                sweep_length: Some(6),
+                ..SweepOptions::default()
+            },
             ..RenderOptions::default()
         };
         assert!(refused(short).contains("--sweep-length"));
         let many = RenderOptions {
-            frames: Some(FrameRange::count(20_000)),
+            sweep: SweepOptions {
+                frames: Some(FrameRange::count(20_000)),
+                ..SweepOptions::default()
+            },
             ..RenderOptions::default()
         };
         assert!(refused(many).contains("--pattern"));
         let inside = RenderOptions {
-            light: vec!["point:0,0,0".parse().unwrap()],
+            lights: LightOptions {
+                light: vec!["point:0,0,0".parse().unwrap()],
+                ..LightOptions::default()
+            },
             ..RenderOptions::default()
         };
         let error = refused(inside);

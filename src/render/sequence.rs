@@ -24,7 +24,7 @@ use crate::render::fill::Fill;
 use crate::render::frame::{Frame, LayerGroup};
 use crate::render::front::Front;
 use crate::render::light::Origin;
-use crate::render::options::RenderOptions;
+use crate::render::options::{ImageOptions, RenderOptions};
 use crate::render::parallax::{Decision, Parallax};
 use crate::render::plan::{PlannedFrame, of_options, plan};
 use crate::render::radiance::Radiance;
@@ -179,10 +179,10 @@ fn check_pair(inputs: &Inputs) -> Result<()> {
 
 /// Refuses fill light for scattered samples: their views have no lights of their own to sum over.
 fn check_fill(inputs: &Inputs, options: &RenderOptions) -> Result<()> {
-    match inputs.sample.description().pairs.is_some() && options.fill > 0.0 {
+    match inputs.sample.description().pairs.is_some() && options.lights.fill > 0.0 {
         true => Err(Error::option(
             "fill",
-            format!("{} for a sample of scattered pairs", options.fill),
+            format!("{} for a sample of scattered pairs", options.lights.fill),
             "a sample whose every view has all lights; --environment works with this one",
         )),
         false => Ok(()),
@@ -194,17 +194,22 @@ fn lay_out(
     options: &RenderOptions,
     progress: &Progress,
 ) -> Result<(Radiance, Decision)> {
-    let parallax = Decision::of(inputs.sample, options.parallax, options.weights, progress)?;
+    let parallax = Decision::of(
+        inputs.sample,
+        options.image.parallax,
+        options.image.weights,
+        progress,
+    )?;
     let allowance = Allowance {
-        bytes: options.table_memory.saturating_mul(1 << 20),
+        bytes: options.files.table_memory.saturating_mul(1 << 20),
         folder: inputs.folder.to_path_buf(),
     };
     let radiance = Radiance::new(
         inputs.sample,
-        options.weights,
-        options.texels(),
-        options.uses_mip(),
-        options.fill > 0.0,
+        options.image.weights,
+        options.image.texels(),
+        options.image.uses_mip(),
+        options.lights.fill > 0.0,
         &allowance,
         progress,
     )?;
@@ -220,17 +225,17 @@ fn lay_out(
 }
 
 fn manner(options: &RenderOptions) -> Manner {
-    let any = |is: fn(&Layer) -> bool| options.layers.iter().any(is);
+    let any = |is: fn(&Layer) -> bool| options.files.layers.iter().any(is);
     Manner {
-        shading: options.shading,
-        shadows: options.shadows,
-        samples: options.samples,
-        soft_rays: options.shadow_rays,
-        fill: (options.fill > 0.0).then(|| Fill {
-            radiance: options.fill as f32,
-            up: options.up.vector(),
+        shading: options.image.shading,
+        shadows: options.image.shadows,
+        samples: options.image.samples,
+        soft_rays: options.lights.shadow_rays,
+        fill: (options.lights.fill > 0.0).then(|| Fill {
+            radiance: options.lights.fill as f32,
+            up: options.camera.up.vector(),
         }),
-        ground: options.ground.then(|| options.up.vector()),
+        ground: options.lights.ground.then(|| options.camera.up.vector()),
         geometry_layers: any(|layer| !matches!(layer, Layer::Rgba | Layer::Shadow | Layer::Weight)),
         extra_layers: any(|layer| matches!(layer, Layer::Shadow | Layer::Weight)),
     }
@@ -255,13 +260,18 @@ struct Finished {
 impl Job<'_> {
     /// The frames this run has to make.
     fn choose<'f>(&self, frames: &'f [PlannedFrame], report: &mut Report) -> Vec<&'f PlannedFrame> {
-        let mine = |place: usize| self.options.shard.is_none_or(|shard| shard.takes(place));
+        let mine = |place: usize| {
+            self.options
+                .files
+                .shard
+                .is_none_or(|shard| shard.takes(place))
+        };
         let mut wanted = Vec::new();
         for (place, frame) in frames.iter().enumerate() {
             if !mine(place) {
                 continue;
             }
-            if self.options.skip_existing {
+            if self.options.files.skip_existing {
                 let file = self.file(frame);
                 if file.is_there {
                     report.kept += 1;
@@ -290,7 +300,7 @@ impl Job<'_> {
     fn stem(&self, frame: &PlannedFrame) -> PathBuf {
         self.inputs
             .folder
-            .join(self.options.pattern.stem(frame.number))
+            .join(self.options.files.pattern.stem(frame.number))
     }
 
     /// Refuses to write over files under the frames' names that are not of this program.
@@ -380,26 +390,27 @@ impl Job<'_> {
             stem,
         } = finished;
         let tone = Tone {
-            exposure: self.options.exposure,
-            curve: self.options.tone,
-            background: self.options.background,
+            exposure: self.options.files.exposure,
+            curve: self.options.files.tone,
+            background: self.options.files.background,
         };
         let [width, height] = frame.size;
         let pixels = preview(&frame.rgba, tone);
         image::write_png(&with_ending(stem, "png"), width, height, &pixels)?;
         let groups: Vec<LayerGroup> = self
             .options
+            .files
             .layers
             .iter()
             .map(|layer| group(*layer))
             .collect();
         let picture = ExrImage {
             size: frame.size,
-            channels: frame.channels(&groups, self.options.float),
+            channels: frame.channels(&groups, self.options.files.float),
             attributes: attributes.clone(),
         };
         let path = with_ending(stem, "exr");
-        let encoded = exr::encode(&picture, self.options.compression)
+        let encoded = exr::encode(&picture, self.options.files.compression)
             .map_err(|error| error.in_file(&path))?;
         exr::write(&path, &encoded)
     }
@@ -476,7 +487,7 @@ impl Job<'_> {
 
 /// The id of a sample's heights, where frames may depend on them.
 fn heights_id(sample: &Sample, options: &RenderOptions) -> Result<Option<ContentId>> {
-    if options.parallax == Parallax::Off {
+    if options.image.parallax == Parallax::Off {
         return Ok(None);
     }
     let heights = sample.heights()?;
@@ -487,7 +498,10 @@ fn heights_id(sample: &Sample, options: &RenderOptions) -> Result<Option<Content
 fn header_options(options: &RenderOptions) -> Result<String> {
     // What follows from other options stands as it was decided.
     let decided = RenderOptions {
-        texels: Some(options.texels()),
+        image: ImageOptions {
+            texels: Some(options.image.texels()),
+            ..options.image.clone()
+        },
         ..options.clone()
     };
     let value =
@@ -498,14 +512,14 @@ fn header_options(options: &RenderOptions) -> Result<String> {
     for idle in IDLE_OPTIONS {
         fields.remove(idle);
     }
-    let sweep = match &options.sweep {
+    let sweep = match &options.sweep.kind {
         Sweep::File(path) => format!("csv {}", ContentId::of_file(path)?),
         named => named.to_string(),
     };
     fields.insert("sweep".into(), sweep.into());
     let files = [
-        ("camera-path", &options.camera_path),
-        ("environment", &options.environment),
+        ("camera-path", &options.camera.camera_path),
+        ("environment", &options.lights.environment),
     ];
     for (field, path) in files {
         if let Some(path) = path {

@@ -49,6 +49,16 @@ pub struct Description {
     pub seed: u64,
     /// The method, as `--method` names it.
     pub method: String,
+    /// Where the atlas comes from, and what its files are.
+    #[serde(flatten)]
+    pub ids: AtlasIds,
+    /// The images of the folder.
+    pub channels: Vec<ChannelFile>,
+}
+
+/// The ids of what an atlas was made of, and of its files.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AtlasIds {
     /// The id of the sample.
     pub sample: ContentId,
     /// The id of the space.
@@ -60,8 +70,6 @@ pub struct Description {
     pub texton: Option<ContentId>,
     /// The id of `surface.npz`.
     pub surface: ContentId,
-    /// The images of the folder.
-    pub channels: Vec<ChannelFile>,
 }
 
 /// An image of a folder of textures.

@@ -11,7 +11,9 @@ use crate::format::own_folder::OwnFolder;
 use crate::format::{json, npy};
 use crate::grid::TexCoord;
 use crate::index::TextonLabel;
-use crate::maps::atlas_map::description::{ChannelFile, DESCRIPTION, Description, FORMAT, VERSION};
+use crate::maps::atlas_map::description::{
+    AtlasIds, ChannelFile, DESCRIPTION, Description, FORMAT, VERSION,
+};
 use crate::maps::atlas_map::map::AtlasMap;
 use crate::maps::atlas_map::surface::{self, SURFACE, Surface};
 use crate::maps::header::MapHeader;
@@ -47,11 +49,13 @@ impl AtlasMap {
             origin: self.header.origin.to_array(),
             seed: self.header.seed,
             method: self.header.method.clone(),
-            sample: self.header.sample.clone(),
-            space: self.header.space.clone(),
-            coords: self.write_coords(&folder.join(COORDS))?,
-            texton: self.write_textons(&folder.join(TEXTON))?,
-            surface: surface::write(&folder.join(SURFACE), self)?,
+            ids: AtlasIds {
+                sample: self.header.sample.clone(),
+                space: self.header.space.clone(),
+                coords: self.write_coords(&folder.join(COORDS))?,
+                texton: self.write_textons(&folder.join(TEXTON))?,
+                surface: surface::write(&folder.join(SURFACE), self)?,
+            },
             channels,
         };
         description.check()?;
@@ -110,7 +114,7 @@ impl AtlasMap {
         let sides = [description.height as usize, description.width as usize];
         let coords = read_coords(folder, sides, &description)?;
         let textons = read_textons(folder, sides, &description)?;
-        let surface = surface::read(&folder.join(SURFACE), sides, &description.surface)?;
+        let surface = surface::read(&folder.join(SURFACE), sides, &description.ids.surface)?;
         // Put the map together.
         let map = Self {
             mesh: surface.mesh,
@@ -133,8 +137,8 @@ impl AtlasMap {
                 origin: DVec3::from_array(description.origin),
                 seed: description.seed,
                 method: description.method,
-                sample: description.sample,
-                space: description.space,
+                sample: description.ids.sample,
+                space: description.ids.space,
             },
         };
         // Check what only the whole tells.
@@ -223,7 +227,8 @@ fn read_coords(
     [height, width]: [usize; 2],
     description: &Description,
 ) -> Result<Vec<Option<TexCoord>>> {
-    let numbers: Vec<f32> = read_array(folder, COORDS, &[height, width, 2], &description.coords)?;
+    let numbers: Vec<f32> =
+        read_array(folder, COORDS, &[height, width, 2], &description.ids.coords)?;
     let coord = |pair: &[f32]| match pair {
         [s, t] if s.is_nan() && t.is_nan() => None,
         _ => Some(TexCoord {
@@ -239,7 +244,7 @@ fn read_textons(
     [height, width]: [usize; 2],
     description: &Description,
 ) -> Result<Vec<TextonLabel>> {
-    let Some(id) = &description.texton else {
+    let Some(id) = &description.ids.texton else {
         return Ok(vec![TextonLabel::NONE; height * width]);
     };
     let labels: Vec<u16> = read_array(folder, TEXTON, &[height, width], id)?;

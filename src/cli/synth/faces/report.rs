@@ -22,6 +22,27 @@ use crate::texton::options::ByteSize;
 /// The `--report` file: the same for the same inputs, options and seed.
 #[derive(Debug, Serialize)]
 pub(super) struct FaceReport {
+    #[serde(flatten)]
+    map: MapFigures,
+    options: SynthesisOptions,
+    /// Eigenvalues of the neighbourhoods, from the coarsest level on.
+    eigenvalues: Vec<Vec<f64>>,
+    /// Numbers per texel.
+    channels: usize,
+    /// Share of Φ's spectrum that these keep; 1 for plain images.
+    spectrum_kept: f64,
+    /// The largest distance of histograms; null for textons.
+    histogram_l1: Option<f64>,
+    histograms: Vec<HistogramDistances>,
+    /// Distance of the texton histograms; null for plain images.
+    histogram_chi2: Option<f64>,
+    /// Bytes that the work was expected to take.
+    memory: u64,
+}
+
+/// What was made, and of what.
+#[derive(Debug, Serialize)]
+struct MapFigures {
     format: &'static str,
     version: u32,
     faces: usize,
@@ -38,20 +59,6 @@ pub(super) struct FaceReport {
     level_faces: Vec<usize>,
     /// Triangles of one of the sample's grids, from the coarsest level on.
     sample_faces: Vec<usize>,
-    options: SynthesisOptions,
-    /// Eigenvalues of the neighbourhoods, from the coarsest level on.
-    eigenvalues: Vec<Vec<f64>>,
-    /// Numbers per texel.
-    channels: usize,
-    /// Share of Φ's spectrum that these keep; 1 for plain images.
-    spectrum_kept: f64,
-    /// The largest distance of histograms; null for textons.
-    histogram_l1: Option<f64>,
-    histograms: Vec<HistogramDistances>,
-    /// Distance of the texton histograms; null for plain images.
-    histogram_chi2: Option<f64>,
-    /// Bytes that the work was expected to take.
-    memory: u64,
 }
 
 impl FaceReport {
@@ -69,7 +76,7 @@ impl FaceReport {
         let distances = histograms.iter().flat_map(|channel| &channel.l1).copied();
         let counts = |levels: &[FaceLevel]| levels.iter().map(FaceLevel::count).collect();
         // Put the figures together.
-        Self {
+        let map = MapFigures {
             format: FORMAT,
             version: 1,
             faces: map.mesh.triangles.len(),
@@ -86,6 +93,9 @@ impl FaceReport {
             },
             level_faces: counts(&surface.levels),
             sample_faces: counts(&result.sample.grid.pyramid.levels),
+        };
+        Self {
+            map,
             options: SynthesisOptions {
                 seed,
                 ..options.clone()
@@ -104,20 +114,20 @@ impl FaceReport {
     pub(super) fn outcome(&self, seconds: Seconds) -> Outcome {
         let Seconds { prepare, synthesis } = seconds;
         // Tell size and time.
-        let counts: Vec<String> = self.level_faces.iter().map(usize::to_string).collect();
+        let counts: Vec<String> = self.map.level_faces.iter().map(usize::to_string).collect();
         let mut outcome = Outcome::default()
             .line(format!(
                 "{} faces, {} levels ({}): prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
-                self.faces,
-                self.levels,
+                self.map.faces,
+                self.map.levels,
                 counts.join(", ")
             ))
-            .line(match self.base_mesh {
+            .line(match self.map.base_mesh {
                 "given" => "base mesh: the given one, which has two colours",
                 "retiled" => "base mesh: retiled, in two colours",
                 _ => "base mesh: retiled and subdivided barycentrically, for want of two colours",
             })
-            .line(format!("a texel covers {:.6} mesh units", self.texel));
+            .line(format!("a texel covers {:.6} mesh units", self.map.texel));
         // Tell how flat the neighbourhoods are, and how far the histograms lie apart.
         if let Some([first, rest @ ..]) = self.eigenvalues.last().map(Vec::as_slice) {
             let ratio = |at: usize| rest.get(at).map_or(f64::INFINITY, |value| first / value);
