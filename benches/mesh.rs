@@ -2,7 +2,7 @@
 
 use divan::Bencher;
 use mesotex::mesh::builtin::kettlebell;
-use mesotex::mesh::field::{Wishes, orientation_field};
+use mesotex::mesh::field::{FieldConstraints, orientation_field};
 use mesotex::mesh::reading::UserMesh;
 use mesotex::mesh::{Connection, Rings, Topology, TriangleMesh, frames_of, retile};
 use mesotex::neighborhood::Template;
@@ -47,7 +47,13 @@ fn field_250k(bencher: Bencher) {
     let mesh = even(VERTICES);
     let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
     bencher.bench_local(|| {
-        orientation_field(&mesh, &rings, &Wishes::default(), 0, Progress::silent())
+        orientation_field(
+            &mesh,
+            &rings,
+            &FieldConstraints::default(),
+            0,
+            Progress::silent(),
+        )
     });
 }
 

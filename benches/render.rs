@@ -18,9 +18,9 @@ use mesotex::mesh::TriangleMesh;
 use mesotex::progress::Progress;
 use mesotex::render::nearest::Weighting;
 use mesotex::render::{
-    Allowance, CameraOptions, FrameRange, ImageOptions, ImageSize, LayerGroup, Manner,
-    PlannedFrame, Radiance, RenderOptions, Renderer, Samples, Shading, Shadows, Subject, Sweep,
-    SweepOptions, Texels, plan,
+    BtfLookup, CameraOptions, FrameRange, ImageOptions, ImageSize, LayerGroup, MemoryBudget,
+    PlannedFrame, RenderOptions, RenderSettings, Renderer, Samples, Shading, Shadows, Subject,
+    Sweep, SweepOptions, Texels, plan,
 };
 
 fn main() {
@@ -135,12 +135,12 @@ fn material() -> &'static Material {
 }
 
 /// The sample as a shading reads it by default.
-fn radiance(shading: Shading) -> Radiance {
-    let allowance = Allowance {
+fn lookup(shading: Shading) -> BtfLookup {
+    let budget = MemoryBudget {
         bytes: 4 << 30,
         folder: std::env::temp_dir(),
     };
-    Radiance::new(
+    BtfLookup::new(
         &material().sample,
         Weighting::Continuous,
         match shading {
@@ -149,7 +149,7 @@ fn radiance(shading: Shading) -> Radiance {
         },
         shading == Shading::Pixel,
         false,
-        &allowance,
+        &budget,
         &Progress::silent(),
     )
     .unwrap()
@@ -177,8 +177,8 @@ fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
 }
 
 /// Colour alone.
-fn manner(shading: Shading, shadows: Shadows) -> Manner {
-    Manner {
+fn settings(shading: Shading, shadows: Shadows) -> RenderSettings {
+    RenderSettings {
         shading,
         shadows,
         samples: Samples::Four,
@@ -191,10 +191,10 @@ fn manner(shading: Shading, shadows: Shadows) -> Manner {
 }
 
 fn run(bencher: Bencher, sweep: Sweep, shading: Shading, shadows: Shadows) {
-    let radiance = radiance(shading);
+    let lookup = lookup(shading);
     let map = &material().map;
     let mut renderer =
-        Renderer::new(map, &radiance, manner(shading, shadows), Progress::silent()).unwrap();
+        Renderer::new(map, &lookup, settings(shading, shadows), Progress::silent()).unwrap();
     let frames = frames(sweep);
     // The first frame of a light sweep also finds what is seen; the sweep's rate is without it.
     renderer.frame(&frames[0].view, &frames[0].lights).unwrap();
@@ -226,13 +226,13 @@ fn light_azimuth_pixel_shading(bencher: Bencher, shadows: Shadows) {
     sample_count = 20
 )]
 fn encode_frame(bencher: Bencher, compression: Compression) {
-    let radiance = radiance(Shading::Vertex);
-    let manner = Manner {
+    let lookup = lookup(Shading::Vertex);
+    let settings = RenderSettings {
         geometry_layers: true,
-        ..manner(Shading::Vertex, Shadows::None)
+        ..settings(Shading::Vertex, Shadows::None)
     };
     let mut renderer =
-        Renderer::new(&material().map, &radiance, manner, Progress::silent()).unwrap();
+        Renderer::new(&material().map, &lookup, settings, Progress::silent()).unwrap();
     let planned = &frames(Sweep::None)[0];
     let frame = renderer.frame(&planned.view, &planned.lights).unwrap();
     let groups = [

@@ -62,7 +62,7 @@ pub use keys::{Key, KeyFile};
 pub use reading::UserMesh;
 pub use retile::retile;
 pub use rings::{RingEdge, Rings, vertex_normals};
-pub use surface_bvh::{SurfacePoint, SurfaceTree};
+pub use surface_bvh::{SurfaceBvh, SurfacePoint};
 pub use topology::Topology;
 pub use triangle_mesh::TriangleMesh;
 pub use writing::{write_mesh, write_user};

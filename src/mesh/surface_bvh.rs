@@ -35,13 +35,13 @@ impl SurfacePoint {
 }
 
 /// The triangles of a mesh, or any set of segments given as thin triangles, ready for queries.
-pub struct SurfaceTree {
+pub struct SurfaceBvh {
     bvh: Bvh2,
     /// Corners in the tree's order.
     corners: Vec<[Vec3; 3]>,
 }
 
-impl SurfaceTree {
+impl SurfaceBvh {
     /// Builds the hierarchy over a mesh's triangles.
     pub fn new(mesh: &TriangleMesh) -> Self {
         let all: Vec<_> = (0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect();
@@ -270,7 +270,7 @@ mod tests {
     #[test]
     fn nearest_points_are_those_of_a_full_search() {
         let mesh = shapes::torus(20, 12, 1.0, 0.4);
-        let tree = SurfaceTree::new(&mesh);
+        let tree = SurfaceBvh::new(&mesh);
         let mut random = random::stream(1, "tree test", 0, 0);
         for _ in 0..200 {
             let point = Vec3::from_array(std::array::from_fn(|_| random.gen_range(-2.0..2.0)));
@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn lines_meet_the_side_they_leave_through() {
         let mesh = shapes::icosphere(2);
-        let tree = SurfaceTree::new(&mesh);
+        let tree = SurfaceBvh::new(&mesh);
         let inside = Vec3::new(0.1, 0.2, 0.05);
         let hit = tree.along_line(inside, Vec3::X, 10.0).unwrap();
         assert!(hit.position.x > 0.9);

@@ -4,21 +4,21 @@ use std::cell::OnceCell;
 
 use glam::DVec3;
 
+use crate::render::azimuth::AzimuthFrame;
 use crate::render::bounds::used_points;
 use crate::render::camera::{Camera, Projection};
-use crate::render::compass::Compass;
 use crate::render::framing::{Aim, FittedProjection, Framed};
+use crate::render::option_values::{ProjectionKind, Sweep};
 use crate::render::options::RenderOptions;
 use crate::render::path_file::Row;
 use crate::render::subject::Subject;
-use crate::render::values::{ProjectionKind, Sweep};
 
 /// Finds the camera of each frame.
 pub struct CameraPlan<'a> {
     options: &'a RenderOptions,
     subject: &'a Subject<'a>,
     /// Azimuth 0 at the front.
-    compass: Compass,
+    azimuths: AzimuthFrame,
     course: Course,
     /// The frame of all cameras but those of files.
     framed: OnceCell<Framed>,
@@ -48,15 +48,15 @@ impl<'a> CameraPlan<'a> {
         Self {
             options,
             subject,
-            compass: Compass::facing(options.camera.up, subject.front.axis),
+            azimuths: AzimuthFrame::facing(options.camera.up, subject.front.axis),
             course,
             framed: OnceCell::new(),
         }
     }
 
     /// Azimuth 0 at the front.
-    pub fn compass(&self) -> &Compass {
-        &self.compass
+    pub fn azimuths(&self) -> &AzimuthFrame {
+        &self.azimuths
     }
 
     /// The camera of a frame of which the sweep says `row`.
@@ -78,7 +78,7 @@ impl<'a> CameraPlan<'a> {
         let towards = match position {
             Some(position) => (position - middle).normalize_or_zero(),
             None => self
-                .compass
+                .azimuths
                 .direction(azimuth.to_radians(), elevation.to_radians()),
         };
         // Frame the subject unless position or target are given.
@@ -114,7 +114,7 @@ impl<'a> CameraPlan<'a> {
         let radius = bounds.radius + (aim.target - bounds.centre).length();
         let found = || match self.course {
             Course::Still => aim.still(points(), bounds.radius, is_free),
-            Course::Circle => aim.circle(points(), bounds.radius, self.compass.up()),
+            Course::Circle => aim.circle(points(), bounds.radius, self.azimuths.up()),
             Course::Anywhere => aim.sphere(radius),
         };
         match self.course {
@@ -145,20 +145,20 @@ impl<'a> CameraPlan<'a> {
     /// A given viewpoint, carried round the target by an orbit.
     fn orbited(&self, position: DVec3, target: DVec3, azimuth: f64) -> DVec3 {
         let offset = position - target;
-        let (own, elevation) = self.compass.angles(offset);
+        let (own, elevation) = self.azimuths.angles(offset);
         let turned = own + (azimuth - self.options.camera.camera_azimuth).to_radians();
         if turned == own {
             return position;
         }
-        target + self.compass.direction(turned, elevation) * offset.length()
+        target + self.azimuths.direction(turned, elevation) * offset.length()
     }
 
     /// The up vector, or the front where the camera looks along it.
     fn upright(&self, towards: DVec3) -> DVec3 {
-        let up = self.compass.up();
+        let up = self.azimuths.up();
         if up.cross(towards).length() <= 1e-6 * towards.length() {
             // Looking down, the front is at the picture's bottom; looking up, at its top.
-            return self.compass.zero() * -up.dot(towards).signum();
+            return self.azimuths.zero() * -up.dot(towards).signum();
         }
         up
     }
@@ -170,8 +170,8 @@ mod tests {
     use crate::mesh::shapes;
     use crate::mesh::triangle_mesh::TriangleMesh;
     use crate::render::camera::View;
+    use crate::render::option_values::{ImageSize, Point};
     use crate::render::options::{CameraOptions, ImageOptions, SweepOptions};
-    use crate::render::values::{ImageSize, Point};
 
     /// A long ball, off the origin.
     fn mesh() -> TriangleMesh {

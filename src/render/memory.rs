@@ -10,11 +10,11 @@ use crate::btf::sample::Sample;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::light::Light;
 use crate::render::nearest::Weighting;
+use crate::render::option_values::{Layer, Sweep};
 use crate::render::options::RenderOptions;
 use crate::render::parallax::Parallax;
 use crate::render::plan::PlannedFrame;
 use crate::render::renderer::Shading;
-use crate::render::values::{Layer, Sweep};
 
 /// Bytes of what a sample of a pixel sees.
 const HIT: u64 = 12;

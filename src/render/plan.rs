@@ -5,16 +5,16 @@ use glam::DVec3;
 use crate::error::{Error, Result};
 use crate::format::image::FloatImage;
 use crate::progress::Progress;
+use crate::render::azimuth::AzimuthFrame;
 use crate::render::camera::View;
 use crate::render::camera_plan::CameraPlan;
-use crate::render::compass::Compass;
 use crate::render::environment;
 use crate::render::frame_range::FrameRange;
 use crate::render::light::{Light, Origin};
+use crate::render::option_values::{LightSpec, Sweep};
 use crate::render::options::RenderOptions;
 use crate::render::path_file::{self, Row};
 use crate::render::subject::Subject;
-use crate::render::values::{LightSpec, Sweep};
 
 /// One frame to make.
 #[derive(Clone, Debug)]
@@ -52,14 +52,14 @@ pub fn plan(
         .check(range.numbers().count(), range.last())?;
     let first = planner.moment(1, length, None)?;
     let towards = first.view.camera.position - first.view.camera.target;
-    let compass = planner.cameras.compass().turned_towards(towards);
+    let azimuths = planner.cameras.azimuths().turned_towards(towards);
     range
         .numbers()
         .map(|number| {
-            let moment = planner.moment(number, length, Some(&compass))?;
+            let moment = planner.moment(number, length, Some(&azimuths))?;
             Ok(PlannedFrame {
                 number,
-                label: planner.label(&moment, &compass),
+                label: planner.label(&moment, &azimuths),
                 view: moment.view,
                 lights: moment.lights,
             })
@@ -132,7 +132,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Camera and lights of a frame; without a compass, the camera alone counts.
-    fn moment(&self, number: u32, length: u32, compass: Option<&Compass>) -> Result<Moment> {
+    fn moment(&self, number: u32, length: u32, azimuths: Option<&AzimuthFrame>) -> Result<Moment> {
         let row = self.row(number, length);
         let in_frame = |error: Error| match error {
             Error::Data(mut fault) => {
@@ -145,8 +145,8 @@ impl<'a> Planner<'a> {
         let view = View::new(camera, self.options.image.size.0)
             .map_err(in_frame)
             .map_err(|error| of_options(self.options, "camera-position", error))?;
-        let lights = match compass {
-            Some(compass) => self.lights(&row, compass).map_err(in_frame)?,
+        let lights = match azimuths {
+            Some(azimuths) => self.lights(&row, azimuths).map_err(in_frame)?,
             None => Vec::new(),
         };
         Ok(Moment { view, lights })
@@ -189,7 +189,7 @@ impl<'a> Planner<'a> {
         from_file.overlaid(swept)
     }
 
-    fn lights(&self, row: &Row, compass: &Compass) -> Result<Vec<Light>> {
+    fn lights(&self, row: &Row, azimuths: &AzimuthFrame) -> Result<Vec<Light>> {
         let options = self.options;
         let mut specs = options.lights.light.clone();
         if specs.is_empty() && (self.environment.is_none() || row.light.is_some()) {
@@ -204,15 +204,15 @@ impl<'a> Planner<'a> {
         }
         let mut lights: Vec<Light> = specs
             .iter()
-            .map(|spec| self.light(spec, compass))
+            .map(|spec| self.light(spec, azimuths))
             .collect::<Result<_>>()?;
         if let Some(image) = &self.environment {
-            lights.extend(self.environment_lights(image, row, compass, lights.is_empty())?);
+            lights.extend(self.environment_lights(image, row, azimuths, lights.is_empty())?);
         }
         Ok(lights)
     }
 
-    fn light(&self, spec: &LightSpec, compass: &Compass) -> Result<Light> {
+    fn light(&self, spec: &LightSpec, azimuths: &AzimuthFrame) -> Result<Light> {
         // Place the light.
         let (origin, irradiance) = match *spec {
             LightSpec::Sun {
@@ -220,7 +220,7 @@ impl<'a> Planner<'a> {
                 elevation,
                 irradiance,
             } => {
-                let towards = compass.direction(azimuth.to_radians(), elevation.to_radians());
+                let towards = azimuths.direction(azimuth.to_radians(), elevation.to_radians());
                 (Origin::Directional { towards }, irradiance)
             }
             LightSpec::Point {
@@ -253,7 +253,7 @@ impl<'a> Planner<'a> {
         &self,
         image: &FloatImage,
         row: &Row,
-        compass: &Compass,
+        azimuths: &AzimuthFrame,
         is_alone: bool,
     ) -> Result<Vec<Light>> {
         let options = self.options;
@@ -272,7 +272,7 @@ impl<'a> Planner<'a> {
         }
         let count = options.lights.environment_lights as usize;
         let scale = options.lights.environment_scale;
-        let mut lights = environment::lights(image, compass, count, scale, azimuth.to_radians())?;
+        let mut lights = environment::lights(image, azimuths, count, scale, azimuth.to_radians())?;
         for light in &mut lights {
             light.angular_radius = options.lights.light_radius.to_radians();
         }
@@ -280,9 +280,9 @@ impl<'a> Planner<'a> {
     }
 
     /// Camera and key light of a moment, in whole tenths of degrees.
-    fn label(&self, moment: &Moment, compass: &Compass) -> String {
+    fn label(&self, moment: &Moment, azimuths: &AzimuthFrame) -> String {
         let camera = &moment.view.camera;
-        let (azimuth, elevation) = compass.angles(camera.position - camera.target);
+        let (azimuth, elevation) = azimuths.angles(camera.position - camera.target);
         let view = format!("view {}° {}°", degrees(azimuth), degrees(elevation));
         let Some(key) = moment.lights.first() else {
             return view;
@@ -291,7 +291,7 @@ impl<'a> Planner<'a> {
             Origin::Directional { towards } => towards,
             Origin::Point { position, .. } => position - self.subject.bounds.centre,
         };
-        let (azimuth, elevation) = compass.angles(towards);
+        let (azimuth, elevation) = azimuths.angles(towards);
         format!(
             "light {}° {}°  {view}",
             degrees(azimuth),
@@ -378,8 +378,8 @@ fn move_key_light(key: &mut LightSpec, row: &Row) {
 mod tests {
     use super::*;
     use crate::mesh::triangle_mesh::TriangleMesh;
+    use crate::render::option_values::Point;
     use crate::render::options::{CameraOptions, LightOptions, SweepOptions};
-    use crate::render::values::Point;
 
     /// The plan for an octahedron of radius 1.
     fn planned(options: &RenderOptions) -> Result<Vec<PlannedFrame>> {

@@ -6,9 +6,9 @@ use glam::{DVec3, Vec3};
 use crate::error::{Error, Result};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
+use crate::render::azimuth::{Axis, AzimuthFrame};
 use crate::render::bounds::{Bounds, used_points};
 use crate::render::camera::View;
-use crate::render::compass::{Axis, Compass};
 use crate::render::framing::{Aim, FittedProjection};
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 
@@ -23,8 +23,8 @@ pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) ->
     }
     // Fit the camera.
     let bounds = Bounds::of(mesh)?;
-    let compass = Compass::facing(Axis::Y, Axis::Z);
-    let towards = compass.direction(25f64.to_radians(), 20f64.to_radians());
+    let azimuths = AzimuthFrame::facing(Axis::Y, Axis::Z);
+    let towards = azimuths.direction(25f64.to_radians(), 20f64.to_radians());
     let aim = Aim {
         target: bounds.centre,
         towards,

@@ -19,21 +19,21 @@ use crate::format::ours::{Format, check_replaceable};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_text;
 use crate::progress::Progress;
+use crate::render::btf_lookup::BtfLookup;
 use crate::render::cover::Cover;
 use crate::render::fill::Fill;
 use crate::render::frame::{Frame, LayerGroup};
 use crate::render::front::Front;
 use crate::render::light::Origin;
+use crate::render::option_values::{Layer, Sweep};
 use crate::render::options::{ImageOptions, RenderOptions};
 use crate::render::parallax::{Decision, Parallax};
+use crate::render::placement;
 use crate::render::plan::{PlannedFrame, of_options, plan};
-use crate::render::radiance::Radiance;
-use crate::render::renderer::{Manner, Renderer};
+use crate::render::renderer::{RenderSettings, Renderer};
 use crate::render::subject::Subject;
-use crate::render::surroundings;
-use crate::render::texel_table::Allowance;
+use crate::render::texel_table::MemoryBudget;
 use crate::render::tone::{Tone, preview};
-use crate::render::values::{Layer, Sweep};
 
 /// What a sweep is made from and where it goes.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +112,7 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
     let map = inputs.map;
     let subject = Subject::new(&map.mesh, map.header.origin, options)?;
     let frames = plan(options, &subject, progress)?;
-    surroundings::check(&map.mesh, &subject.bounds, &frames, progress)
+    placement::check(&map.mesh, &subject.bounds, &frames, progress)
         .map_err(|error| of_options(options, "light", error))?;
     let job = Job {
         inputs,
@@ -148,8 +148,8 @@ pub fn with_renderer<R>(
     let map = inputs.map;
     let subject = Subject::new(&map.mesh, map.header.origin, options)?;
     let frames = plan(options, &subject, progress)?;
-    let (radiance, parallax) = lay_out(inputs, options, progress)?;
-    let renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
+    let (lookup, parallax) = lay_out(inputs, options, progress)?;
+    let renderer = Renderer::new(inputs.map, &lookup, settings(options), *progress)?;
     let mut renderer = renderer.over(inputs.cover);
     Ok((work(&mut renderer, &frames)?, parallax))
 }
@@ -193,40 +193,40 @@ fn lay_out(
     inputs: &Inputs,
     options: &RenderOptions,
     progress: &Progress,
-) -> Result<(Radiance, Decision)> {
+) -> Result<(BtfLookup, Decision)> {
     let parallax = Decision::of(
         inputs.sample,
         options.image.parallax,
         options.image.weights,
         progress,
     )?;
-    let allowance = Allowance {
+    let budget = MemoryBudget {
         bytes: options.files.table_memory.saturating_mul(1 << 20),
         folder: inputs.folder.to_path_buf(),
     };
-    let radiance = Radiance::new(
+    let lookup = BtfLookup::new(
         inputs.sample,
         options.image.weights,
         options.image.texels(),
         options.image.uses_mip(),
         options.lights.fill > 0.0,
-        &allowance,
+        &budget,
         progress,
     )?;
-    let (views, lights) = radiance.counts();
+    let (views, lights) = lookup.counts();
     if views.min(lights) < 4 {
         progress.warn(format!(
             "the sample has {views} distinct views and {lights} distinct lights; with fewer than 4 \
              of either, pictures change little as that one turns"
         ));
     }
-    let radiance = radiance.with_heights(parallax.heights.as_ref());
-    Ok((radiance, parallax))
+    let lookup = lookup.with_heights(parallax.heights.as_ref());
+    Ok((lookup, parallax))
 }
 
-fn manner(options: &RenderOptions) -> Manner {
+fn settings(options: &RenderOptions) -> RenderSettings {
     let any = |is: fn(&Layer) -> bool| options.files.layers.iter().any(is);
-    Manner {
+    RenderSettings {
         shading: options.image.shading,
         shadows: options.image.shadows,
         samples: options.image.samples,
@@ -343,12 +343,12 @@ impl Job<'_> {
         progress: &Progress,
     ) -> Result<()> {
         // Lay out the sample, and prepare the surface.
-        let (radiance, parallax) = lay_out(self.inputs, self.options, progress)?;
+        let (lookup, parallax) = lay_out(self.inputs, self.options, progress)?;
         report.parallax = Some(parallax);
-        report.table_bytes = radiance.table.bytes();
-        report.table_mapped = radiance.table.is_mapped();
+        report.table_bytes = lookup.table.bytes();
+        report.table_mapped = lookup.table.is_mapped();
         progress.begin("preparing the surface", 0);
-        let renderer = Renderer::new(self.inputs.map, &radiance, manner(self.options), *progress)?;
+        let renderer = Renderer::new(self.inputs.map, &lookup, settings(self.options), *progress)?;
         let mut renderer = renderer.over(self.inputs.cover);
         progress.end();
         // Render each frame while the one before is written.

@@ -2,7 +2,7 @@
 
 use crate::btf::sample::Sample;
 use crate::cli::bake_maps::Arguments;
-use crate::cli::bake_maps::target::Target;
+use crate::cli::bake_maps::target::TexturedTarget;
 use crate::cli::outcome::Outcome;
 use crate::cli::session::Session;
 use crate::cli::transfer::describe;
@@ -21,7 +21,7 @@ impl Arguments {
         // Lay out the texels, and find the point of the map that each shows.
         let map = SurfaceTextonMap::read(&self.map)?;
         self.check_memory(side, sample)?;
-        let target = Target::new(&map, self.mesh.as_deref(), self.unwrap, side, progress)?;
+        let target = TexturedTarget::new(&map, self.mesh.as_deref(), self.unwrap, side, progress)?;
         let placed = target.placed(&map, progress)?;
         let inside = target.points.inside();
         // Shade these points.

@@ -11,7 +11,7 @@ use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::atlas::{Atlas, TexelPoints};
 use crate::mesh::reading::{self, UserMesh};
 use crate::mesh::rings::vertex_normals;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::tessellation::TexturedMesh;
 use crate::progress::Progress;
 use crate::render::raster::Hit;
@@ -21,7 +21,7 @@ use crate::render::raster::Hit;
 const FARTHEST: f32 = 0.05;
 
 /// A mesh with an atlas of some size.
-pub(super) struct Target {
+pub(super) struct TexturedTarget {
     /// Its positions count from the map's origin.
     pub(super) surface: TexturedMesh,
     pub(super) atlas: Atlas,
@@ -38,7 +38,7 @@ pub(super) struct Placed {
     pub(super) farthest: f32,
 }
 
-impl Target {
+impl TexturedTarget {
     /// The map's own mesh, or another of the same surface, with texture coordinates of its own or new ones.
     pub(super) fn new(
         map: &SurfaceTextonMap,
@@ -104,7 +104,7 @@ impl Target {
             });
         }
         // Find the nearest point elsewhere.
-        let tree = SurfaceTree::new(&map.mesh);
+        let tree = SurfaceBvh::new(&map.mesh);
         let found = texels.map(|texel| {
             if progress.is_interrupted() || !self.points.is_inside(texel) {
                 return (Hit::MISS, 0.0);

@@ -9,7 +9,7 @@ use super::oriented::Oriented;
 use crate::cli::outcome::Outcome;
 use crate::error::{Error, Result};
 use crate::format::image;
-use crate::mesh::pictures::{self, Picture};
+use crate::mesh::pictures::{self, VertexColoredMesh};
 use crate::mesh::reading::UserMesh;
 use crate::render::preview;
 use crate::sites::vertices::surface::Surface;
@@ -73,7 +73,7 @@ pub(super) fn picture_files(folder: &Path, name: &str) -> [PathBuf; 2] {
 fn write_picture(
     folder: &Path,
     name: &str,
-    picture: &Picture,
+    picture: &VertexColoredMesh,
     origin: DVec3,
 ) -> Result<[PathBuf; 2]> {
     let [ply, png] = picture_files(folder, name);

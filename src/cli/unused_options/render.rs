@@ -3,9 +3,9 @@
 use crate::cli::atlas;
 use crate::cli::render::Arguments;
 use crate::cli::unused_options::rule::{Rule, found};
+use crate::render::option_values::{LightSpec, ProjectionKind, Sweep};
 use crate::render::options::RenderOptions;
 use crate::render::renderer::Shadows;
-use crate::render::values::{LightSpec, ProjectionKind, Sweep};
 
 /// What only atlases have.
 pub(super) const ATLAS: &[Rule<Arguments>] = &[

@@ -11,11 +11,11 @@ use crate::error::{Error, Result};
 use crate::format::json;
 use crate::mesh::field::cosine;
 use crate::mesh::field::curvature::principal_directions;
-use crate::mesh::field::{Constraint, Field, Wishes, orientation_field};
+use crate::mesh::field::{Constraint, Field, FieldConstraints, orientation_field};
 use crate::mesh::keys::KeyFile;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::user_vertex::UserVertices;
 use crate::progress::Progress;
 
@@ -129,7 +129,7 @@ pub struct Canvas<'a> {
     /// Its rings.
     pub rings: &'a Rings,
     /// Its triangles, for points.
-    pub tree: &'a SurfaceTree,
+    pub tree: &'a SurfaceBvh,
     /// Mesh units a texel covers.
     pub texel: f64,
 }
@@ -143,30 +143,36 @@ pub fn guided_field(
 ) -> Result<Field> {
     options.validate()?;
     // Gather the wishes; the first that speaks of a vertex counts.
-    let mut wishes = Wishes::default();
+    let mut constraints = FieldConstraints::default();
     let count = canvas.user.mesh.positions.len();
     let mut said = vec![false; count];
-    canvas.add_property(&mut wishes, &mut said)?;
+    canvas.add_property(&mut constraints, &mut said)?;
     if let Some(path) = &options.guide {
-        canvas.add_file(path, &mut wishes, &mut said)?;
+        canvas.add_file(path, &mut constraints, &mut said)?;
     }
     if let Some(path) = &options.keys {
-        canvas.add_keys(path, &mut wishes, &mut said)?;
+        canvas.add_keys(path, &mut constraints, &mut said)?;
     }
     if let Some(direction) = &options.direction {
-        canvas.add_direction(direction, &mut wishes, &mut said);
+        canvas.add_direction(direction, &mut constraints, &mut said);
     }
     if options.align == Alignment::Uv {
-        canvas.add_uvs(&mut wishes, &mut said)?;
+        canvas.add_uvs(&mut constraints, &mut said)?;
     }
     // Solve for the field.
-    let mut field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed, progress)?;
+    let mut field = orientation_field(
+        &canvas.user.mesh,
+        canvas.rings,
+        &constraints,
+        seed,
+        progress,
+    )?;
     if options.align == Alignment::Curvature {
-        field = canvas.lean_on_curvature(field, &mut wishes, seed, progress)?;
+        field = canvas.lean_on_curvature(field, &mut constraints, seed, progress)?;
     }
     match options.energy {
         FieldEnergy::Dirichlet => Ok(field),
-        FieldEnergy::Cosine => canvas.improve_cosines(&field, &wishes, progress),
+        FieldEnergy::Cosine => canvas.improve_cosines(&field, &constraints, progress),
     }
 }
 
@@ -176,7 +182,7 @@ impl Canvas<'_> {
         vertex: usize,
         direction: Vec3,
         place: &str,
-        wishes: &mut Wishes,
+        constraints: &mut FieldConstraints,
         said: &mut [bool],
     ) -> Result<()> {
         // Refuse a direction that stands on the surface.
@@ -197,7 +203,7 @@ impl Canvas<'_> {
         };
         // Constrain the vertex unless an earlier guide did.
         if !std::mem::replace(&mut said[vertex], true) {
-            wishes.constraints.push(Constraint {
+            constraints.hard.push(Constraint {
                 vertex: vertex as u32,
                 angle,
             });
@@ -209,27 +215,37 @@ impl Canvas<'_> {
         !self.rings.edges.row(vertex).is_empty()
     }
 
-    fn add_property(&self, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+    fn add_property(&self, constraints: &mut FieldConstraints, said: &mut [bool]) -> Result<()> {
         for (vertex, &direction) in self.user.orientation.iter().flatten().enumerate() {
             if direction != Vec3::ZERO && self.is_used(vertex) {
-                self.constrain(vertex, direction, "sx sy sz", wishes, said)?;
+                self.constrain(vertex, direction, "sx sy sz", constraints, said)?;
             }
         }
         Ok(())
     }
 
-    fn add_file(&self, path: &Path, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+    fn add_file(
+        &self,
+        path: &Path,
+        constraints: &mut FieldConstraints,
+        said: &mut [bool],
+    ) -> Result<()> {
         let file: GuideFile = json::read(path)?;
         for (number, guide) in file.guides.iter().enumerate() {
             let place = format!("guide {number}");
-            self.add_guide(guide, &place, wishes, said)
+            self.add_guide(guide, &place, constraints, said)
                 .map_err(|error| error.in_file(path))?;
         }
         Ok(())
     }
 
     /// Adds the directions of a file of keys.
-    fn add_keys(&self, path: &Path, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+    fn add_keys(
+        &self,
+        path: &Path,
+        constraints: &mut FieldConstraints,
+        said: &mut [bool],
+    ) -> Result<()> {
         for (number, key) in KeyFile::read(path)?.keys.iter().enumerate() {
             let Some(direction) = key.direction else {
                 continue;
@@ -239,7 +255,7 @@ impl Canvas<'_> {
                 point: key.point,
                 direction,
             };
-            self.add_guide(&guide, &format!("key {number}"), wishes, said)
+            self.add_guide(&guide, &format!("key {number}"), constraints, said)
                 .map_err(|error| error.in_file(path))?;
         }
         Ok(())
@@ -249,7 +265,7 @@ impl Canvas<'_> {
         &self,
         guide: &Guide,
         place: &str,
-        wishes: &mut Wishes,
+        constraints: &mut FieldConstraints,
         said: &mut [bool],
     ) -> Result<()> {
         let vertices = UserVertices {
@@ -259,10 +275,15 @@ impl Canvas<'_> {
         };
         let vertex = vertices.at(guide.vertex, guide.point, place)?;
         let direction = Vec3::from_array(guide.direction);
-        self.constrain(vertex, direction, place, wishes, said)
+        self.constrain(vertex, direction, place, constraints, said)
     }
 
-    fn add_direction(&self, direction: &[f64], wishes: &mut Wishes, said: &mut [bool]) {
+    fn add_direction(
+        &self,
+        direction: &[f64],
+        constraints: &mut FieldConstraints,
+        said: &mut [bool],
+    ) {
         let wanted = Vec3::new(
             direction[0] as f32,
             direction[1] as f32,
@@ -276,7 +297,7 @@ impl Canvas<'_> {
             }
             if let Some(angle) = self.rings.angle_of(vertex, wanted) {
                 *said = true;
-                wishes.constraints.push(Constraint {
+                constraints.hard.push(Constraint {
                     vertex: vertex as u32,
                     angle,
                 });
@@ -284,7 +305,7 @@ impl Canvas<'_> {
         }
     }
 
-    fn add_uvs(&self, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+    fn add_uvs(&self, constraints: &mut FieldConstraints, said: &mut [bool]) -> Result<()> {
         let Some(uvs) = &self.user.corner_uvs else {
             return Err(Error::option(
                 "align",
@@ -310,7 +331,7 @@ impl Canvas<'_> {
         for (vertex, &sum) in sums.iter().enumerate() {
             if let (false, Some(angle)) = (said[vertex], self.rings.angle_of(vertex, sum)) {
                 said[vertex] = true;
-                wishes.constraints.push(Constraint {
+                constraints.hard.push(Constraint {
                     vertex: vertex as u32,
                     angle,
                 });
@@ -324,7 +345,7 @@ impl Canvas<'_> {
     fn lean_on_curvature(
         &self,
         smooth: Field,
-        wishes: &mut Wishes,
+        constraints: &mut FieldConstraints,
         seed: u64,
         progress: Progress<'_>,
     ) -> Result<Field> {
@@ -337,8 +358,8 @@ impl Canvas<'_> {
                 let sure = (p.certainty / mean.max(f64::MIN_POSITIVE)).min(3.0);
                 p.direction * (firmness * sure * p.direction.dot(*u).signum())
             };
-            wishes.leanings = principal.iter().zip(&field.vectors).map(lean).collect();
-            field = orientation_field(&self.user.mesh, self.rings, wishes, seed, progress)?;
+            constraints.soft = principal.iter().zip(&field.vectors).map(lean).collect();
+            field = orientation_field(&self.user.mesh, self.rings, constraints, seed, progress)?;
         }
         Ok(field)
     }
@@ -347,11 +368,11 @@ impl Canvas<'_> {
     fn improve_cosines(
         &self,
         field: &Field,
-        wishes: &Wishes,
+        constraints: &FieldConstraints,
         progress: Progress<'_>,
     ) -> Result<Field> {
         let (mesh, rings) = (&self.user.mesh, self.rings);
-        let heeded = (wishes, &mesh.vertex_areas()[..]);
+        let heeded = (constraints, &mesh.vertex_areas()[..]);
         let vectors = cosine::improved(rings, &field.vectors, heeded, progress)?;
         Ok(Field::of_vectors(mesh, rings, vectors))
     }

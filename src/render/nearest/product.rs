@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::angle;
-use super::bins::{Bins, Block, LANES};
+use super::bins::{Bins, DirectionLanes, LANES};
 use super::lanes::{LINEAR, Moments, Near, QUADRATIC, TangentPlane};
 use super::weights::{
     REACH, Weight, Weighting, below_lowest, distinct, inverse_weights, keep_nearest,
@@ -224,7 +224,7 @@ fn counted(weighting: Weighting) -> usize {
 fn only<const AS_LIGHTS: bool>(
     cosine: f32,
     nearest: f32,
-    blocks: &[Block],
+    blocks: &[DirectionLanes],
     chords: &[[f32; LANES]],
 ) -> Option<Weight> {
     let lane = chords

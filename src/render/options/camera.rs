@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use crate::error::Error;
 use crate::error::Result;
-use crate::render::compass::Axis;
+use crate::render::azimuth::Axis;
+use crate::render::option_values::{Point, ProjectionKind};
 use crate::render::options::ranges::{ANGLES, FARTHEST, Plain, check_numbers};
-use crate::render::values::{Point, ProjectionKind};
 
 /// Where frames are seen from.
 #[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]

@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
+use crate::render::btf_lookup::Texels;
 use crate::render::nearest::Weighting;
+use crate::render::option_values::{ImageSize, Mip};
 use crate::render::parallax::Parallax;
-use crate::render::radiance::Texels;
 use crate::render::raster::Samples;
 use crate::render::renderer::{Shading, Shadows};
-use crate::render::values::{ImageSize, Mip};
 
 /// How the colour of pixels is found.
 #[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]

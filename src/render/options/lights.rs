@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::format::image::SourceEncoding;
+use crate::render::option_values::LightSpec;
 use crate::render::options::ranges::{ANGLES, FARTHEST, Plain, check_counts, check_numbers};
-use crate::render::values::LightSpec;
 
 /// The largest irradiance, and factor of an environment's radiance: a frame's numbers stay finite.
 const BRIGHTEST: f64 = 1e12;

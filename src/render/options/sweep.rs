@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::render::frame_range::{FrameRange, LAST_FRAME};
+use crate::render::option_values::Sweep;
 use crate::render::options::ranges::{ANGLES, check_counts, check_numbers};
-use crate::render::values::Sweep;
 
 /// What changes from frame to frame, and which frames are made.
 #[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]

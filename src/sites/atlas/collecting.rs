@@ -47,7 +47,7 @@ pub struct LevelSamples {
 
 /// The samples and neighbours of some sites.
 #[derive(Default)]
-pub struct Block {
+pub struct SiteBlock {
     sites: Vec<u32>,
     samples: Vec<PackedSample>,
     neighbors: Vec<PackedNeighbor>,
@@ -57,7 +57,7 @@ pub struct Block {
     collector: NeighborCollector,
 }
 
-impl Block {
+impl SiteBlock {
     /// Takes the samples of one site, in the template's order; the centre is the site itself.
     pub fn take(
         &mut self,
@@ -107,11 +107,11 @@ pub fn site_by_site(
     on: (&LevelTexels, &LevelCells<'_>),
     window: Window<'_>,
     progress: Progress<'_>,
-    take: impl Fn(usize, &mut Block) + Sync,
+    take: impl Fn(usize, &mut SiteBlock) + Sync,
 ) -> Result<LevelSamples> {
     let count = on.0.texels.len();
     let of_block = |block: usize| {
-        let mut out = Block::default();
+        let mut out = SiteBlock::default();
         for site in block * SITES..((block + 1) * SITES).min(count) {
             progress.check()?;
             take(site, &mut out);
@@ -126,7 +126,7 @@ pub fn site_by_site(
 pub fn join(
     (level, cells): (&LevelTexels, &LevelCells<'_>),
     window: Window<'_>,
-    blocks: Vec<Block>,
+    blocks: Vec<SiteBlock>,
 ) -> Result<LevelSamples> {
     // Find where each site's neighbours begin.
     let (count, per_site) = (level.texels.len(), window.template.positions.len());
@@ -164,7 +164,7 @@ pub fn join(
 }
 
 /// Where the neighbours of each site begin; 32-bit, and more are refused.
-fn starts(blocks: &[Block], count: usize) -> Result<Vec<u32>> {
+fn starts(blocks: &[SiteBlock], count: usize) -> Result<Vec<u32>> {
     let total: usize = blocks.iter().map(|block| block.neighbors.len()).sum();
     if u32::try_from(total).is_err() {
         return Err(Error::option(

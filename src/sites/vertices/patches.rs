@@ -46,7 +46,7 @@ pub struct LevelPatches {
 
 /// The patches of consecutive vertices.
 #[derive(Default)]
-struct Block {
+struct PatchBlock {
     samples: Vec<PackedSample>,
     neighbors: Vec<Neighbor>,
     /// Where each vertex's neighbours end.
@@ -54,7 +54,7 @@ struct Block {
     counts: SampleCounts,
 }
 
-impl Block {
+impl PatchBlock {
     /// Takes the placed vertices within the window, but those the chart draws nearer than they are:
     /// they lie in a fold.
     fn take_neighbors(
@@ -101,12 +101,12 @@ impl Patches<'_> {
             .position(|p| *p == glam::Vec2::ZERO);
         let count = self.mesh.positions.len();
         // Flatten the surroundings of each vertex, and locate the positions in them.
-        let blocks: Vec<Block> = (0..count.div_ceil(BLOCK))
+        let blocks: Vec<PatchBlock> = (0..count.div_ceil(BLOCK))
             .into_par_iter()
             .map(|block| {
                 let mut grower = ChartGrower::new(count);
                 let mut sampler = Sampler::new(self.mesh, self.connection, &binned);
-                let mut out = Block::default();
+                let mut out = PatchBlock::default();
                 for vertex in block * BLOCK..((block + 1) * BLOCK).min(count) {
                     progress.check()?;
                     let texel = self.texels[vertex];
@@ -126,7 +126,7 @@ impl Patches<'_> {
         Ok(self.join(binned.len(), blocks))
     }
 
-    fn join(&self, samples_per_site: usize, blocks: Vec<Block>) -> LevelPatches {
+    fn join(&self, samples_per_site: usize, blocks: Vec<PatchBlock>) -> LevelPatches {
         let mut level = LevelPatches::default();
         level.stencils.samples_per_site = samples_per_site;
         level.stencils.cells.clone_from(&self.mesh.triangles);

@@ -6,7 +6,7 @@
 //! block has lanes, at most. What is left is held against its [finer bound](super::fine_bounds), where
 //! there is one.
 
-use crate::exemplar::embedding::{Block, LANES};
+use crate::exemplar::embedding::{LANES, LaneBlock};
 use crate::synthesis::keep::Keep;
 use crate::synthesis::metric::fine_bounds::{FinePattern, FinePoint};
 use crate::synthesis::metric::projection::{DIRECTIONS, Projected, SLACK, sum_of_lanes};
@@ -39,8 +39,8 @@ pub struct BoundTree {
 /// The box of some points.
 #[derive(Clone, Copy, Debug)]
 struct Extent {
-    low: Block,
-    high: Block,
+    low: LaneBlock,
+    high: LaneBlock,
     /// The least and the largest norm that the directions leave.
     residuals: [f32; 2],
     /// The largest squared norm of a whole window.
@@ -50,9 +50,9 @@ struct Extent {
 /// A few points, direction after direction.
 #[derive(Clone, Debug)]
 struct Leaf {
-    projections: [Block; DIRECTIONS],
-    residuals: Block,
-    squares: Block,
+    projections: [LaneBlock; DIRECTIONS],
+    residuals: LaneBlock,
+    squares: LaneBlock,
     fine: [FinePoint; LANES],
     texels: [u32; LANES],
     count: usize,
@@ -288,7 +288,7 @@ impl Leaf {
 
     /// The squared distances in the directions of the tree, and the bounds that they make with the residuals.
     #[inline(always)]
-    fn bounds(&self, pattern: &Projected) -> (Block, Block) {
+    fn bounds(&self, pattern: &Projected) -> (LaneBlock, LaneBlock) {
         let mut sums = [0.0; LANES];
         for (own, others) in pattern.projection.0.iter().zip(&self.projections) {
             for lane in 0..LANES {
@@ -308,7 +308,7 @@ impl Leaf {
 /// The lanes whose numbers are at most a limit, as bits. Not inlined, so that the loops that fill the block keep it in
 /// whole vectors.
 #[inline(never)]
-fn lanes_within(block: &Block, limit: f32) -> u32 {
+fn lanes_within(block: &LaneBlock, limit: f32) -> u32 {
     let lanes = block.iter().enumerate();
     lanes.fold(0, |within, (lane, &number)| {
         within | u32::from(number <= limit) << lane

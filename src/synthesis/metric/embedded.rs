@@ -6,7 +6,7 @@
 
 use multiversion::multiversion;
 
-use crate::exemplar::embedding::{Block, Embedding, LANES};
+use crate::exemplar::embedding::{Embedding, LANES, LaneBlock};
 use crate::exemplar::level::ExemplarLevel;
 use crate::sites::level::{MOST_BLENDED, Sites};
 use crate::synthesis::candidates::forward::Candidate;
@@ -42,7 +42,7 @@ pub struct EmbeddedPattern {
 #[derive(Clone, Debug, Default)]
 struct PatternPart {
     /// Their feature vectors: the first blocks of all samples, then their second ones, and so on.
-    values: Vec<Block>,
+    values: Vec<LaneBlock>,
     /// Where a texel's window holds the same samples.
     deltas: Vec<u32>,
     /// Where runs of samples of one weight end, and the weight.
@@ -203,7 +203,7 @@ impl PatternPart {
         for block in 0..embedding.blocks {
             let plane = embedding.plane(block);
             self.values.extend(self.blends.iter().map(|(rows, blend)| {
-                let blocks: [&Block; N] = std::array::from_fn(|at| &plane[rows[at] as usize]);
+                let blocks: [&LaneBlock; N] = std::array::from_fn(|at| &plane[rows[at] as usize]);
                 blended_block(blocks, blend)
             }));
         }
@@ -239,7 +239,10 @@ impl PatternPart {
 }
 
 #[inline(always)]
-fn blended_block<const N: usize>(blocks: [&Block; N], blend: &[f32; MOST_BLENDED]) -> Block {
+fn blended_block<const N: usize>(
+    blocks: [&LaneBlock; N],
+    blend: &[f32; MOST_BLENDED],
+) -> LaneBlock {
     let mut block = [0.0; LANES];
     for lane in 0..LANES {
         let mut sum = blend[0] * blocks[0][lane];
@@ -253,7 +256,7 @@ fn blended_block<const N: usize>(blocks: [&Block; N], blend: &[f32; MOST_BLENDED
 
 /// Σ ‖value − vector‖² over a run of samples in one block, even and odd samples summed apart.
 #[inline(always)]
-fn run_distance(values: &[Block], plane: &[Block], window: &[u32], deltas: &[u32]) -> f32 {
+fn run_distance(values: &[LaneBlock], plane: &[LaneBlock], window: &[u32], deltas: &[u32]) -> f32 {
     let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
     let vector = |delta: u32| &plane[window[delta as usize] as usize];
     for (values, deltas) in values.chunks(2).zip(deltas.chunks(2)) {
@@ -269,7 +272,7 @@ fn run_distance(values: &[Block], plane: &[Block], window: &[u32], deltas: &[u32
 }
 
 #[inline(always)]
-fn add_squares(sums: &mut Block, a: &Block, b: &Block) {
+fn add_squares(sums: &mut LaneBlock, a: &LaneBlock, b: &LaneBlock) {
     for lane in 0..LANES {
         let difference = a[lane] - b[lane];
         sums[lane] += difference * difference;
@@ -279,7 +282,7 @@ fn add_squares(sums: &mut Block, a: &Block, b: &Block) {
 /// The sum of a block's lanes, as a tree. Not inlined, so that the loops that fill the block keep it
 /// in whole vectors instead of following the tree's pairs.
 #[inline(never)]
-pub fn sum_of_lanes(block: &Block) -> f32 {
+pub fn sum_of_lanes(block: &LaneBlock) -> f32 {
     let mut sums = *block;
     let mut half = LANES / 2;
     while half > 0 {

@@ -12,7 +12,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use multiversion::multiversion;
 
-use crate::exemplar::embedding::{Block, Embedding, LANES};
+use crate::exemplar::embedding::{Embedding, LANES, LaneBlock};
 use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::windows::Windows;
 use crate::sites::level::Sites;
@@ -34,8 +34,8 @@ const RUN: usize = 8;
 #[derive(Debug)]
 pub struct FeatureMetric<'a> {
     exemplar: &'a ExemplarLevel<'a>,
-    fine: Picture,
-    coarse: Option<Picture>,
+    fine: BorderedImage,
+    coarse: Option<BorderedImage>,
     /// Where the numbers of each texel's windows begin, of the fine one and the coarse one.
     corners: Vec<[u32; 2]>,
     projected: Option<ProjectedWindows>,
@@ -43,7 +43,7 @@ pub struct FeatureMetric<'a> {
 
 /// A level's image, and how a window lies in it.
 #[derive(Debug)]
-struct Picture {
+struct BorderedImage {
     /// Steps a vector.
     steps: usize,
     /// The vector of every feature row, filled up to whole steps; the default's last.
@@ -62,7 +62,7 @@ struct Picture {
 /// A pair of blocks, aligned as processors load them fastest.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-struct Pair([Block; 2]);
+struct Pair([LaneBlock; 2]);
 
 /// What a site's neighbourhood holds, on its own level and on the coarser one.
 #[derive(Clone, Debug, Default)]
@@ -94,9 +94,9 @@ impl<'a> FeatureMetric<'a> {
         let coarse = coarse.zip(exemplar.coarse.as_ref());
         Self {
             exemplar,
-            fine: Picture::new(fine, &exemplar.fine, &neighborhood.weights),
+            fine: BorderedImage::new(fine, &exemplar.fine, &neighborhood.weights),
             coarse: coarse.map(|(embedding, coarse)| {
-                Picture::new(embedding, &coarse.windows, &neighborhood.coarse_weights)
+                BorderedImage::new(embedding, &coarse.windows, &neighborhood.coarse_weights)
             }),
             corners: corners(exemplar, fine.dimensions),
             projected: None,
@@ -178,7 +178,7 @@ impl FeaturePattern {
     }
 }
 
-impl Picture {
+impl BorderedImage {
     fn new(embedding: &Embedding, windows: &Windows, weights: &[f32]) -> Self {
         let depth = embedding.dimensions;
         let vector = |row: usize| -> Vec<f32> {
@@ -312,7 +312,7 @@ impl Picture {
         part: &PatternPart,
         pairs: Range<usize>,
         corner: u32,
-        sums: &mut [Block; 2],
+        sums: &mut [LaneBlock; 2],
     ) {
         let numbers = &self.numbers[corner as usize..];
         let pattern = part.values[pairs.clone()].iter();
@@ -335,7 +335,7 @@ impl Picture {
 
 /// The sum of all lanes, as a tree.
 #[inline(always)]
-fn sum_of_both(sums: &[Block; 2]) -> f32 {
+fn sum_of_both(sums: &[LaneBlock; 2]) -> f32 {
     let (mut both, mut eight, mut four) = ([0.0; LANES], [0.0; 8], [0.0; 4]);
     for lane in 0..LANES {
         both[lane] = sums[0][lane] + sums[1][lane];

@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use rand::Rng;
 use rayon::prelude::*;
 
-use crate::exemplar::embedding::{Block, LANES};
+use crate::exemplar::embedding::{LANES, LaneBlock};
 use crate::random;
 use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::{Keep, Pick, smallest};
@@ -31,9 +31,9 @@ const ROUNDS: usize = 2;
 /// Per number of a window, its share in each direction, times √w.
 #[derive(Clone, Debug)]
 struct Basis {
-    first: Vec<Block>,
+    first: Vec<LaneBlock>,
     /// None where bounds in more directions cost more than they spare.
-    fine: Option<[Vec<Block>; FINE_BLOCKS]>,
+    fine: Option<[Vec<LaneBlock>; FINE_BLOCKS]>,
 }
 
 /// The projected windows of the whole texels of a level.
@@ -172,7 +172,7 @@ impl Basis {
 
 /// What the two parts of a window give in the directions of a block.
 #[inline(always)]
-fn sums(basis: &[Block], weights: &[f32], window: [&[f32]; 2]) -> Sums {
+fn sums(basis: &[LaneBlock], weights: &[f32], window: [&[f32]; 2]) -> Sums {
     let (basis, more_basis) = basis.split_at(window[0].len());
     let (weights, more_weights) = weights.split_at(window[0].len());
     let mut sums = Sums::default();

@@ -33,7 +33,7 @@ use crate::synthesis::drive::wave_by_wave;
 use crate::vary::canvas::Extension;
 pub use crate::vary::filtering::options::FilterOptions;
 pub use crate::vary::filtering::pyramid::Texture;
-use crate::vary::filtering::pyramid::{Level, MOST_SOURCES, MaskCode, coarser_values};
+use crate::vary::filtering::pyramid::{MOST_SOURCES, MaskCode, TextureLevel, coarser_values};
 use crate::vary::filtering::rule::{Filtered, MostAlike, Source};
 use crate::vary::filtering::windows::Layout;
 
@@ -71,12 +71,12 @@ pub fn filter(
     // Prepare the pyramids.
     let code = MaskCode::of(work.mask.iter().copied().chain(work.masks()));
     let count = level_count(work, options);
-    let sources: Vec<Vec<Level>> = work
+    let sources: Vec<Vec<TextureLevel>> = work
         .sources
         .iter()
-        .map(|texture| Level::pyramid(texture, &code, count))
+        .map(|texture| TextureLevel::pyramid(texture, &code, count))
         .collect();
-    let targets = Level::of_output(work.output, work.mask, &code, count);
+    let targets = TextureLevel::of_output(work.output, work.mask, &code, count);
     let mut shares: Vec<Option<Array2<f32>>> = vec![work.shares.cloned()];
     for level in 1..count {
         let finer = shares[level - 1].as_ref();
@@ -92,7 +92,7 @@ pub fn filter(
             level + 1 < count,
         );
         check_windows(&sources, level, &layout)?;
-        let of_level = |source: &Vec<Level>| {
+        let of_level = |source: &Vec<TextureLevel>| {
             let parent = source.get(level + 1);
             Source::new(source[level].clone(), parent, &layout)
         };
@@ -166,7 +166,7 @@ fn level_count(work: Filtering<'_>, options: &FilterOptions) -> usize {
 }
 
 /// Refuses windows that would not fit into memory.
-fn check_windows(sources: &[Vec<Level>], level: usize, layout: &Layout) -> Result<()> {
+fn check_windows(sources: &[Vec<TextureLevel>], level: usize, layout: &Layout) -> Result<()> {
     let pixels = sources.iter().map(|source| source[level].grid.len());
     let numbers = pixels.sum::<usize>() * layout.stride();
     match numbers <= MOST_NUMBERS {

@@ -68,13 +68,13 @@ pub(super) fn surface(surface: &Surface, wanted: &Wanted<'_>) -> Result<()> {
         return Err(Error::data("L0", "another mesh").expected("the vertices and triangles given"));
     }
     for number in 0..surface.meshes.len() {
-        Level::of(surface, number)?.check(wanted)?;
+        CheckedLevel::of(surface, number)?.check(wanted)?;
     }
     Ok(())
 }
 
 /// One level and what it may point to.
-struct Level<'a> {
+struct CheckedLevel<'a> {
     surface: &'a Surface,
     number: usize,
     level: &'a VertexSites,
@@ -84,7 +84,7 @@ struct Level<'a> {
     cells_above: usize,
 }
 
-impl<'a> Level<'a> {
+impl<'a> CheckedLevel<'a> {
     fn of(surface: &'a Surface, number: usize) -> Result<Self> {
         let mesh = &surface.meshes[number];
         let above = surface.meshes.get(number + 1);

@@ -30,7 +30,7 @@ pub const MOST_NEIGHBORS: usize = 64;
 
 /// The circles of consecutive vertices.
 #[derive(Default)]
-struct Block {
+struct CircleBlock {
     arcs: Vec<Arc>,
     /// Where each circle's arcs end.
     arc_ends: Vec<usize>,
@@ -65,13 +65,13 @@ pub fn march_levels(
     // March block by block; the patch of a vertex grows from level to level.
     check(surface, radii, per_vertex)?;
     let normals = normals(surface.mesh);
-    let blocks: Vec<Vec<Block>> = radii
+    let blocks: Vec<Vec<CircleBlock>> = radii
         .par_chunks(BLOCK)
         .enumerate()
         .map(|(block, radii)| {
             let mut patch = Patch::new(surface, &normals);
             let mut marcher = Marcher::default();
-            let mut out: Vec<Block> = levels.iter().map(|_| Block::default()).collect();
+            let mut out: Vec<CircleBlock> = levels.iter().map(|_| CircleBlock::default()).collect();
             for (vertex, &radius) in (block * BLOCK..).zip(radii) {
                 progress.check()?;
                 patch.begin(vertex, f64::from(radius));
@@ -127,7 +127,7 @@ fn check(surface: Manifold<'_>, radii: &[f32], per_vertex: u32) -> Result<()> {
     }
 }
 
-impl Block {
+impl CircleBlock {
     /// Takes the circles of these numbers.
     fn take_circles(
         &mut self,
@@ -182,7 +182,7 @@ impl Block {
 
 /// Puts the blocks of a level together; starts are 32-bit, and more entries than that are refused.
 fn join<'a>(
-    blocks: impl Iterator<Item = &'a Block> + Clone,
+    blocks: impl Iterator<Item = &'a CircleBlock> + Clone,
     radii: Vec<f32>,
     per_vertex: u32,
 ) -> Result<Circles> {

@@ -17,7 +17,7 @@ use crate::mesh::field::guides::Canvas;
 use crate::mesh::frame::Frame;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::topology::Topology;
 use crate::neighborhood::Template;
 use crate::progress::Progress;
@@ -107,7 +107,7 @@ fn oriented(
     progress: Progress<'_>,
 ) -> Result<Vec<Frame>> {
     progress.begin("orientation field", 1);
-    let tree = SurfaceTree::new(&user.mesh);
+    let tree = SurfaceBvh::new(&user.mesh);
     let canvas = Canvas {
         user,
         rings,

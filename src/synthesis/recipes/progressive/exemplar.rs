@@ -75,7 +75,7 @@ impl Windows {
 }
 
 /// What windows of a level are made of.
-struct Pictures {
+struct WindowFeatures {
     rows: Vec<u32>,
     colors: Vec<f32>,
     dimensions: usize,
@@ -95,7 +95,7 @@ impl<'a> VariantLevel<'a> {
         let (space, table) = (inputs.space, inputs.table);
         let asked = &options.progressive;
         // Find the texels that all windows fit.
-        let pictures = Pictures::new(space, level, options);
+        let pictures = WindowFeatures::new(space, level, options);
         let mut exemplar = ExemplarLevel::new(space, table, level, k, false);
         let turns = pictures.turns.as_deref();
         let widest = Template::square(asked.widest());
@@ -119,7 +119,7 @@ impl<'a> VariantLevel<'a> {
         let offsets = &table.levels[level].neighborhood.coarse_offsets;
         let coarser = (!is_coarsest).then(|| {
             let width = window_width(offsets);
-            let above = Pictures::new(space, level + 1, options);
+            let above = WindowFeatures::new(space, level + 1, options);
             let texels = (0..exemplar.grid.len() as u32).map(TexelIndex);
             Coarser {
                 windows: above.windows(&space.levels[level + 1], [width; 2], width),
@@ -174,7 +174,7 @@ fn turned(turns: Option<&[Vec2]>, grid: TexelGrid, at: TexCoord, offset: Vec2) -
     })
 }
 
-impl Pictures {
+impl WindowFeatures {
     fn new(space: &Space, level: usize, options: &SynthesisOptions) -> Self {
         // Take the colours.
         let of_level = &space.levels[level];

@@ -16,7 +16,7 @@ use crate::progress::Progress;
 use crate::render::even_light;
 use crate::render::nearest::{DirectionSet, PairSet, Scratch, Weight, Weighting, lifted};
 use crate::render::parallax::{Place, ReadList, Relief};
-use crate::render::texel_table::{Allowance, AnyTable, RowLayout, Stored, TexelTable};
+use crate::render::texel_table::{AnyTable, MemoryBudget, RowLayout, Stored, TexelTable};
 
 /// How values between texel centres are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -31,7 +31,7 @@ pub enum Texels {
 
 /// A sample ready for shading.
 #[derive(Debug)]
-pub struct Radiance {
+pub struct BtfLookup {
     directions: Directions,
     /// The sample, texel by texel.
     pub table: AnyTable,
@@ -53,7 +53,7 @@ enum Directions {
     Pairs(PairSet),
 }
 
-impl Radiance {
+impl BtfLookup {
     /// Lays out a sample for shading; with `filled` so that a [`Fill`](crate::render::fill::Fill) can be added. Scattered samples have none.
     pub fn new(
         sample: &Sample,
@@ -61,7 +61,7 @@ impl Radiance {
         texels: Texels,
         mip: bool,
         filled: bool,
-        allowance: &Allowance,
+        budget: &MemoryBudget,
         progress: &Progress,
     ) -> Result<Self> {
         // Choose the directions that are kept, and their images.
@@ -95,7 +95,7 @@ impl Radiance {
         let sums = layout.sums.len();
         Ok(Self {
             directions,
-            table: AnyTable::build(sample, (&images, &layout), mip, allowance, progress)?,
+            table: AnyTable::build(sample, (&images, &layout), mip, budget, progress)?,
             texels,
             sums,
             grid: sample.grid(),
@@ -211,7 +211,7 @@ impl Blend {
     }
 }
 
-impl Radiance {
+impl BtfLookup {
     /// Begins the blend for a view direction in the vertex's frame.
     #[inline(always)]
     pub fn begin(&self, blend: &mut Blend, view: DVec3) {
