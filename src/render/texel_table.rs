@@ -3,7 +3,7 @@
 //!
 //! In: a sample, the images to keep, in the order wanted. Out: per pyramid level an array
 //! [H, W, images, RGB] in the sample's number type, weighted sums of the images beside them where asked for. Level l + 1 holds 2×2 means of level l. A
-//! table larger than the allowance is built slab by slab in a temporary file.
+//! table larger than the memory budget is built slab by slab in a temporary file.
 
 use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};

@@ -47,7 +47,7 @@ pub struct Constraint {
 pub struct FieldConstraints {
     /// Directions taken exactly.
     pub hard: Vec<Constraint>,
-    /// Directions the field leans to, per vertex: their lengths say how much, as a weight for each
+    /// Directions that pull at the field, per vertex: their lengths say how much, as a weight for each
     /// unit of area. Empty for none.
     pub soft: Vec<DVec2>,
 }
@@ -80,7 +80,7 @@ impl Field {
 /// The world's up, towards which t of an unguided field points as far as it can.
 const UP: Vec3 = Vec3::Y;
 
-/// Solves for the smoothest field under the wishes.
+/// Solves for the smoothest field under the constraints.
 pub fn orientation_field(
     mesh: &TriangleMesh,
     rings: &Rings,

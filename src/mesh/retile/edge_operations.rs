@@ -19,7 +19,7 @@ pub enum Freedom {
     Fixed,
 }
 
-/// The mesh under the knife.
+/// A mesh that is being edited.
 #[derive(Clone, Debug)]
 pub struct EditMesh {
     /// Vertex positions; those of removed vertices linger.
