@@ -14,7 +14,7 @@ use mesotex::exemplar::{
 use mesotex::format::ContentId;
 use mesotex::format::image::{Encoding, FloatImage, Precision};
 use mesotex::progress::Progress;
-use mesotex::sites::GridTarget;
+use mesotex::sites::SiteGrid;
 use mesotex::synthesis::recipes::synthesize;
 use mesotex::synthesis::{Inputs, KCoherenceOptions, Search, SynthesisOptions};
 
@@ -55,7 +55,7 @@ fn exemplar(side: u32) -> (Space, NeighborTable) {
 
 fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: Search) {
     let (space, table) = exemplar(side);
-    let target = GridTarget {
+    let target = SiteGrid {
         width: sites,
         height: sites,
         toroidal: true,

@@ -15,7 +15,7 @@ use mesotex::exemplar::{
 use mesotex::format::image::encode_srgb8;
 use mesotex::format::{ContentId, image};
 use mesotex::progress::Progress;
-use mesotex::sites::{GridTarget, Target};
+use mesotex::sites::{SiteGrid, Target};
 use mesotex::synthesis::{SynthesisOptions, synthesize_map};
 
 const SIDE: u32 = 256;
@@ -32,7 +32,7 @@ fn main() -> Result<()> {
     let id = ContentId::of_file(Path::new(input))?;
     let space = space_of_images(&images, Controls::default(), LEVELS, false, &id)?;
     let table = neighbor_table::build(&space, &KnnOptions::default(), quiet)?;
-    let grid = GridTarget {
+    let grid = SiteGrid {
         width: SIDE,
         height: SIDE,
         toroidal: true,

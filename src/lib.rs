@@ -24,7 +24,7 @@
 //! use mesotex::format::image::{Encoding, FloatImage, Precision};
 //! use mesotex::mesh::{UserMesh, builtin::kettlebell};
 //! use mesotex::progress::Progress;
-//! use mesotex::sites::{GridTarget, SurfaceOptions, Target};
+//! use mesotex::sites::{SiteGrid, SurfaceOptions, Target};
 //! use mesotex::synthesis::{SynthesisOptions, synthesize_map};
 //!
 //! # fn main() -> mesotex::error::Result<()> {
@@ -39,7 +39,7 @@
 //! let mesh = UserMesh::from(kettlebell(2000));
 //! let options = SurfaceOptions::default().with_neighborhoods(&table.neighborhoods());
 //! let on_mesh = Target::mesh(&mesh, &options, None, quiet)?;
-//! let flat = GridTarget { width: 48, height: 48, toroidal: true };
+//! let flat = SiteGrid { width: 48, height: 48, toroidal: true };
 //! let on_grid = Target::grid(flat, &table.neighborhoods())?;
 //!
 //! let folder = std::env::temp_dir().join(format!("mesotex-{}", std::process::id()));

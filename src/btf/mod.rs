@@ -28,6 +28,7 @@ pub(crate) mod image_source;
 pub mod import;
 pub(crate) mod sample;
 mod table;
+pub(crate) mod texel_size;
 pub(crate) mod writer;
 
 pub use description::{Description, FORMAT, Layout, VERSION};

@@ -25,12 +25,12 @@ use crate::exemplar::square_window::check_square;
 use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::two_level::TwoLevelSearch;
 use crate::format::id::ContentId;
+use crate::format::json::as_map;
 use crate::format::npz;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::neighborhood::Neighborhood;
 use crate::progress::Progress;
-use crate::texton::vocabulary::as_map;
 
 /// `format` in the file's `meta.json`.
 pub const FORMAT: &str = "mesotex-knn";

@@ -45,24 +45,33 @@ impl VertexColoredMesh {
         self.colors.resize(self.mesh.positions.len(), color);
     }
 
-    /// Writes a PLY with red, green and blue, for other viewers; positions count from `origin`.
+    /// Writes it; positions count from `origin`.
     pub fn write(&self, path: &Path, origin: DVec3) -> Result<()> {
-        let positions = columns(&self.mesh.positions);
-        let channels: [Vec<u8>; 3] =
-            std::array::from_fn(|channel| self.colors.iter().map(|color| color[channel]).collect());
-        let named = ["x", "y", "z"]
-            .into_iter()
-            .zip(positions.iter().map(|c| Column::Float(c)));
-        let colors = ["red", "green", "blue"]
-            .into_iter()
-            .zip(channels.iter().map(|c| Column::UChar(c)));
-        let all: Vec<(&str, Column<'_>)> = named.chain(colors).collect();
-        let comments: Vec<String> = [MESH_MARK.into()]
-            .into_iter()
-            .chain(origin_comment(origin))
-            .collect();
-        ply::write(path, &comments, &all, &self.mesh.triangles)
+        write_colored(path, (&self.mesh, origin), &self.colors)
     }
+}
+
+/// Writes a mesh as PLY with an 8-bit sRGB colour per vertex, for other viewers; positions count from `origin`.
+pub fn write_colored(
+    path: &Path,
+    (mesh, origin): (&TriangleMesh, DVec3),
+    colors: &[[u8; 3]],
+) -> Result<()> {
+    let positions = columns(&mesh.positions);
+    let channel = |channel: usize| -> Vec<u8> { colors.iter().map(|c| c[channel]).collect() };
+    let channels = [0, 1, 2].map(channel);
+    let named = ["x", "y", "z"]
+        .into_iter()
+        .zip(positions.iter().map(|c| Column::Float(c)));
+    let colors = ["red", "green", "blue"]
+        .into_iter()
+        .zip(channels.iter().map(|c| Column::UChar(c)));
+    let all: Vec<(&str, Column<'_>)> = named.chain(colors).collect();
+    let comments: Vec<String> = [MESH_MARK.into()]
+        .into_iter()
+        .chain(origin_comment(origin))
+        .collect();
+    ply::write(path, &comments, &all, &mesh.triangles)
 }
 
 /// The field as arrows along s, its singularities as balls: red turns with the walk round them,

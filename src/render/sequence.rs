@@ -106,12 +106,8 @@ const HASH: &str = "mesotex:hash";
 
 /// Renders a sweep into a folder.
 pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Result<Report> {
-    options.validate()?;
-    check_pair(inputs)?;
-    check_fill(inputs, options)?;
     let map = inputs.map;
-    let subject = Subject::new(&map.mesh, map.header.origin, options)?;
-    let frames = plan(options, &subject, progress)?;
+    let (subject, frames) = planned(inputs, options, progress)?;
     placement::check(&map.mesh, &subject.bounds, &frames, progress)
         .map_err(|error| of_options(options, "light", error))?;
     let job = Job {
@@ -142,16 +138,26 @@ pub fn with_renderer<R>(
     progress: &Progress,
     work: impl FnOnce(&mut Renderer, &[PlannedFrame]) -> Result<R>,
 ) -> Result<(R, Decision)> {
+    let (_, frames) = planned(inputs, options, progress)?;
+    let (lookup, parallax) = lay_out(inputs, options, progress)?;
+    let renderer = Renderer::new(inputs.map, &lookup, settings(options), *progress)?;
+    let mut renderer = renderer.over(inputs.cover);
+    Ok((work(&mut renderer, &frames)?, parallax))
+}
+
+/// Checks that map, sample and options fit each other, and plans the frames.
+fn planned<'a>(
+    inputs: &Inputs<'a>,
+    options: &RenderOptions,
+    progress: &Progress,
+) -> Result<(Subject<'a>, Vec<PlannedFrame>)> {
     options.validate()?;
     check_pair(inputs)?;
     check_fill(inputs, options)?;
     let map = inputs.map;
     let subject = Subject::new(&map.mesh, map.header.origin, options)?;
     let frames = plan(options, &subject, progress)?;
-    let (lookup, parallax) = lay_out(inputs, options, progress)?;
-    let renderer = Renderer::new(inputs.map, &lookup, settings(options), *progress)?;
-    let mut renderer = renderer.over(inputs.cover);
-    Ok((work(&mut renderer, &frames)?, parallax))
+    Ok((subject, frames))
 }
 
 /// Refuses a map that was made for another sample.

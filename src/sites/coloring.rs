@@ -103,7 +103,7 @@ fn classes(colors: &[u32]) -> Vec<Vec<u32>> {
 mod tests {
     use super::*;
     use crate::neighborhood::Neighborhood;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
     use crate::synthesis::tests::fixtures;
 
     #[test]
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn no_site_of_a_grid_reads_another_of_its_class() {
-        let grid = GridTarget {
+        let grid = SiteGrid {
             width: 18,
             height: 10,
             toroidal: true,

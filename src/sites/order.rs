@@ -208,10 +208,10 @@ mod tests {
     use super::*;
     use crate::neighborhood::Neighborhood;
     use crate::sites::grid::GridSites;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
 
     fn lists(width: u32, height: u32, toroidal: bool) -> GridSites {
-        let target = GridTarget {
+        let target = SiteGrid {
             width,
             height,
             toroidal,

@@ -56,6 +56,17 @@ const MOST_DISPLACED: f64 = 1e9;
 /// The roughness of surfaces of which nothing is known: between satin and chalk.
 pub(super) const ROUGHNESS: f32 = 0.8;
 
+/// A surface whose colours are those of its vertices; `is_unlit` where they have their light in them.
+pub(super) fn vertex_material(is_unlit: bool) -> GltfMaterial<'static> {
+    GltfMaterial {
+        base_color: None,
+        normal_map: None,
+        alpha: AlphaMode::Opaque,
+        roughness: ROUGHNESS,
+        is_unlit,
+    }
+}
+
 impl ModelOptions {
     /// Refuses values that no model can have.
     pub fn validate(&self) -> Result<()> {

@@ -18,7 +18,7 @@ use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::atlas;
 use crate::sites::atlas::options::AtlasOptions;
 use crate::sites::faces::plan::FaceOptions;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::target::{Target, TargetSites};
 use crate::sites::vertices::cache;
 use crate::sites::vertices::circles::{CircleSource, RoundOptions};
@@ -71,7 +71,7 @@ pub struct TargetArguments {
     pub mesh: Option<PathBuf>,
     /// A flat grid of WxH sites instead of a mesh
     #[arg(long, value_name = "WxH")]
-    pub grid: Option<GridTarget>,
+    pub grid: Option<SiteGrid>,
     /// What the map is made on; --grid means grid
     #[arg(long, value_enum)]
     pub onto: Option<Onto>,
@@ -333,7 +333,7 @@ impl TargetArguments {
     }
 
     /// The grid that was asked for, if there is memory for it.
-    fn checked_grid(&self, exemplar: u64) -> Result<GridTarget> {
+    fn checked_grid(&self, exemplar: u64) -> Result<SiteGrid> {
         let Some(grid) = self.grid else {
             return Err(Error::option("grid", "none", "WxH"));
         };
@@ -343,7 +343,7 @@ impl TargetArguments {
             exemplar + memory::grid_bytes(grid.width, grid.height),
             "a smaller --grid",
         )?;
-        Ok(GridTarget {
+        Ok(SiteGrid {
             toroidal: self.border == Border::Wrap,
             ..grid
         })

@@ -400,18 +400,17 @@ mod tests {
         nalgebra::SymmetricEigen::new(dense).eigenvalues.min()
     }
 
+    /// The field that nothing guides.
+    pub(super) fn free_field(mesh: &TriangleMesh, rings: &Rings, seed: u64) -> Field {
+        let free = FieldConstraints::default();
+        orientation_field(mesh, rings, &free, seed, Progress::silent()).unwrap()
+    }
+
     #[test]
     fn a_free_field_stands_upright() {
         let mesh = shapes::grid(9, 7, 0.5);
         let rings = rings(&mesh);
-        let field = orientation_field(
-            &mesh,
-            &rings,
-            &FieldConstraints::default(),
-            5,
-            Progress::silent(),
-        )
-        .unwrap();
+        let field = free_field(&mesh, &rings, 5);
         for (vertex, angle) in field.angles().into_iter().enumerate() {
             let s = rings.direction(vertex, angle);
             assert!((s - Vec3::X).length() < 1e-3, "{s:?}");
@@ -422,14 +421,7 @@ mod tests {
     fn a_free_field_has_the_smallest_energy_there_is() {
         for mesh in [shapes::icosphere(2), shapes::torus(24, 12, 1.0, 0.4)] {
             let rings = rings(&mesh);
-            let field = orientation_field(
-                &mesh,
-                &rings,
-                &FieldConstraints::default(),
-                1,
-                Progress::silent(),
-            )
-            .unwrap();
+            let field = free_field(&mesh, &rings, 1);
             let least = smallest_eigenvalue(&mesh, &rings);
             assert!(
                 field.energy < 1.001 * least + 1e-9,

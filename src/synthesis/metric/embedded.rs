@@ -10,10 +10,13 @@ use crate::exemplar::embedding::{Embedding, LANES, LaneBlock};
 use crate::exemplar::level::ExemplarLevel;
 use crate::sites::level::{MOST_BLENDED, Sites};
 use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Keep, Pick, smallest};
-use crate::synthesis::metric::lower_bounds::{ProjectedWindows, search_within};
+use crate::synthesis::keep::{Keep, Pick};
+use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::lower_bounds::ProjectedWindows;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
-use crate::synthesis::metric::{Metric, search_texels};
+use crate::synthesis::metric::window_metric::{
+    WindowMetric, best_candidate, distance, search_all, search_bounded,
+};
 
 /// Samples after which a growing distance is compared with the best so far.
 const RUN: u32 = 24;
@@ -99,28 +102,6 @@ impl<'a> EmbeddedMetric<'a> {
             let (part, weights) = (&mut pattern.coarse, &neighborhood.coarse_weights);
             part.read_window(embedding, window, coarse.windows.deltas(), weights);
         }
-    }
-
-    /// The distance, or infinity once it exceeds `limit`: the first blocks of the vectors, which say
-    /// most, on both levels before the others.
-    #[inline(always)]
-    fn distance_inline(&self, pattern: &EmbeddedPattern, texel: u32, limit: f32) -> f32 {
-        let window = self.exemplar.fine.window(texel);
-        let part = &pattern.fine;
-        let mut sum = part.distance(self.fine, 0..1, window, 0.0, limit);
-        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse)
-            && sum <= limit
-        {
-            let parents = coarse.windows.window(coarse.parents[texel as usize]);
-            let blocks = 0..embedding.blocks;
-            sum = pattern
-                .coarse
-                .distance(embedding, blocks, parents, sum, limit);
-        }
-        if sum > limit {
-            return sum;
-        }
-        part.distance(self.fine, 1..self.fine.blocks, window, sum, limit)
     }
 }
 
@@ -294,6 +275,40 @@ pub fn sum_of_lanes(block: &LaneBlock) -> f32 {
     sums[0]
 }
 
+impl WindowMetric for EmbeddedMetric<'_> {
+    type Pattern = EmbeddedPattern;
+
+    /// The distance, or infinity once it exceeds `limit`: the first blocks of the vectors, which say
+    /// most, on both levels before the others.
+    #[inline(always)]
+    fn distance_inline(&self, pattern: &EmbeddedPattern, texel: u32, limit: f32) -> f32 {
+        let window = self.exemplar.fine.window(texel);
+        let part = &pattern.fine;
+        let mut sum = part.distance(self.fine, 0..1, window, 0.0, limit);
+        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse)
+            && sum <= limit
+        {
+            let parents = coarse.windows.window(coarse.parents[texel as usize]);
+            let blocks = 0..embedding.blocks;
+            sum = pattern
+                .coarse
+                .distance(embedding, blocks, parents, sum, limit);
+        }
+        if sum > limit {
+            return sum;
+        }
+        part.distance(self.fine, 1..self.fine.blocks, window, sum, limit)
+    }
+
+    fn parts(pattern: &EmbeddedPattern) -> [&[f32]; 2] {
+        pattern.parts()
+    }
+
+    fn whole_texels(&self) -> &[u32] {
+        &self.exemplar.whole_texels
+    }
+}
+
 impl Metric for EmbeddedMetric<'_> {
     type Pattern = EmbeddedPattern;
 
@@ -363,59 +378,4 @@ fn read_pattern<const N: usize, S: Sites<N>>(
         part.blend::<N>(embedding);
     }
     pattern.complete = pattern.fine.deltas.len() == neighborhood.offsets.len();
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn distance(metric: &EmbeddedMetric<'_>, pattern: &EmbeddedPattern, texel: u32, limit: f32) -> f32 {
-    metric.distance_inline(pattern, texel, limit)
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn best_candidate(
-    metric: &EmbeddedMetric<'_>,
-    pattern: &EmbeddedPattern,
-    candidates: &[Candidate],
-    first: Option<Pick>,
-    floor: f64,
-) -> Option<Pick> {
-    smallest(candidates, first, floor, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
-}
-
-/// Compares every whole texel.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_all<K: Keep>(metric: &EmbeddedMetric<'_>, pattern: &EmbeddedPattern, keep: &mut K) {
-    search_texels(&metric.exemplar.whole_texels, keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
-}
-
-/// Compares the whole texels that lower bounds do not rule out.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_bounded<K: Keep>(
-    metric: &EmbeddedMetric<'_>,
-    windows: &ProjectedWindows,
-    pattern: &EmbeddedPattern,
-    keep: &mut K,
-) {
-    search_within(windows, pattern.parts(), keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
 }

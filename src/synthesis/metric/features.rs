@@ -17,12 +17,13 @@ use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::windows::Windows;
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Keep, Pick, smallest};
-use crate::synthesis::metric::lower_bounds::{
-    MANY, ProjectedWindows, search_within, smallest_within,
-};
+use crate::synthesis::keep::{Keep, Pick};
+use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::lower_bounds::{MANY, ProjectedWindows};
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
-use crate::synthesis::metric::{Metric, search_texels};
+use crate::synthesis::metric::window_metric::{
+    WindowMetric, best_bounded, best_candidate, distance, search_all, search_bounded,
+};
 
 /// Numbers of a vector that are copied at once.
 const STEP: usize = 4;
@@ -127,31 +128,6 @@ impl<'a> FeatureMetric<'a> {
         self.fine.read_window(corners[0], &mut pattern.fine);
         if let Some(coarse) = &self.coarse {
             coarse.read_window(corners[1], &mut pattern.coarse);
-        }
-    }
-
-    /// The distance, or infinity once it exceeds `limit`; both windows are summed together.
-    #[inline(always)]
-    fn distance_inline(&self, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
-        let corners = self.corners[texel as usize];
-        let mut sums = [[0.0; LANES]; 2];
-        if let Some(coarse) = &self.coarse {
-            let pairs = 0..coarse.blocks.len();
-            coarse.add_squares(&pattern.coarse, pairs, corners[1], &mut sums);
-        }
-        let (mut done, all) = (0, self.fine.blocks.len());
-        loop {
-            let pairs = done..(done + RUN).min(all);
-            done = pairs.end;
-            self.fine
-                .add_squares(&pattern.fine, pairs, corners[0], &mut sums);
-            let sum = sum_of_both(&sums);
-            if sum > limit {
-                return f32::INFINITY;
-            }
-            if done == all {
-                return sum;
-            }
         }
     }
 }
@@ -349,6 +325,43 @@ fn sum_of_both(sums: &[LaneBlock; 2]) -> f32 {
     (four[0] + four[2]) + (four[1] + four[3])
 }
 
+impl WindowMetric for FeatureMetric<'_> {
+    type Pattern = FeaturePattern;
+
+    /// The distance, or infinity once it exceeds `limit`; both windows are summed together.
+    #[inline(always)]
+    fn distance_inline(&self, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
+        let corners = self.corners[texel as usize];
+        let mut sums = [[0.0; LANES]; 2];
+        if let Some(coarse) = &self.coarse {
+            let pairs = 0..coarse.blocks.len();
+            coarse.add_squares(&pattern.coarse, pairs, corners[1], &mut sums);
+        }
+        let (mut done, all) = (0, self.fine.blocks.len());
+        loop {
+            let pairs = done..(done + RUN).min(all);
+            done = pairs.end;
+            self.fine
+                .add_squares(&pattern.fine, pairs, corners[0], &mut sums);
+            let sum = sum_of_both(&sums);
+            if sum > limit {
+                return f32::INFINITY;
+            }
+            if done == all {
+                return sum;
+            }
+        }
+    }
+
+    fn parts(pattern: &FeaturePattern) -> [&[f32]; 2] {
+        pattern.parts()
+    }
+
+    fn whole_texels(&self) -> &[u32] {
+        &self.exemplar.whole_texels
+    }
+}
+
 impl Metric for FeatureMetric<'_> {
     type Pattern = FeaturePattern;
 
@@ -405,81 +418,6 @@ fn read_pattern<const N: usize, S: Sites<N>>(
         picture.read(site.parent().map(Some), &mut pattern.coarse);
     }
     pattern.complete = site.done.is_none();
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn distance(metric: &FeatureMetric<'_>, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
-    metric.distance_inline(pattern, texel, limit)
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn best_candidate(
-    metric: &FeatureMetric<'_>,
-    pattern: &FeaturePattern,
-    candidates: &[Candidate],
-    first: Option<Pick>,
-    floor: f64,
-) -> Option<Pick> {
-    smallest(candidates, first, floor, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
-}
-
-/// As [`best_candidate`], skipping those whose lower bound is above the best so far.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn best_bounded(
-    metric: &FeatureMetric<'_>,
-    windows: &ProjectedWindows,
-    pattern: &FeaturePattern,
-    candidates: &[Candidate],
-    first: Option<Pick>,
-    floor: f64,
-) -> Option<Pick> {
-    let parts = pattern.parts();
-    smallest_within(windows, parts, candidates, first, floor, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
-}
-
-/// Compares every whole texel.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_all<K: Keep>(metric: &FeatureMetric<'_>, pattern: &FeaturePattern, keep: &mut K) {
-    search_texels(&metric.exemplar.whole_texels, keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
-}
-
-/// Compares the whole texels that lower bounds do not rule out.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_bounded<K: Keep>(
-    metric: &FeatureMetric<'_>,
-    windows: &ProjectedWindows,
-    pattern: &FeaturePattern,
-    keep: &mut K,
-) {
-    search_within(windows, pattern.parts(), keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
 }
 
 #[cfg(test)]

@@ -191,7 +191,7 @@ impl<const N: usize, S: Sites<N>> Comparison<'_, N, S> {
 mod tests {
     use super::*;
     use crate::sites::grid::GridSites;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
     use crate::synthesis::options::KCoherenceOptions;
     use crate::synthesis::recipes::synthesize;
     use crate::synthesis::tests::fixtures;
@@ -211,7 +211,7 @@ mod tests {
             .iter()
             .map(|l| l.neighborhood.clone())
             .collect();
-        let target = GridTarget {
+        let target = SiteGrid {
             width: 40,
             height: 40,
             toroidal: true,
