@@ -282,20 +282,20 @@ impl Sizes<'_> {
 
     fn render(&self, arguments: &render::Arguments) -> Option<Cost> {
         let options = &arguments.options;
-        let [width, height] = options.size.0.map(f64::from);
+        let [width, height] = options.image.size.0.map(f64::from);
         let sequence = Sequence {
             frames: frame_count(options) as f64,
             pixels: width * height,
             lights: light_count(options) as f64,
-            by_pixel: options.shading == Shading::Pixel,
-            shadows_by_pixel: options.shadows == Shadows::Pixel,
-            has_fill: options.fill > 0.0,
-            has_ground: options.ground,
-            reads: match options.weights {
+            by_pixel: options.image.shading == Shading::Pixel,
+            shadows_by_pixel: options.image.shadows == Shadows::Pixel,
+            has_fill: options.lights.fill > 0.0,
+            has_ground: options.lights.ground,
+            reads: match options.image.weights {
                 Weighting::Quadratic => 1.5,
                 Weighting::Continuous | Weighting::InverseAngle => 1.0,
             },
-            table: (options.table_memory as f64) * f64::from(1 << 20),
+            table: (options.files.table_memory as f64) * f64::from(1 << 20),
         };
         Some(cost::render(self.sample?, self.vertices?, sequence))
     }

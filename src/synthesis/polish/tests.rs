@@ -4,7 +4,7 @@ use super::*;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::sites::grid::GridSites;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::SiteHierarchy;
 use crate::synthesis::polish::region::{Places, Region};
 use crate::synthesis::polish::repeats::repeated;
@@ -15,7 +15,7 @@ const SIDE: u32 = 16;
 
 /// A flat grid of so many sites a side with windows 5 texels wide.
 fn flat(side: u32) -> SiteHierarchy<GridSites> {
-    let grid = GridTarget {
+    let grid = SiteGrid {
         width: side,
         height: side,
         toroidal: false,
