@@ -162,7 +162,7 @@ impl Kind {
     }
 }
 
-/// What a picture shows: the flat grid itself, a pixel a site, or the mesh.
+/// What a picture shows: the flat grid itself, one pixel per site, or the mesh.
 pub enum Plane {
     /// Columns and rows.
     Grid(u32, u32),

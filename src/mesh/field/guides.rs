@@ -1,4 +1,4 @@
-//! What the user wants of the field, turned into wishes: directions at vertices and points, a
+//! What the user wants of the field, turned into constraints: directions at vertices and points, a
 //! constant direction, texture coordinates, curvature.
 
 use std::path::{Path, PathBuf};
@@ -314,7 +314,7 @@ impl Canvas<'_> {
     }
 
     /// Draws the smooth field to the principal directions, each taken with the sign that is nearer;
-    /// the signs settle in a few rounds. The wishes are left as they were in the last one.
+    /// the signs settle in a few rounds. The constraints are left as they were in the last one.
     fn lean_on_curvature(
         &self,
         smooth: Field,
@@ -337,7 +337,7 @@ impl Canvas<'_> {
         Ok(field)
     }
 
-    /// The field under the same wishes that the cosine energy leads to.
+    /// The field under the same constraints that minimises the cosine energy.
     fn improve_cosines(
         &self,
         field: &Field,

@@ -77,7 +77,7 @@ impl Field {
 /// The world's up, towards which t of an unguided field points as far as it can.
 const UP: Vec3 = Vec3::Y;
 
-/// Solves for the smoothest field under the wishes.
+/// Solves for the smoothest field under the constraints.
 pub fn orientation_field(
     mesh: &TriangleMesh,
     rings: &Rings,
