@@ -159,7 +159,8 @@ fn the_words_are_those_of_the_glossary() {
 /// One label per texel, not one label a texel.
 #[test]
 fn quantities_are_per_unit() {
-    let unit = r"(?i)\b(a|one|few) [a-z]+ a (texel|site|vertex|face|label|level|subcommand|pixel|frame)\b";
+    let unit =
+        r"(?i)\b(a|one|few) [a-z]+ a (texel|site|vertex|face|label|level|subcommand|pixel|frame)\b";
     let faults = faults_of(&regex::Regex::new(unit).unwrap());
     assert!(faults.is_empty(), "per, not a:\n{}", faults.join("\n"));
 }
