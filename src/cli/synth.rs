@@ -94,7 +94,7 @@ pub struct Arguments {
     pub faces: FaceOutputs,
     #[command(flatten)]
     pub model: ModelOptions,
-    /// Take a table that was made from another space of the same size
+    /// Accept a table that was made from another space of the same size
     #[arg(long)]
     pub force: bool,
     /// Continue an interrupted run after its last finished level

@@ -34,8 +34,8 @@ const SIZE: [u32; 2] = [1024, 768];
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Pictures")]
 pub struct PictureArguments {
-    /// Write NAME.coordinate.png (copied patches show as smooth pieces), NAME.label.png and
-    /// NAME.energy.png; with --sample also NAME.color.png
+    /// Write NAME.coordinate.png (copied patches are smooth), NAME.label.png and NAME.energy.png; with --sample also
+    /// NAME.color.png
     #[arg(long, value_name = "NAME")]
     pub pictures: Option<PathBuf>,
     /// The sample, for pictures in its colours: seen from above, lit from the upper left
