@@ -57,7 +57,8 @@ pub struct RenderOptions {
     #[arg(long, value_name = "N", help_heading = "Sweep")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep_length: Option<u32>,
-    /// Start of the sweep in degrees. Default: the light's azimuth, elevation 0, elevation 90 (spiral), orbit 0.
+    /// Where the sweep begins, in degrees. Default: the light's azimuth, elevation 0, elevation 90
+    /// (spiral), orbit 0.
     #[arg(
         long,
         value_name = "DEGREES",
@@ -66,8 +67,8 @@ pub struct RenderOptions {
     )]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep_from: Option<f64>,
-    /// End of the sweep in degrees. Default: 360 further, elevation 180, elevation 10 (spiral). A full turn ends one
-    /// step before its start.
+    /// Where the sweep ends, in degrees. Default: 360 further, elevation 180, elevation 10 (spiral).
+    /// A full turn ends one step before where it began.
     #[arg(
         long,
         value_name = "DEGREES",
@@ -83,25 +84,24 @@ pub struct RenderOptions {
     /// Columns × rows of a frame.
     #[arg(long, value_name = "WxH", default_value_t = Self::default().size, help_heading = "Picture")]
     pub size: ImageSize,
-    /// Samples per pixel for antialiasing.
+    /// Samples a pixel for antialiasing.
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
     pub samples: Samples,
-    /// Where colours are evaluated.
+    /// Where colour is computed.
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
     pub shading: Shading,
     /// Where cast shadows are computed.
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
     pub shadows: Shadows,
-    /// How images of nearby directions are weighted.
+    /// How the nearest images are weighted.
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
     pub weights: Weighting,
-    /// How the sample is interpolated between texels. [default: bilinear with pixel shading, nearest with vertex
-    /// shading]
+    /// How values between texels are found. [default: bilinear with pixel shading, nearest with vertex shading]
     #[arg(long, value_enum, help_heading = "Picture")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub texels: Option<Texels>,
-    /// Correct parallax before views are blended: read each view at the texel that shows the visible point, by the
-    /// sample's heights.
+    /// Read each view's images where they show the point that is seen, over the sample's heights, before they are
+    /// blended.
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
     pub parallax: Parallax,
     /// Coarser levels of the sample for distant surfaces.
@@ -134,7 +134,7 @@ pub struct RenderOptions {
     /// Elevation of the camera in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = Self::default().camera_elevation, allow_negative_numbers = true, help_heading = "Camera")]
     pub camera_elevation: f64,
-    /// Position of the camera, in place of one fitted to the mesh.
+    /// Viewpoint, in place of one fitted to the mesh.
     #[arg(
         long,
         value_name = "X,Y,Z",
@@ -143,8 +143,8 @@ pub struct RenderOptions {
     )]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera_position: Option<Point>,
-    /// Point in the middle of the image. Default: the middle of what is seen; the centre of the mesh's bounding box
-    /// if the camera moves or its position is given.
+    /// Point in the picture's middle. Default: the middle of what is seen; the centre of the mesh's bounding box where the
+    /// camera moves or is given.
     #[arg(
         long,
         value_name = "X,Y,Z",
@@ -156,13 +156,13 @@ pub struct RenderOptions {
     /// How the camera projects.
     #[arg(long, value_enum, default_value_t, help_heading = "Camera")]
     pub projection: ProjectionKind,
-    /// Magnification of the middle of the image. At 1 a fitted camera sees the whole mesh.
+    /// How many times as large the picture shows its middle. At 1 a fitted camera sees the whole mesh.
     #[arg(long, value_name = "X", default_value_t = Self::default().zoom, help_heading = "Camera")]
     pub zoom: f64,
     /// Vertical field of view in degrees, at zoom 1.
     #[arg(long, value_name = "DEGREES", default_value_t = Self::default().fov, help_heading = "Camera")]
     pub fov: f64,
-    /// Focal length in mm for an image 24 mm high, in place of --fov.
+    /// Focal length in mm for a picture 24 mm high, in place of --fov.
     #[arg(
         long,
         value_name = "MM",
@@ -171,7 +171,7 @@ pub struct RenderOptions {
     )]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub focal_length: Option<f64>,
-    /// Height of an orthographic image in mesh units. Default: fitted.
+    /// Height of an orthographic picture in mesh units. Default: fitted.
     #[arg(long, value_name = "UNITS", help_heading = "Camera")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_height: Option<f64>,
@@ -187,7 +187,7 @@ pub struct RenderOptions {
     /// Elevation of the light in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = Self::default().light_elevation, allow_negative_numbers = true, help_heading = "Light")]
     pub light_elevation: f64,
-    /// Light in place of --light-azimuth and --light-elevation, as `sun:AZIMUTH,ELEVATION[,IRRADIANCE]` or
+    /// Lights in place of the one above, as `sun:AZIMUTH,ELEVATION[,IRRADIANCE]` or
     /// `point:X,Y,Z[,IRRADIANCE]`; repeat for more.
     #[arg(
         long,
@@ -200,26 +200,25 @@ pub struct RenderOptions {
     /// With π a white Lambertian surface facing the light shows as 1.
     #[arg(long, default_value_t = Self::default().irradiance, help_heading = "Light")]
     pub irradiance: f64,
-    /// Angular radius in degrees of each light's disc, for soft shadow edges.
+    /// Angle in degrees that the radius of each light's disc spans: soft shadow edges.
     #[arg(long, value_name = "DEGREES", default_value_t = Self::default().light_radius, help_heading = "Light")]
     pub light_radius: f64,
-    /// Shadow rays per point and light when --light-radius is not 0.
+    /// Shadow rays a point and light when --light-radius is not 0.
     #[arg(long, value_name = "N", default_value_t = Self::default().shadow_rays, help_heading = "Light")]
     pub shadow_rays: u32,
-    /// Radiance of a dim environment that lightens shaded parts, brighter from above than from below: white surfaces
-    /// in shadow show about as X.
+    /// Radiance of a dim environment that fills the shade, brighter from above than from below: with X, white surfaces show
+    /// about as X where no light falls.
     #[arg(long, value_name = "X", default_value_t = Self::default().fill, help_heading = "Light")]
     pub fill: f64,
-    /// A horizontal ground below the mesh that shows only its shadow: black in the frames, with the shadow as
-    /// coverage.
+    /// A level ground below the mesh that catches its shadow: black in the frames, as opaque as it is dark.
     #[arg(long, help_heading = "Light")]
     pub ground: bool,
-    /// A latitude-longitude image (OpenEXR, Radiance HDR) that lights the scene from all directions, in place of the
-    /// single light; its middle lies at azimuth 180.
+    /// A latitude-longitude image (OpenEXR, Radiance HDR) whose light falls in from all around, in
+    /// place of the light above; its middle lies at azimuth 180.
     #[arg(long, value_name = "FILE", help_heading = "Light")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<PathBuf>,
-    /// How the environment's numbers encode light. [default: as its file says]
+    /// How the environment's numbers stand for light. [default: as its file says]
     #[arg(long, value_enum, help_heading = "Light")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_encoding: Option<SourceEncoding>,
@@ -227,13 +226,13 @@ pub struct RenderOptions {
     #[arg(long, value_name = "NAME", help_heading = "Light")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_layer: Option<String>,
-    /// Directional lights that represent the environment.
+    /// Directional lights that stand for the environment.
     #[arg(long, value_name = "N", default_value_t = Self::default().environment_lights, help_heading = "Light")]
     pub environment_lights: u32,
-    /// Factor on the environment's radiance.
+    /// What the environment's radiance is multiplied by.
     #[arg(long, value_name = "X", default_value_t = Self::default().environment_scale, help_heading = "Light")]
     pub environment_scale: f64,
-    /// Rotation of the environment in degrees, counter-clockwise seen from above.
+    /// Degrees by which the environment is turned, counter-clockwise seen from above.
     #[arg(long, value_name = "DEGREES", default_value_t = Self::default().environment_azimuth, allow_negative_numbers = true, help_heading = "Light")]
     pub environment_azimuth: f64,
 
@@ -253,28 +252,28 @@ pub struct RenderOptions {
     /// Names of the frames' files; #### becomes the number.
     #[arg(long, default_value_t, help_heading = "Files")]
     pub pattern: FramePattern,
-    /// Keep existing frames that were made with the same options and inputs.
+    /// Keep frames that are there already and were made with the same options and inputs.
     #[arg(long, help_heading = "Files")]
     pub skip_existing: bool,
-    /// Make only every n-th frame, starting with the i-th (from 0), so that n runs share a sweep.
+    /// Make only the i-th of every n frames, so that n runs share a sweep.
     #[arg(long, value_name = "I/N", help_heading = "Files")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// How previews show bright values; frames are not affected.
+    /// How previews show what is bright; frames keep it as it is.
     #[arg(long, value_enum, default_value_t, help_heading = "Files")]
     pub tone: ToneCurve,
     /// Stops by which previews are brightened.
     #[arg(long, value_name = "STOPS", default_value_t = Self::default().exposure, allow_negative_numbers = true, help_heading = "Files")]
     pub exposure: f32,
-    /// Background of previews: a linear grey from 0 to 1, or an sRGB colour, as R,G,B with numbers from 0 to 255 or
-    /// as #RRGGBB.
+    /// What is behind the surface in previews: a linear grey from 0 to 1, or a colour as sRGB, R,G,B with numbers from 0 to
+    /// 255 or #RRGGBB.
     #[arg(long, value_name = "GREY|COLOR", default_value_t = Self::default().background, help_heading = "Files")]
     pub background: Background,
     /// A moving preview.
     #[arg(long, value_enum, default_value_t, help_heading = "Files")]
     pub animation: Animation,
-    /// Memory in MiB for the copy of the sample that shading reads; a larger copy is kept in a temporary file in the
-    /// output's folder.
+    /// Memory in MiB that the sample laid out for shading may take; more is mapped from a
+    /// temporary file in the output's folder.
     #[arg(long, value_name = "MIB", default_value_t = Self::default().table_memory, help_heading = "Files")]
     pub table_memory: u64,
 }

@@ -130,7 +130,7 @@ impl<'a> Planner<'a> {
         Ok(length)
     }
 
-    /// Camera and lights of a frame; without axes for azimuths, the camera alone counts.
+    /// Camera and lights of a frame; without a compass, the camera alone counts.
     fn moment(&self, number: u32, length: u32, compass: Option<&Compass>) -> Result<Moment> {
         let row = self.row(number, length);
         let in_frame = |error: Error| match error {
