@@ -69,8 +69,7 @@ impl Arguments {
             .map_err(|error| error.in_file(&self.sample))?;
         if estimate.agreement.correlation < POOR {
             progress.warn(
-                "the two ways hardly agree: look at the heights before you trust them (glossy or plain materials show \
-                 little of either)",
+                "the two estimates hardly agree: check the heights before you use them (glossy or plain materials give little information for either)",
             );
         }
         let weighting = Weighting::default();

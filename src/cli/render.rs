@@ -236,7 +236,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             "in memory"
         };
         outcome = outcome.line(format!(
-            "the sample laid out for shading: {mebibytes:.0} MiB {place}"
+            "copy of the sample for shading: {mebibytes:.0} MiB {place}"
         ));
     }
     if let Some(front) = &report.front {
@@ -254,7 +254,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
     }
     if *replaced > 0 {
         outcome = outcome.line(format!(
-            "{replaced} frames of other options or inputs made anew"
+            "{replaced} frames of other options or inputs made again"
         ));
     }
     outcome

@@ -53,7 +53,7 @@ use crate::textures::model::ModelOptions;
 
 /// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str =
-    "type the same command with --resume to go on after the last finished level";
+    "type the same command with --resume to continue after the last finished level";
 
 /// Synthesize the surface texton map.
 #[derive(Debug, Args)]

@@ -52,7 +52,7 @@ pub(crate) fn needs_faces() -> Error {
     Error::option(
         "method",
         "choosy, which writes on faces",
-        "--onto faces beside it",
+        "--onto faces as well",
     )
 }
 

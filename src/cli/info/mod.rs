@@ -70,14 +70,14 @@ impl Arguments {
             return Err(Error::option(
                 "against",
                 format!(
-                    "{} is no surface texton map or face map",
+                    "{} is not a surface texton map or face map",
                     self.path.display()
                 ),
                 "a map as the first file",
             ));
         }
         if self.leave_out.is_some() && kind != Kind::Sample {
-            let found = format!("{} is no sample", self.path.display());
+            let found = format!("{} is not a sample", self.path.display());
             return Err(Error::option("leave-out", found, "a sample"));
         }
         match kind {

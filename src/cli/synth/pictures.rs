@@ -51,7 +51,7 @@ impl PictureArguments {
     /// Checks that the sample is the space's, before any work is done.
     pub fn check(&self, space: &Space) -> Result<()> {
         if self.sample.is_none() && self.vertex_colors.is_some() {
-            let expected = "--sample X.sample beside it";
+            let expected = "--sample X.sample as well";
             return Err(Error::option("vertex-colors", "no colours", expected));
         }
         self.check_size(space)

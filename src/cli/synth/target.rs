@@ -103,7 +103,7 @@ impl TargetArguments {
             return self.check_faces(method);
         }
         match (self.onto, self.grid) {
-            (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH beside it")),
+            (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH as well")),
             (Some(Onto::Vertices), Some(_)) => Err(Error::option(
                 "onto",
                 "vertices, but --grid has none",

@@ -41,7 +41,7 @@ impl FaceOutputs {
             Some((option, _)) => Err(Error::option(
                 *option,
                 "the space has no colours",
-                "--sample X.sample beside it",
+                "--sample X.sample as well",
             )),
         }
     }

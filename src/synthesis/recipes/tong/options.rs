@@ -48,9 +48,9 @@ pub struct KCoherenceOptions {
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
-    /// Penalty on texels that the coarsest level uses often, and on textons that finer levels do: the distance of one
-    /// used n times as often as in the sample is multiplied by 1 + PENALTY·(n − 1); 0 is the paper. Not with
-    /// --search full
+    /// Penalty on texels that the coarsest level uses too often, and on textons that finer levels use too often: the
+    /// distance of one used n times as often as in the sample is multiplied by 1 + PENALTY·(n − 1); 0 as in the
+    /// paper. Not with --search full
     #[arg(long, default_value_t = Self::default().reuse_penalty)]
     pub reuse_penalty: f64,
     /// The order in which the coarsest level, or the only one, is visited; finer levels are refined in parallel by
