@@ -31,7 +31,7 @@ const BYTES_A_TEXEL: u64 = 100;
 pub const SIZE: u32 = 128;
 
 /// How to go on after an interruption.
-pub const IF_INTERRUPTED: &str = "type the same command to continue after the last whole image";
+pub const IF_INTERRUPTED: &str = "type the same command to go on after the last whole image";
 
 /// Ray-trace a BTF from height, colour and roughness.
 #[derive(Debug, Args)]
@@ -42,7 +42,7 @@ Examples:
   mesotex bake bark.toml --size 128 --views fibonacci:50 --lights fibonacci:50 -o bark.sample
   mesotex bake Bricks075_2K-PNG/ --depth 0.03 --samples auto --error 0.01 -o bricks.sample
 
-A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR as well:
+A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR beside it:
   height = \"height.png\"        # white is high
   height-mm = 12               # of white over black
   width-mm = 200               # of the whole map

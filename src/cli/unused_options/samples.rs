@@ -52,6 +52,6 @@ pub(super) const EXEMPLAR: &[Rule<exemplar::Arguments>] = &[
     Rule {
         options: &["transition-tolerance"],
         unused: |arguments| found(arguments.transition.is_none(), "given without a transition"),
-        expected: "--transition FILE as well",
+        expected: "--transition FILE beside it",
     },
 ];

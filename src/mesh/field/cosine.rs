@@ -26,7 +26,7 @@ const MOST_PASSES: usize = 1000;
 /// Improves a field, vertex by vertex in ascending order, until it stands still; `areas` are those of the
 /// vertices. Vertices with a wanted direction keep it.
 ///
-/// A soft constraint adds area · (constraint · u) to the sum. Against edges of weight 1 that is what it weighs in the
+/// A soft constraint q adds area · (q · u) to the sum. Against edges of weight 1 that is what it weighs in the
 /// smoothness energy.
 pub fn improved(
     rings: &Rings,

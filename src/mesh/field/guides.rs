@@ -338,7 +338,7 @@ impl Canvas<'_> {
         Ok(field)
     }
 
-    /// The field under the same constraints that minimises the cosine energy.
+    /// The field under the same constraints that the cosine energy leads to.
     fn improve_cosines(
         &self,
         field: &Field,

@@ -242,11 +242,11 @@ impl Recipe {
         }
         if self.packed.is_none() && self.packed_order != PackedOrder::default() {
             return Err(Error::data("packed-order", "given without packed")
-                .expected("the packed image as well"));
+                .expected("the packed image beside it"));
         }
         if self.normal.is_none() && self.normal_kind != NormalKind::Auto {
             return Err(Error::data("normal-kind", "given without a normal map")
-                .expected("`normal` as well"));
+                .expected("`normal` beside it"));
         }
         Ok(())
     }
