@@ -290,7 +290,7 @@ fn info_tells_every_kind() {
     for path in ["notes.txt", "empty"] {
         let error = refused(root, &["info", path]);
         assert!(
-            error.contains("nothing that info knows; expected a sample"),
+            error.contains("a kind of file that info does not know; expected a sample"),
             "{error}"
         );
     }

@@ -186,7 +186,7 @@ fn weights_are_applied_when_the_file_is_read() {
         ("color=0,height=0", "one above 0"),
         (
             "depth=2",
-            "channel `depth`, which is not there; expected color, height",
+            "channel `depth`, which does not exist; expected color, height",
         ),
         ("height=1,height=2", "two for `height`"),
         ("1,-1", "0 to 1e12"),

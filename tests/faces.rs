@@ -381,7 +381,7 @@ fn samples_are_cropped_and_meshes_without_two_colours_subdivided_and_both_are_sa
     let again = ["--subdivisions=1", "--crease=5"];
     let text = succeed(folder.path(), &[&SYNTH[..], &again].concat());
     assert!(
-        text.contains("for want of two colours") && text.contains("next: mesotex render"),
+        text.contains("because no two colours were found") && text.contains("next: mesotex render"),
         "{text}"
     );
     assert!(text.contains("histogram distance"), "{text}");

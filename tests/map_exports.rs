@@ -224,7 +224,7 @@ fn exports_that_cannot_be_are_refused() {
         (
             "export grid.map.ply --to glb -o a.glb --light 30,0",
             2,
-            "--sample beside it",
+            "--sample as well",
         ),
         (
             "export grid.map.ply --to glb -o a.glb --sample weave.sample --view 10,x,20",

@@ -133,7 +133,7 @@ fn missing_parts_are_said(folder: &Path) {
     let html = page(at, &["report", "."]);
     for note in [
         "times and options are known of scenes only",
-        "no figures of quality",
+        "no quality figures",
         "no relief to show",
     ] {
         assert!(html.contains(note), "{note}");

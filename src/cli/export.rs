@@ -25,9 +25,9 @@ use crate::textures::vertex_model::ModelFormat;
 
 /// Write a sample or a surface texton map in a format that other programs read.
 ///
-/// OUT is exactly the file or the folder written; of folders only an empty one is replaced. Values of samples become
-/// reflectance with the light's cosine in it: a white plane facing the light has 1. Maps become meshes with texture
-/// coordinates, labels and orientation per vertex, and with colours where a sample is given.
+/// OUT is the exact name of the file or folder that is written; an existing folder must be empty. Values of samples
+/// become reflectance times the light's cosine: a white plane facing the light has 1. Maps become meshes with texture
+/// coordinates, labels and orientation per vertex, and with colours if a sample is given.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex export weave.sample --to folder -o weave-images

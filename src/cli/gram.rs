@@ -14,7 +14,7 @@ use crate::exemplar::space::{Features, space_of_vocabulary};
 use crate::format::ours::Format;
 use crate::texton::vocabulary::StoredVocabulary;
 
-/// Turn a vocabulary into the surface texton space: dot products in place of appearance vectors.
+/// Make the surface texton space of a vocabulary: dot products in place of appearance vectors.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Example:

@@ -83,7 +83,7 @@ impl Arguments {
                 Search::Auto | Search::Exact => "exact search".into(),
             };
             outcome = outcome.line(format!(
-                "level {at}: {} × {} texels, {whole} whole, separation {}, {search}",
+                "level {at}: {} × {} texels, {whole} of them whole, neighbours at least {} texels apart, {search}",
                 source.grid.width, source.grid.height, level.min_separation
             ));
             levels.push(json!({

@@ -37,9 +37,9 @@ pub const IF_INTERRUPTED: &str =
 
 /// Render a decorated mesh to OpenEXR frames.
 ///
-/// An atlas is drawn on its mesh cut to about a vertex per texel, its holes cut out. A face of a face map has one
-/// value with vertex shading, and shows the sample inside with pixel shading. Each frame
-/// DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all.
+/// Each frame DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all. An atlas is drawn on
+/// its mesh subdivided to about one vertex per texel, without its transparent texels. A face of a face map has one
+/// colour with vertex shading, and shows the sample with pixel shading.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -59,20 +59,20 @@ pub struct Arguments {
     /// What was synthesized from it: a surface texton map, NAME.map.ply, an atlas, NAME.atlas, or a face map,
     /// NAME.faces.ply.
     pub map: PathBuf,
-    /// Folder of the frames; made when it is not there.
+    /// Folder of the frames; it is created if it does not exist.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Write the mesh with the vertices' colours under the first frame's view and light: bytes red, green,
     /// blue (sRGB), as MeshLab and Blender show them.
     #[arg(long, value_name = "FILE.ply")]
     pub vertex_colors: Option<PathBuf>,
-    /// Write the linear numbers beside these bytes, as floats r, g, b (`vertex_color` in Mitsuba).
+    /// Also write the linear values, as floats r, g, b (`vertex_color` in Mitsuba).
     #[arg(long, requires = "vertex_colors")]
     pub linear_colors: bool,
-    /// Render even though the map was made from a sample with another id.
+    /// Render even if the map was made from a sample with another id.
     #[arg(long)]
     pub force: bool,
-    /// Move the surface of an atlas along its normals by X mesh units per unit of its height channel.
+    /// Displace the surface of an atlas along its normals by X mesh units per unit of its height channel.
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub displace: Option<f64>,
     /// A plain colour that shows where the alpha channel of an atlas is transparent, in place of holes: sRGB,
@@ -237,7 +237,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             "in memory"
         };
         outcome = outcome.line(format!(
-            "the sample laid out for shading: {mebibytes:.0} MiB {place}"
+            "copy of the sample for shading: {mebibytes:.0} MiB {place}"
         ));
     }
     // Tell what was chosen for the whole sequence.
@@ -257,7 +257,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
     }
     if *replaced > 0 {
         outcome = outcome.line(format!(
-            "{replaced} frames of other options or inputs made anew"
+            "{replaced} frames of other options or inputs made again"
         ));
     }
     outcome

@@ -23,7 +23,7 @@ use crate::format::ours::Format;
 use crate::report::page;
 use crate::report::summary::Summary;
 
-/// Make one page of everything that a scene made: sample, textons, mesh, map, quality, frames, times.
+/// Make a page of everything that a scene made: sample, textons, mesh, map, quality, frames, times.
 ///
 /// The page needs nothing from the network. What is not there is said on it.
 #[derive(Clone, Debug, Args)]

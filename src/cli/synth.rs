@@ -53,7 +53,7 @@ use crate::textures::model::ModelOptions;
 
 /// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str =
-    "type the same command with --resume to go on after the last finished level";
+    "type the same command with --resume to continue after the last finished level";
 
 /// Synthesize the surface texton map.
 #[derive(Debug, Args)]
@@ -94,7 +94,7 @@ pub struct Arguments {
     pub faces: FaceOutputs,
     #[command(flatten)]
     pub model: ModelOptions,
-    /// Take a table that was made from another space of the same size
+    /// Accept a table that was made from another space of the same size
     #[arg(long)]
     pub force: bool,
     /// Continue an interrupted run after its last finished level

@@ -23,7 +23,7 @@ use crate::random;
 pub struct VertexColoredMesh {
     /// The mesh.
     pub mesh: TriangleMesh,
-    /// One colour a vertex.
+    /// One colour per vertex.
     pub colors: Vec<[u8; 3]>,
 }
 

@@ -39,7 +39,7 @@ use crate::render::vertices::Vertices;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shading {
-    /// At every vertex, interpolated (Tong et al. 2002).
+    /// At every vertex, interpolated between them (Tong et al. 2002).
     #[default]
     Vertex,
     /// In every pixel: a coarse mesh shows the sample at full resolution.

@@ -17,7 +17,7 @@ use crate::sites::level::Sites;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
-    /// Where most neighbours are done first.
+    /// The site with the most finished neighbours is next.
     #[default]
     Constrained,
     /// Along the orientation field (Turk 2001).

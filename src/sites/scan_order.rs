@@ -22,7 +22,7 @@ pub fn scan_order<const N: usize, S: Sites<N>>(
     }
 }
 
-/// The same for a method of one pass, which never mends where lines meet.
+/// The same for a method of one pass, which never repairs where lines meet.
 pub fn one_pass_order<const N: usize, S: Sites<N>>(
     sites: &S,
     start: usize,

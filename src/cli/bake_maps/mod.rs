@@ -102,7 +102,7 @@ pub struct Arguments {
     /// numbers from 0 to 255, matte
     #[arg(long, value_name = "R,G,B|#RRGGBB")]
     pub surface_color: Option<SurfaceColor>,
-    /// Bake even though the map was made from a sample with another id
+    /// Bake even if the map was made from a sample with another id
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]

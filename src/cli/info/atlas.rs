@@ -44,7 +44,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
             "a texel of the sample covers {:.6} mesh units; method {}, seed {}",
             map.header.texel, map.header.method, map.header.seed
         ))
-        .line(format!("{labelled} texels carry a texton"))
+        .line(format!("{labelled} texels have a texton"))
         .figure("kind", "atlas")
         .figure("width", width)
         .figure("height", height)

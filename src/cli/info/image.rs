@@ -78,7 +78,7 @@ fn says(outcome: Outcome, facts: &Facts) -> Outcome {
         ));
     }
     if facts.pictures > 1 {
-        outcome = outcome.line("more than one picture; the first is read");
+        outcome = outcome.line("more than one image; the first is read");
     }
     outcome
         .figure("format", facts.format.as_str())

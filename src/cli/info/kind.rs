@@ -53,7 +53,7 @@ const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of 
 
 /// What is said of everything else.
 pub fn unknown(path: &Path) -> Error {
-    Error::data("kind", "nothing that info knows")
+    Error::data("kind", "a kind of file that info does not know")
         .expected(KNOWN)
         .in_file(path)
 }

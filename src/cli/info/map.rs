@@ -48,7 +48,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
             "a texel covers {:.6} mesh units; method {}, seed {}",
             map.header.texel, map.header.method, map.header.seed
         ))
-        .line(format!("{unused} vertices carry no texton"))
+        .line(format!("{unused} vertices have no texton"))
         .figure("kind", "surface texton map")
         .figure("vertices", map.mesh.positions.len())
         .figure("triangles", map.mesh.triangles.len())

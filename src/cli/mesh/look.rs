@@ -43,7 +43,7 @@ pub(super) fn draw(
     all.extend(surface.meshes.iter().map(pictures::level));
     let mut outcome = outcome
         .line(format!(
-            "patches bend lengths by {:.2} % on the average",
+            "patches distort lengths by {:.2} % on average",
             100.0 * mean
         ))
         .figure("mean_distortion", mean);

@@ -109,7 +109,7 @@ fn figures(found: &Quality) -> Vec<Figure> {
         figure(
             ("coherence_half", format!("{:.3}", found.coherence_half)),
             ("above 0.4", found.coherence_half > 0.4),
-            "share of edges whose texture runs at the surface's pace within half a texel: the insides of copied patches",
+            "share of edges whose texture offset is within half a texel of their own: inside copied patches",
         ),
         figure(
             ("coherence_one", format!("{:.3}", found.coherence_one)),
@@ -119,7 +119,7 @@ fn figures(found: &Quality) -> Vec<Figure> {
         figure(
             ("drift", format!("[[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]")),
             ("within 0.1 of the identity", from_identity < 0.1),
-            "how the texture's offsets follow the surface's: the identity keeps scale and handedness",
+            "the matrix that best maps edge offsets to texture offsets: the identity keeps scale and handedness",
         ),
     ];
     // Tell how well neighbourhoods fit, where it was measured.

@@ -43,7 +43,7 @@ pub(super) fn chapter(path: Option<&Path>, sample: Option<&Sample>) -> Result<Ch
             );
         }
         None => {
-            chapter.note("no montage of the textons: the sample they were found in is not there")
+            chapter.note("no montage of the textons: the sample they were found in is missing")
         }
     }
     Ok(chapter)

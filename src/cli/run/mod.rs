@@ -42,7 +42,7 @@ use crate::error::{Error, Result};
 use crate::format::atomic::leftovers;
 use crate::format::lock::OutputLock;
 
-/// Run a whole scene, stage by stage; stages whose inputs and options did not change are skipped.
+/// Run a scene, stage by stage; stages whose inputs and options did not change are skipped.
 ///
 /// A scene is a TOML file with a section per stage; a key is the name of that stage's option, and
 /// paths are relative to the scene file (docs/scenes.md). The whole scene is checked before the first

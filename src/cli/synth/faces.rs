@@ -35,7 +35,7 @@ use crate::textures::face_channels::carry_onto_faces;
 
 /// How to go on after an interruption.
 pub(super) const IF_INTERRUPTED: &str =
-    "type the same command to begin anew; --onto faces keeps no unfinished work";
+    "type the same command to start over; --onto faces keeps no unfinished work";
 
 /// What the command was told.
 pub(super) struct Request<'a> {
@@ -159,7 +159,7 @@ fn plan(
     }
     if user.report.cut_edges > 0 {
         session.progress().warn(format!(
-            "the mesh was cut at {} edges where more than two triangles meet: the texture does not go on across them",
+            "the mesh was cut at {} edges where more than two triangles meet: the texture is not continued across them",
             user.report.cut_edges
         ));
     }

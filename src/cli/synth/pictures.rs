@@ -31,8 +31,8 @@ const SIZE: [u32; 2] = [1024, 768];
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Pictures")]
 pub struct PictureArguments {
-    /// Write NAME.coordinate.png (copied patches show as smooth pieces), NAME.label.png and
-    /// NAME.energy.png; with --sample also NAME.color.png
+    /// Write NAME.coordinate.png (copied patches are smooth), NAME.label.png and NAME.energy.png; with --sample also
+    /// NAME.color.png
     #[arg(long, value_name = "NAME")]
     pub pictures: Option<PathBuf>,
     /// The sample, for pictures in its colours: seen from above, lit from the upper left
@@ -48,7 +48,7 @@ impl PictureArguments {
     /// Checks that the sample is the space's, before any work is done.
     pub fn check(&self, space: &Space) -> Result<()> {
         if self.sample.is_none() && self.vertex_colors.is_some() {
-            let expected = "--sample X.sample beside it";
+            let expected = "--sample X.sample as well";
             return Err(Error::option("vertex-colors", "no colours", expected));
         }
         self.check_size(space)
@@ -159,7 +159,7 @@ impl Kind {
     }
 }
 
-/// What a picture shows: the flat grid itself, a pixel a site, or the mesh.
+/// What a picture shows: the flat grid itself, one pixel per site, or the mesh.
 pub enum Plane {
     /// Columns and rows.
     Grid(u32, u32),

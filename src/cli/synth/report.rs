@@ -104,8 +104,8 @@ impl AtlasFigures {
             format!(", the faces of a control mesh subdivided {steps} times")
         });
         format!(
-            "{0}x{0} texels, {1} charts{faces}: samples stretch the texture by {2:.3} on the average, by no more than \
-             {3:.3} at 95 % of texels",
+            "{0}x{0} texels, {1} charts{faces}: samples stretch the texture by {2:.3} on average, and by at most {3:.3} at \
+             95 % of the texels",
             self.resolution, self.charts, self.stretch_mean, self.stretch_95
         )
     }
@@ -181,7 +181,7 @@ impl Report {
             ))
             // Tell how the texture follows the surface.
             .line(format!(
-                "coherence {:.3} within half a texel, {:.3} within one; mean edge {:.2} texels",
+                "coherence {:.3} within half a texel (good: above 0.4), {:.3} within one (above 0.7); mean edge {:.2} texels",
                 found.coherence_half, found.coherence_one, found.mean_edge
             ))
             .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"));
@@ -191,7 +191,7 @@ impl Report {
         // Tell what was measured beside.
         if let Some(found) = found.energies {
             outcome = outcome.line(format!(
-                "energy {:.3} of a random map's, {:.3} of the best texels' (at {} sites)",
+                "energy {:.3} of a random map's (good: below 0.3), {:.3} of the best texels' at {} sites (below 1.1)",
                 found.energy, found.energy_ratio_full, found.energy_sites
             ));
         }
@@ -203,7 +203,7 @@ impl Report {
         }
         if let Some(chi2) = found.histogram_chi2 {
             outcome = outcome.line(format!(
-                "histogram distance {chi2:.4} (χ², surface against sample)"
+                "histogram distance {chi2:.4} (χ² of texton counts, surface against sample; good: below 0.01)"
             ));
         }
         if let Some(found) = found.fragments {
@@ -217,12 +217,13 @@ impl Report {
         }
         if let Some(searched) = self.searched {
             outcome = outcome.line(format!(
-                "{searched} choices among all texels of the site's transition, as neighbours proposed none"
+                "{searched} choices compared all texels of the site's transition, because neighbours proposed none"
             ));
         }
         if let Some(found) = self.metric_agreement {
             outcome = outcome.line(format!(
-                "metric: picks what Φ does at {:.3} of sites, for {:.4} of its score; whole spectrum {:.4}",
+                "metric: as good a choice as Φ's at {:.3} of the sites (good: near 1), mean score {:.4} of Φ's; with the whole \
+                 spectrum {:.4}",
                 found.embedded, found.embedded_cost, found.whole_spectrum
             ));
         }

@@ -69,16 +69,16 @@ pub struct TargetArguments {
     /// The mesh: OBJ, PLY, STL, OFF, glTF or GLB
     #[arg(conflicts_with = "grid")]
     pub mesh: Option<PathBuf>,
-    /// A flat grid of WxH sites instead of a mesh
+    /// Synthesize on a flat grid of WxH sites instead of a mesh
     #[arg(long, value_name = "WxH")]
     pub grid: Option<SiteGrid>,
     /// What the map is made on; --grid means grid
     #[arg(long, value_enum)]
     pub onto: Option<Onto>,
-    /// What lies beyond the grid's border
+    /// What is beyond the grid's border
     #[arg(long, value_enum, default_value_t = Border::Wrap)]
     pub border: Border,
-    /// The unit of the mesh's coordinates: texels get the size that the sample says, in place of --texel
+    /// The unit of the mesh's coordinates: texels get the physical size that the sample states, in place of --texel
     #[arg(long, value_enum, value_name = "UNIT", conflicts_with = "texel")]
     pub mesh_unit: Option<MeshUnit>,
     #[command(flatten)]
@@ -103,7 +103,7 @@ impl TargetArguments {
             return self.check_faces(method);
         }
         match (self.onto, self.grid) {
-            (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH beside it")),
+            (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH as well")),
             (Some(Onto::Vertices), Some(_)) => Err(Error::option(
                 "onto",
                 "vertices, but --grid has none",

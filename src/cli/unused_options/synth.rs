@@ -118,7 +118,7 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
     Rule {
         options: &["border"],
         unused: |arguments| given_for(arguments, arguments.target.grid.is_none()),
-        expected: "--grid WxH beside it: a mesh has borders of its own",
+        expected: "--grid WxH as well: a mesh has borders of its own",
     },
     Rule {
         options: &["direction", "guide", "align", "field-energy"],
@@ -157,12 +157,12 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
             "sampling",
         ],
         unused: |arguments| given_for(arguments, !arguments.target.is_atlas()),
-        expected: "--onto atlas beside it",
+        expected: "--onto atlas as well",
     },
     Rule {
         options: &["base-faces", "subdivisions"],
         unused: |arguments| given_for(arguments, !arguments.is_onto_faces()),
-        expected: "--onto faces beside it",
+        expected: "--onto faces as well",
     },
 ];
 
@@ -199,7 +199,7 @@ pub(super) const PRODUCTS: &[Rule<Arguments>] = &[
                 "given for sites that are no faces",
             )
         },
-        expected: "--onto faces beside it",
+        expected: "--onto faces as well",
     },
     Rule {
         options: &["displace", "transparency", "surface-color"],
@@ -219,7 +219,7 @@ pub(super) const PRODUCTS: &[Rule<Arguments>] = &[
                 "nothing to draw in its colours",
             )
         },
-        expected: "--pictures or --vertex-colors beside it",
+        expected: "--pictures or --vertex-colors as well",
     },
 ];
 

@@ -2,7 +2,7 @@
 //!
 //! Steps, in order: polygons to triangles; vertices at the same place made one; triangles without
 //! area or said twice dropped; specks dropped; triangles turned to face one way; edges and vertices
-//! where more than one surface meets split. Not done: filling holes, mending crossings.
+//! where more than one surface meets split. Holes are not filled; self-intersections are kept.
 
 mod manifold;
 mod orientation;

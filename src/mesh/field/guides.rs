@@ -23,23 +23,24 @@ use crate::progress::Progress;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Alignment {
-    /// Nothing: the field is as smooth as the surface allows.
+    /// Nothing: the field is as smooth as possible.
     #[default]
     Smooth,
-    /// The direction in which the surface bends most.
+    /// The direction of greatest curvature.
     Curvature,
     /// The direction in which the mesh's texture coordinate u grows.
     Uv,
 }
 
-/// What makes one orientation field better than another.
+/// The energy that the orientation field minimises or maximises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum FieldEnergy {
-    /// The least change from vertex to vertex, squared: has one best field, found exactly (Knöppel 2013).
+    /// The least squared change from vertex to vertex; its one optimum is found exactly (Knöppel 2013).
     #[default]
     Dirichlet,
-    /// The greatest sum of cosines of the angles along edges, improved from that field (Ying 2001, footnote 2).
+    /// The greatest sum of cosines of the angles along edges; a local optimum is found from the other field (Ying
+    /// 2001, footnote 2).
     Cosine,
 }
 
@@ -57,7 +58,7 @@ pub struct GuideOptions {
     pub guide: Option<PathBuf>,
     /// A file of keys: directions the field must take as well.
     pub keys: Option<PathBuf>,
-    /// What the field follows elsewhere.
+    /// What the field follows where no direction is given.
     pub align: Alignment,
     /// A direction in space that s follows wherever it lies along the surface.
     pub direction: Option<Vec<f64>>,

@@ -13,7 +13,7 @@ use crate::render::parallax::trial::Trial;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Parallax {
-    /// Where the sample has heights, and views that are left out are predicted better with it.
+    /// If the sample has heights, and left-out views are predicted better with it.
     #[default]
     Auto,
     /// Always; the sample must have heights and more than one view.

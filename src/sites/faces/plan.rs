@@ -25,7 +25,7 @@ const MOST_BASE_FACES: f64 = (1 << 24) as f64;
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Faces")]
 pub struct FaceOptions {
-    /// Triangles of the base mesh, about [default: as many as --texel and --subdivisions make]
+    /// Approximate number of triangles of the base mesh [default: from --texel and --subdivisions]
     #[arg(long, value_name = "N")]
     pub base_faces: Option<usize>,
     /// How often the base mesh is subdivided, each time into four times as many faces [default: one less than the

@@ -2,7 +2,7 @@
 //!
 //! A plain image has a short vector a texel, three numbers of colour mostly. They are kept side by side
 //! as the texels are, on an image with a border as wide as the windows reach, so that a line of a
-//! window is a run of numbers: of 7 texels in colour two blocks of lanes, where a block a texel would be
+//! window is a run of numbers: of 7 texels in colour two blocks of lanes, where one block per texel would be
 //! seven, mostly empty. A site's pattern has the same blocks, and a weight for each number, 0 where none
 //! belongs to a sample that counts. Sums run over fixed lanes in fixed order: the same distances
 //! everywhere.

@@ -210,7 +210,7 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
     };
     let parallel = refined(8);
     assert_eq!(parallel, refined(1));
-    // One class a site: strictly sequential.
+    // One class per site: strictly sequential.
     let one_by_one: Vec<Vec<u32>> = classes.iter().flatten().map(|&site| vec![site]).collect();
     let mut sequential = start.clone();
     for _ in 0..2 {

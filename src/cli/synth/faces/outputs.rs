@@ -22,7 +22,7 @@ use crate::textures::face_model;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Faces")]
 pub struct FaceOutputs {
-    /// Write the surface as a GLB, every face in its colour
+    /// Write the surface as a GLB with a colour per face
     #[arg(long, value_name = "FILE.glb")]
     pub glb: Option<PathBuf>,
     /// Write the Gaussian and Laplacian pyramids of sample and surface
@@ -42,7 +42,7 @@ impl FaceOutputs {
             Some((option, _)) => Err(Error::option(
                 *option,
                 "the space has no colours",
-                "--sample X.sample beside it",
+                "--sample X.sample as well",
             )),
         }
     }

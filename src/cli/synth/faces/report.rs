@@ -125,7 +125,7 @@ impl FaceReport {
             .line(match self.map.base_mesh {
                 "given" => "base mesh: the given one, which has two colours",
                 "retiled" => "base mesh: retiled, in two colours",
-                _ => "base mesh: retiled and subdivided barycentrically, for want of two colours",
+                _ => "base mesh: retiled and subdivided barycentrically, because no two colours were found",
             })
             .line(format!("a texel covers {:.6} mesh units", self.map.texel));
         // Tell how flat the neighbourhoods are, and how far the histograms lie apart.
