@@ -218,6 +218,24 @@ fn sources(folder: &Path) -> String {
 }
 
 #[test]
+fn every_tool_is_listed() {
+    let listed = fs::read_to_string(root().join("tools/README.md")).unwrap();
+    let is_program = |name: &String| {
+        [".py", ".sh", ".mjs"]
+            .iter()
+            .any(|ending| name.ends_with(ending))
+    };
+    let files = fs::read_dir(root().join("tools")).unwrap();
+    let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
+    let mut missing: Vec<String> = names
+        .filter(is_program)
+        .filter(|name| !listed.contains(&format!("| `{name}` |")))
+        .collect();
+    missing.sort();
+    assert!(missing.is_empty(), "tools/README.md lacks {missing:?}");
+}
+
+#[test]
 fn quoted_code_is_that_of_the_sources() {
     let all = sources(&root().join("src"));
     let page = fs::read_to_string(root().join("docs/extending.md")).unwrap();
