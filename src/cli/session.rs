@@ -67,6 +67,11 @@ impl Session {
         self.common.seed.unwrap_or(0)
     }
 
+    /// Whether the user gave a seed.
+    pub fn has_seed(&self) -> bool {
+        self.common.seed.is_some()
+    }
+
     /// The same session with another seed.
     #[must_use]
     pub fn with_seed(&self, seed: Option<u64>) -> Self {
