@@ -94,8 +94,12 @@ impl Graph {
         for stage in &stages.list {
             session.progress().check()?;
             for mut piece in pieces(stage, &mut sizes, wanted.shards)? {
-                piece.words.extend(["--seed".into(), stage.seed_or(seed).to_string()]);
-                piece.words.extend(["--threads".into(), wanted.threads.to_string()]);
+                piece
+                    .words
+                    .extend(["--seed".into(), stage.seed_or(seed).to_string()]);
+                piece
+                    .words
+                    .extend(["--threads".into(), wanted.threads.to_string()]);
                 self.add(piece, (&runs[0].name, stage), &folder)?;
             }
         }
@@ -245,7 +249,9 @@ fn together(mut errors: Vec<(&PathBuf, Error)>) -> Option<Error> {
         match error {
             Error::Faults { path, lines, usage } => {
                 has_usage |= usage;
-                let named = lines.iter().map(|line| format!("{}: {line}", path.display()));
+                let named = lines
+                    .iter()
+                    .map(|line| format!("{}: {line}", path.display()));
                 all_lines.extend(named);
             }
             Error::Io { .. } => all_lines.push(error.to_string()),

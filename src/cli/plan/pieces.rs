@@ -119,12 +119,16 @@ fn renderings(
         let own = places.filter(|(place, _)| split.is_none_or(|shard| shard.takes(*place)));
         let own: Vec<u32> = own.map(|(_, number)| *number).collect();
         let mut piece = whole(stage, sizes)?;
-        piece.makes.retain(|made| made.path() != Some(&arguments.output));
+        piece
+            .makes
+            .retain(|made| made.path() != Some(&arguments.output));
         if index > 0 {
             // The mesh with the colours of the first frame is the same in every part.
             piece.makes.clear();
         }
-        piece.makes.extend(frames(arguments, &own).map(Made::Frames));
+        piece
+            .makes
+            .extend(frames(arguments, &own).map(Made::Frames));
         if !arguments.options.skip_existing {
             piece.words.push("--skip-existing".into());
         }

@@ -22,7 +22,11 @@ pub(super) fn text(graph: &Graph) -> String {
     let mut text = format!("{PLAN_MARK}: {}\n", graph.describe());
     for (task, name) in graph.tasks.iter().zip(&names) {
         let _ = writeln!(text, "\nrule {name}:");
-        list(&mut text, "input", task.inputs.iter().map(|path| literal(path)));
+        list(
+            &mut text,
+            "input",
+            task.inputs.iter().map(|path| literal(path)),
+        );
         list(&mut text, "output", task.makes.iter().map(output));
         let _ = writeln!(text, "    threads: {}", graph.threads);
         resources(&mut text, graph, task);
@@ -77,9 +81,8 @@ fn resources(text: &mut String, graph: &Graph, task: &Task) {
     let megabytes = (MEMORY_MARGIN * cost.bytes / 1e6).ceil() as u64;
     let minutes = (TIME_MARGIN * seconds / 60.0).ceil() as u64 + 1;
     let values = [("mem_mb", megabytes), ("runtime", minutes)];
-    let values = values.map(|(name, value)| {
-        format!("{name}=lambda wildcards, attempt: {value} * attempt")
-    });
+    let values =
+        values.map(|(name, value)| format!("{name}=lambda wildcards, attempt: {value} * attempt"));
     list(text, "resources", values.into_iter());
 }
 

@@ -86,23 +86,21 @@ pub fn stages(runs: &[Scene], record: &Record, faults: &mut Faults) -> Stages {
         let mut of_run = Vec::new();
         for (place, draft) in scene.drafts(faults).into_iter().enumerate() {
             let words = draft.words(&[]);
-            let at = *seen
-                .entry((words.clone(), draft.seed))
-                .or_insert_with(|| {
-                    let command = command_of(&draft, faults)?;
-                    let outputs = checked.take(scene, &draft, &command, faults);
-                    stages.list.push(Stage {
-                        name: draft.name,
-                        words,
-                        command,
-                        output: draft.output,
-                        outputs,
-                        seed: draft.seed,
-                        variant: draft.variant,
-                        place,
-                    });
-                    Some(stages.list.len() - 1)
+            let at = *seen.entry((words.clone(), draft.seed)).or_insert_with(|| {
+                let command = command_of(&draft, faults)?;
+                let outputs = checked.take(scene, &draft, &command, faults);
+                stages.list.push(Stage {
+                    name: draft.name,
+                    words,
+                    command,
+                    output: draft.output,
+                    outputs,
+                    seed: draft.seed,
+                    variant: draft.variant,
+                    place,
                 });
+                Some(stages.list.len() - 1)
+            });
             of_run.extend(at);
         }
         stages.of_runs.push(of_run);

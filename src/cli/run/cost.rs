@@ -13,11 +13,11 @@ const PARALLEL: f64 = 0.8;
 
 /// What a stage takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Cost {
+pub struct Cost {
     /// Seconds of one thread.
-    pub(super) seconds: f64,
+    pub seconds: f64,
     /// Bytes at the peak.
-    pub(super) bytes: f64,
+    pub bytes: f64,
 }
 
 impl Cost {
@@ -29,7 +29,7 @@ impl Cost {
     }
 
     /// Seconds on so many threads.
-    pub(super) fn seconds_on(self, threads: usize) -> f64 {
+    pub fn seconds_on(self, threads: usize) -> f64 {
         self.seconds / (1.0 + PARALLEL * (threads.max(1) - 1) as f64)
     }
 }

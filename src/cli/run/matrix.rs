@@ -68,7 +68,10 @@ impl Matrix {
                 faults.data(&section.head(), "two pairs of brackets; expected [matrix]");
             }
             if section.keys.is_empty() {
-                faults.data(&section.head(), "empty; expected `\"SECTION.KEY\" = [VALUE, VALUE]`");
+                faults.data(
+                    &section.head(),
+                    "empty; expected `\"SECTION.KEY\" = [VALUE, VALUE]`",
+                );
             }
             for key in &section.keys {
                 for (name, value) in dotted(&key.name, &key.value) {
@@ -237,12 +240,17 @@ impl Axis {
                 }
                 let sections: Vec<&Section> = self.sections(document).collect();
                 if section == "render" && sections.is_empty() {
-                    let named = rendering.as_ref().map(|name| format!(" of the name {name}"));
+                    let named = rendering
+                        .as_ref()
+                        .map(|name| format!(" of the name {name}"));
                     let says = format!("no [[render]]{}", named.unwrap_or_default());
                     faults.data(&self.place(), says);
                 }
                 if section == "render" && key == "name" {
-                    faults.data(&self.place(), "may not vary; outputs are named after the values");
+                    faults.data(
+                        &self.place(),
+                        "may not vary; outputs are named after the values",
+                    );
                 }
                 sections.into_iter().find_map(|section| section.key(key))
             }
@@ -271,7 +279,11 @@ impl Axis {
         match section {
             None => document.keys.push(key),
             Some(name) => {
-                if !document.sections.iter().any(|other| self.target.is_in(other)) {
+                if !document
+                    .sections
+                    .iter()
+                    .any(|other| self.target.is_in(other))
+                {
                     document.sections.push(Section {
                         name: name.clone(),
                         line: self.line,
@@ -295,7 +307,9 @@ impl Axis {
 
 fn is_choice(value: &Value) -> bool {
     match value {
-        Value::Array(values) => values.iter().all(|value| !value.is_array() && is_choice(value)),
+        Value::Array(values) => values
+            .iter()
+            .all(|value| !value.is_array() && is_choice(value)),
         Value::Table(_) | Value::Datetime(_) => false,
         _ => true,
     }
@@ -338,7 +352,9 @@ mod tests {
             let tags: Vec<String> = variant.tags.into_iter().map(|tag| tag.text).collect();
             let bake = variant.document.sections.iter().find(|s| s.name == "bake");
             let keys = bake.into_iter().flat_map(|section| &section.keys);
-            let keys: Vec<String> = keys.map(|key| format!("{}={}", key.name, key.value)).collect();
+            let keys: Vec<String> = keys
+                .map(|key| format!("{}={}", key.name, key.value))
+                .collect();
             (tags.join("-"), keys.join(" "))
         });
         Ok(described.collect())
@@ -368,19 +384,29 @@ mod tests {
     #[test]
     fn what_cannot_vary_is_named() {
         let refused = |lines: &str| {
-            let text = format!("[bake]\nsize = 16\n[[render]]\nname = \"still\"\n[matrix]\n{lines}\n");
+            let text =
+                format!("[bake]\nsize = 16\n[[render]]\nname = \"still\"\n[matrix]\n{lines}\n");
             runs(&text).unwrap_err()
         };
         for (lines, says) in [
-            ("bake.size = [16, 32]", "line 6: [matrix] bake.size: line 2 sets this key too"),
+            (
+                "bake.size = [16, 32]",
+                "line 6: [matrix] bake.size: line 2 sets this key too",
+            ),
             ("bake.views = \"x\"", "`\"x\"`; expected a list of values"),
             ("bake.views = []", "expected a list of values"),
             ("bake.views = [1, 1]", "`1` twice"),
-            ("bake.views = [1979-05-27]", "`1979-05-27`; expected a string"),
+            (
+                "bake.views = [1979-05-27]",
+                "`1979-05-27`; expected a string",
+            ),
             ("bak.size = [1]", "no section [bak]; did you mean `bake`"),
             ("name = [\"a\"]", "[matrix] name: may not vary"),
             ("render.name = [\"a\"]", "may not vary"),
-            ("render.stil.fill = [0, 1]", "no [[render]] of the name stil"),
+            (
+                "render.stil.fill = [0, 1]",
+                "no [[render]] of the name stil",
+            ),
             ("", "[matrix]: empty"),
         ] {
             let text = refused(lines);

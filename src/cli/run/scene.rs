@@ -123,7 +123,11 @@ impl Scene {
                     faults.data(&place, format!("`{other}`; expected a path"));
                 }
                 (name, _) => {
-                    let known = TOP.iter().chain(&SECTIONS).copied().chain([matrix::SECTION]);
+                    let known = TOP
+                        .iter()
+                        .chain(&SECTIONS)
+                        .copied()
+                        .chain([matrix::SECTION]);
                     faults.data(&place, format!("unknown{}", suggestion(name, known)));
                 }
             }
@@ -140,7 +144,11 @@ impl Scene {
         for section in &self.document.sections {
             let name = section.name.as_str();
             if !SECTIONS.contains(&name) {
-                let known = SECTIONS.iter().chain(&TOP).copied().chain([matrix::SECTION]);
+                let known = SECTIONS
+                    .iter()
+                    .chain(&TOP)
+                    .copied()
+                    .chain([matrix::SECTION]);
                 faults.data(
                     &section.head(),
                     format!("unknown{}", suggestion(name, known)),

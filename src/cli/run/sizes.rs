@@ -61,9 +61,7 @@ impl<'a> Sizes<'a> {
                 self.hand_on_sample(size, [&arguments.output]);
                 Some(cost::gram())
             }
-            Command::Knn(arguments) => {
-                Some(cost::knn(self.samples.get(&arguments.space)?.texels))
-            }
+            Command::Knn(arguments) => Some(cost::knn(self.samples.get(&arguments.space)?.texels)),
             Command::Mesh(arguments) => self.mesh(arguments, is_done),
             Command::Synth(arguments) => self.synth(arguments),
             Command::Render(arguments) => self.render(arguments),
