@@ -1,6 +1,6 @@
 //! The tasks of scenes: what each runs, reads and makes, which it follows, and what it takes.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use crate::cli::plan::pieces::{Made, Piece, pieces};
@@ -56,7 +56,19 @@ pub(super) struct Graph {
     pub(super) threads: usize,
     /// The task that makes a file or folder.
     makers: HashMap<PathBuf, usize>,
+    /// The stage that makes a file or folder, frames among them.
+    owners: HashMap<PathBuf, Owner>,
+    /// The folders and commands of all tasks.
+    known: HashSet<(PathBuf, Vec<String>)>,
     ids: HashMap<String, usize>,
+}
+
+/// The stage that makes something.
+#[derive(Clone)]
+struct Owner {
+    folder: PathBuf,
+    stage: Vec<String>,
+    id: String,
 }
 
 impl Graph {
@@ -125,9 +137,10 @@ impl Graph {
             makes,
             cost: piece.cost,
         };
-        if self.has_same(&task)? {
+        if !self.known.insert((task.folder.clone(), task.words.clone())) {
             return Ok(());
         }
+        self.claim(&task, &stage.words)?;
         let at = self.tasks.len();
         for made in task.makes.iter().filter_map(Made::path) {
             self.makers.insert(made.to_path_buf(), at);
@@ -157,24 +170,27 @@ impl Graph {
         (paths.into_iter().collect(), after)
     }
 
-    /// Whether another scene has the very task; one that makes the same files otherwise is an error.
-    fn has_same(&self, task: &Task) -> Result<bool> {
-        let paths = task.makes.iter().filter_map(Made::path);
-        let Some(other) = paths.filter_map(|path| self.makers.get(path)).next() else {
-            return Ok(false);
-        };
-        let other = &self.tasks[*other];
-        if (&other.words, &other.folder) == (&task.words, &task.folder) {
-            return Ok(true);
+    /// Notes what a task makes; two stages that make the same are an error.
+    fn claim(&mut self, task: &Task, stage: &[String]) -> Result<()> {
+        for made in &task.makes {
+            let owner = Owner {
+                folder: task.folder.clone(),
+                stage: stage.to_vec(),
+                id: task.id.clone(),
+            };
+            let place = made.place();
+            let first = self
+                .owners
+                .entry(place.to_path_buf())
+                .or_insert_with(|| owner.clone());
+            if (&first.folder, &first.stage) != (&owner.folder, &owner.stage) {
+                let both = format!("{} and {} both make {}", first.id, task.id, place.display());
+                return Err(Error::data("scene", both)
+                    .expected("files of their own")
+                    .advice("give the scenes other names or another `output`"));
+            }
         }
-        let same = task.makes.iter().find(|made| other.makes.contains(made));
-        let path = same.and_then(Made::path).unwrap_or(Path::new(""));
-        Err(Error::data(
-            "scene",
-            format!("{} and {} both make {}", other.id, task.id, path.display()),
-        )
-        .expected("files of their own")
-        .advice("give the scenes other names or another `output`"))
+        Ok(())
     }
 
     fn id_of(&self, scene: &str, stage: &Stage, part: &str) -> String {

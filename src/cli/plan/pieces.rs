@@ -60,6 +60,14 @@ impl Made {
         }
     }
 
+    /// The file or folder, that of frames too.
+    pub(super) fn place(&self) -> &Path {
+        match self {
+            Self::File(path) | Self::Folder(path) => path,
+            Self::Frames(frames) => &frames.folder,
+        }
+    }
+
     /// The same, in a scene's folder.
     pub(super) fn inside(&self, folder: &Path) -> Self {
         match self {

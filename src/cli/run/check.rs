@@ -274,6 +274,8 @@ impl Checked<'_> {
                     _ => head,
                 };
                 faults.error(&place, &error);
+                // Later stages are not at fault.
+                self.made.insert(draft.output.clone(), place);
                 return Vec::new();
             }
         };
