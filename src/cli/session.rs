@@ -67,9 +67,9 @@ impl Session {
         self.common.seed.unwrap_or(0)
     }
 
-    /// Whether the user gave a seed.
-    pub fn has_seed(&self) -> bool {
-        self.common.seed.is_some()
+    /// The seed that the user gave.
+    pub fn given_seed(&self) -> Option<u64> {
+        self.common.seed
     }
 
     /// The same session with another seed.

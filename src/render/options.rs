@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::format::exr::Compression;
 use crate::format::image::SourceEncoding;
 use crate::render::compass::Axis;
-use crate::render::frame_range::{FramePattern, FrameRange, LAST_FRAME, Shard};
+use crate::render::frame_range::{FramePattern, FrameRange, LAST_FRAME};
 use crate::render::nearest::Weighting;
 use crate::render::parallax::Parallax;
 use crate::render::radiance::Texels;
@@ -18,6 +18,7 @@ use crate::render::tone::{Background, ToneCurve};
 use crate::render::values::{
     Animation, ImageSize, Layer, LightSpec, Mip, Point, ProjectionKind, STANDARD_LAYERS, Sweep,
 };
+use crate::shard::Shard;
 
 /// Angles in degrees; of larger ones too few digits are left.
 const ANGLES: [f64; 2] = [-1e6, 1e6];

@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::Command;
+use crate::cli::{Command, render, textons};
 use crate::cli::outputs::Product;
 use crate::cli::plan::graph::joined;
-use crate::cli::render;
 use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
+use crate::cli::run::draft::path_word;
 use crate::cli::run::sizes::Sizes;
 use crate::error::Result;
-use crate::render::frame_range::Shard;
 use crate::render::plan::frame_range;
+use crate::shard::Shard;
 
 /// A task before it has its place among others; paths are relative to the scene.
 pub(super) struct Piece {
@@ -34,6 +34,8 @@ pub(super) enum Made {
     File(PathBuf),
     /// A folder, as a whole.
     Folder(PathBuf),
+    /// A file that another task of the stage takes up.
+    Part(PathBuf),
     /// Frames in a folder that several tasks may fill.
     Frames(Frames),
 }
@@ -55,7 +57,7 @@ impl Made {
     /// The file or folder that no other task makes.
     pub(super) fn path(&self) -> Option<&Path> {
         match self {
-            Self::File(path) | Self::Folder(path) => Some(path),
+            Self::File(path) | Self::Folder(path) | Self::Part(path) => Some(path),
             Self::Frames(_) => None,
         }
     }
@@ -63,7 +65,7 @@ impl Made {
     /// The file or folder, that of frames too.
     pub(super) fn place(&self) -> &Path {
         match self {
-            Self::File(path) | Self::Folder(path) => path,
+            Self::File(path) | Self::Folder(path) | Self::Part(path) => path,
             Self::Frames(frames) => &frames.folder,
         }
     }
@@ -73,6 +75,7 @@ impl Made {
         match self {
             Self::File(path) => Self::File(joined(folder, path)),
             Self::Folder(path) => Self::Folder(joined(folder, path)),
+            Self::Part(path) => Self::Part(joined(folder, path)),
             Self::Frames(frames) => Self::Frames(Frames {
                 folder: joined(folder, &frames.folder),
                 ..frames.clone()
@@ -84,6 +87,7 @@ impl Made {
 /// The tasks of a stage, split into so many parts at most.
 pub(super) fn pieces(stage: &Stage, sizes: &mut Sizes<'_>, shards: u32) -> Result<Vec<Piece>> {
     match &stage.command {
+        Command::Textons(arguments) => analyses(stage, arguments, sizes, shards),
         Command::Render(arguments) => renderings(stage, arguments, sizes, shards),
         _ => Ok(vec![whole(stage, sizes)?]),
     }
@@ -106,6 +110,98 @@ fn whole(stage: &Stage, sizes: &mut Sizes<'_>) -> Result<Piece> {
         cost: sizes.cost_of(stage, false),
         reads: files.reads,
     })
+}
+
+/// An analysis in parts, and their reduction.
+fn analyses(
+    stage: &Stage,
+    arguments: &textons::Arguments,
+    sizes: &mut Sizes<'_>,
+    shards: u32,
+) -> Result<Vec<Piece>> {
+    let whole = whole(stage, sizes)?;
+    let count = sizes.shares_of(arguments).min(shards);
+    let is_one_already = arguments.shard.is_some() || !arguments.reduce.is_empty();
+    if count < 2 || is_one_already {
+        return Ok(vec![whole]);
+    }
+    // The options are those of the parts; what is written beside the vocabulary is for the reduction.
+    let (beside, options): (Vec<String>, Vec<String>) =
+        options_of(stage).partition(|word| is_one_of(word, &["report", "montage", "label-map"]));
+    let head = stage.words[..2].to_vec();
+    let split = Split {
+        part: [&head[..], &options].concat(),
+        joined: [&head[..], &beside].concat(),
+        output: &arguments.output,
+        ending: "npz",
+        costs: sizes.costs_of_shares(arguments, count),
+    };
+    Ok(split.pieces(whole, count))
+}
+
+/// The options of a stage, each a word, but for its output.
+fn options_of(stage: &Stage) -> impl Iterator<Item = String> {
+    let options = stage.words.iter().filter(|word| word.starts_with("--"));
+    options.cloned()
+}
+
+/// Whether a word is one of these options with its value.
+fn is_one_of(word: &str, options: &[&str]) -> bool {
+    let name = word.trim_start_matches("--").split('=').next();
+    options.iter().any(|option| name == Some(option))
+}
+
+/// A stage that writes parts, which a last run joins.
+struct Split<'a> {
+    /// The command line of parts, without output and shard.
+    part: Vec<String>,
+    /// That of the last run, without output and parts.
+    joined: Vec<String>,
+    output: &'a Path,
+    /// What the names of parts end in.
+    ending: &'static str,
+    /// What a part takes, and the last run.
+    costs: Option<[Cost; 2]>,
+}
+
+impl Split<'_> {
+    fn pieces(self, whole: Piece, count: u32) -> Vec<Piece> {
+        let paths: Vec<PathBuf> = (0..count).map(|index| self.path(index, count)).collect();
+        let output = |path: &Path| ["-o".to_owned(), path_word(path)];
+        let parts = (0..count).zip(&paths).map(|(index, path)| {
+            let mut words = self.part.clone();
+            words.extend(output(path));
+            words.push(format!("--shard={}", Shard { index, count }));
+            Piece {
+                part: format!("{index}-of-{count}"),
+                words,
+                reads: whole.reads.clone(),
+                makes: vec![Made::Part(path.clone())],
+                cost: self.costs.map(|costs| costs[0]),
+            }
+        });
+        let mut pieces: Vec<Piece> = parts.collect();
+        let mut words = self.joined.clone();
+        words.extend(output(self.output));
+        let parts = paths.iter().map(|path| path.to_string_lossy());
+        words.extend(parts.map(|path| format!("--reduce={path}")));
+        pieces.push(Piece {
+            part: "reduce".into(),
+            words,
+            reads: whole.reads.into_iter().chain(paths).collect(),
+            makes: whole.makes,
+            cost: self.costs.map(|costs| costs[1]),
+        });
+        pieces
+    }
+
+    /// `out/a.textons.0-of-3.npz` for `out/a.textons.npz`.
+    fn path(&self, index: u32, count: u32) -> PathBuf {
+        let ending = format!(".{}", self.ending);
+        let name = self.output.to_string_lossy();
+        let stem = name.strip_suffix(&ending).unwrap_or(&name);
+        format!("{stem}.{index}-of-{count}{ending}").into()
+    }
 }
 
 /// Frames dealt out among tasks that fill one folder; frames that are there are kept.

@@ -95,6 +95,7 @@ fn literal(path: &Path) -> String {
 fn output(made: &Made) -> String {
     match made {
         Made::File(path) => literal(path),
+        Made::Part(path) => format!("temp({})", literal(path)),
         Made::Folder(path) => format!("directory({})", literal(path)),
         Made::Frames(frames) => frame_list(frames),
     }

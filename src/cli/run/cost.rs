@@ -88,6 +88,15 @@ pub(super) fn textons(
     )
 }
 
+/// Texton analysis shared among so many runs: what each takes, and the reduction.
+pub(super) fn shares_of_textons(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
+    let bytes = whole.bytes / shards;
+    [
+        Cost::new(whole.seconds / shards, bytes.max(4.0 * sample.texels)),
+        whole,
+    ]
+}
+
 /// The dot products of a vocabulary.
 pub(super) fn gram() -> Cost {
     Cost::new(0.1, 6e6)

@@ -54,7 +54,7 @@ impl Draft {
 }
 
 /// A path as a word of a command line: one that begins with `-` is no option.
-fn path_word(path: &Path) -> String {
+pub(in crate::cli) fn path_word(path: &Path) -> String {
     let text = path.to_string_lossy();
     match text.starts_with('-') {
         true => format!("./{text}"),

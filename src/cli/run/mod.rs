@@ -8,7 +8,7 @@
 pub(in crate::cli) mod check;
 pub(in crate::cli) mod cost;
 mod document;
-mod draft;
+pub(in crate::cli) mod draft;
 pub mod faults;
 mod known_files;
 mod matrix;
@@ -166,7 +166,7 @@ type RunPages<'a> = (&'a Scene, Vec<usize>);
 
 /// The session with the seed of a scene's runs; `--seed` goes before it, but not before one that varies.
 pub(in crate::cli) fn seeded(session: &Session, runs: &[Scene]) -> Result<Session> {
-    match runs.iter().any(|run| run.has_own_seed) && session.has_seed() {
+    match runs.iter().any(|run| run.has_own_seed) && session.given_seed().is_some() {
         true => Err(Error::option(
             "seed",
             "given beside a [matrix] that varies `seed`",

@@ -18,6 +18,7 @@ use crate::progress::Progress;
 use crate::render::memory::{frame_count, light_count};
 use crate::render::nearest::Weighting;
 use crate::render::renderer::{Shading, Shadows};
+use crate::texton::image_blocks::ImageBlocks;
 
 /// Rays per texel and image that `--samples auto` takes on average.
 const AUTO_SAMPLES: f64 = 12.0;
@@ -153,6 +154,30 @@ impl<'a> Sizes<'a> {
         let channels = if options.luminance { 1.0 } else { 3.0 };
         let (count, grid) = (f64::from(options.textons), f64::from(options.image_grid));
         Some(cost::textons(sample, chosen, count, grid, channels))
+    }
+
+    /// Among how many runs an analysis can be shared; 1 where that is not known.
+    pub fn shares_of(&self, arguments: &textons::Arguments) -> u32 {
+        let is_factored = Sample::open(&arguments.sample).is_ok_and(|s| s.factors().is_some());
+        let Some(sample) = self.samples.get(&arguments.sample).filter(|_| !is_factored) else {
+            return 1;
+        };
+        let images = sample.images as usize;
+        match arguments.options.chosen_of(images) < images {
+            true => images as u32,
+            false => ImageBlocks::of_all(images).count() as u32,
+        }
+    }
+
+    /// What runs that share an analysis take each, and what their reduction takes.
+    pub fn costs_of_shares(
+        &mut self,
+        arguments: &textons::Arguments,
+        shards: u32,
+    ) -> Option<[Cost; 2]> {
+        let sample = self.sample_at(&arguments.sample)?;
+        let whole = self.textons(arguments)?;
+        Some(cost::shares_of_textons(whole, sample, f64::from(shards)))
     }
 
     /// Of a mesh that is made already, the input need not be read.

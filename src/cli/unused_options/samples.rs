@@ -23,14 +23,36 @@ pub(super) const BAKE: &[Rule<bake::Arguments>] = &[Rule {
     expected: "a material with maps; a preset is as it is",
 }];
 
-pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[Rule {
-    options: &["image-grid"],
-    unused: |arguments| {
-        let takes_all = arguments.options.images == Some(ImageCount::Named(Named::All));
-        found(takes_all, "given with --images all")
+pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
+    Rule {
+        options: &["image-grid"],
+        unused: |arguments| {
+            let takes_all = arguments.options.images == Some(ImageCount::Named(Named::All));
+            found(takes_all, "given with --images all")
+        },
+        expected: "--images N: representatives are chosen on that grid",
     },
-    expected: "--images N: representatives are chosen on that grid",
-}];
+    Rule {
+        options: &[
+            "textons",
+            "images",
+            "levels",
+            "luminance",
+            "no-tile",
+            "restarts",
+            "max-iterations",
+            "image-grid",
+            "memory",
+        ],
+        unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
+        expected: "parts made with it: they say all options",
+    },
+    Rule {
+        options: &["report", "montage", "label-map"],
+        unused: |arguments| found(arguments.shard.is_some(), "given with --shard"),
+        expected: "it beside --reduce, which finds the textons",
+    },
+];
 
 pub(super) const KNN: &[Rule<KnnOptions>] = &[Rule {
     options: &["candidates"],

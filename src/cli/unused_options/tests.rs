@@ -179,6 +179,18 @@ const COMBINATIONS: &[(&str, &str)] = &[
     ("bake m.toml -o a.sample --error 0.1", "error"),
     ("bake m.toml -o a.sample --clamp --dtype f4", "clamp"),
     (
+        "textons a.sample -o a.textons.npz --reduce p.npz --textons 9",
+        "textons",
+    ),
+    (
+        "textons a.sample -o a.textons.npz --reduce p.npz --memory 1GiB",
+        "memory",
+    ),
+    (
+        "textons a.sample -o a.npz --shard 0/2 --montage m.png",
+        "montage",
+    ),
+    (
         "textons a.sample -o a.textons.npz --images all --image-grid 4",
         "image-grid",
     ),

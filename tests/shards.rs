@@ -1,0 +1,236 @@
+//! Work shared by several runs: however many shards, the same bytes as one run; parts are kept when they are whole,
+//! and what does not belong together is refused by name.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod program;
+
+use std::fs;
+use std::path::Path;
+
+use program::{mesotex, refuse, succeed};
+use tempfile::TempDir;
+
+/// Sixty-four images of 16 × 16 texels, in eight blocks.
+fn sample() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let bake = "bake --preset weave --size 16 --samples 1 --views fibonacci:8 --lights fibonacci:8 -o a.sample";
+    run(folder.path(), bake);
+    folder
+}
+
+/// Runs a line that must succeed; returns its stdout.
+fn run(folder: &Path, line: &str) -> String {
+    succeed(folder, &line.split_whitespace().collect::<Vec<_>>())
+}
+
+/// Runs a line that must be refused; returns its stderr in one line.
+fn refused(folder: &Path, line: &str, code: i32) -> String {
+    let error = refuse(folder, &line.split_whitespace().collect::<Vec<_>>(), code);
+    error.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn bytes(folder: &Path, name: &str) -> Vec<u8> {
+    fs::read(folder.join(name)).unwrap()
+}
+
+/// The names of all parts, once they are made; each by its own run, the last shard first.
+fn parts(folder: &Path, options: &str, count: usize) -> String {
+    let name = |shard: usize| format!("p{shard}of{count}.npz");
+    for shard in (0..count).rev() {
+        let output = name(shard);
+        run(
+            folder,
+            &format!("textons a.sample {options} --shard {shard}/{count} -o {output}"),
+        );
+    }
+    (0..count).map(name).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn textons_of_parts_are_those_of_one_run() {
+    let folder = sample();
+    let folder = folder.path();
+    for options in [
+        "--textons 12 --levels 2 --images 20 --seed 5",
+        "--textons 12 --levels 2 --images all --restarts 2",
+        "--textons 12 --levels 2 --images all --luminance --no-tile",
+    ] {
+        run(
+            folder,
+            &format!("textons a.sample {options} -o whole.textons.npz"),
+        );
+        let whole = bytes(folder, "whole.textons.npz");
+        for count in [1, 2, 3, 7] {
+            let parts = parts(folder, options, count);
+            let montage = "--montage m.png --report r.json --threads 1";
+            run(
+                folder,
+                &format!("textons a.sample --reduce {parts} -o joined.textons.npz {montage}"),
+            );
+            let joined = bytes(folder, "joined.textons.npz");
+            assert!(whole == joined, "{options}: {count} shards");
+        }
+    }
+    assert!(folder.join("m.png").exists() && folder.join("r.json").exists());
+    let leftovers = fs::read_dir(folder).unwrap();
+    let hidden = leftovers.filter(|entry| {
+        let name = entry.as_ref().unwrap().file_name();
+        name.to_string_lossy().starts_with('.')
+    });
+    assert_eq!(hidden.count(), 0);
+}
+
+#[test]
+fn a_part_that_is_whole_is_kept_and_any_other_is_made_anew() {
+    let folder = sample();
+    let folder = folder.path();
+    let line = "textons a.sample --textons 12 --levels 2 --images all --shard 1/3 -o p.npz";
+    let first = run(folder, line);
+    assert!(first.contains("wrote p.npz"), "{first}");
+    let made = bytes(folder, "p.npz");
+    let kept = run(folder, line);
+    assert!(
+        kept.contains("p.npz is there already: shard 1/3") && !kept.contains("wrote"),
+        "{kept}"
+    );
+    // Another shard, other options, and damaged numbers are made anew.
+    for other in ["--shard 1/3 --textons 13", "--shard 2/3"] {
+        let other = line
+            .replace("--shard 1/3", other)
+            .replace("--textons 12 ", "");
+        assert!(run(folder, &other).contains("wrote"), "{other}");
+        assert_ne!(bytes(folder, "p.npz"), made);
+        assert!(run(folder, line).contains("wrote"));
+        assert_eq!(bytes(folder, "p.npz"), made);
+    }
+    let mut damaged = made.clone();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    fs::write(folder.join("p.npz"), &damaged).unwrap();
+    let joined = "textons a.sample --reduce p.npz -o x.textons.npz";
+    assert!(refused(folder, joined, 2).contains("no part of shard 0/3, 2/3"));
+    assert!(run(folder, line).contains("wrote"));
+    assert_eq!(bytes(folder, "p.npz"), made);
+    // What this program did not make is not replaced.
+    fs::write(folder.join("p.npz"), "a letter").unwrap();
+    assert!(refused(folder, line, 2).contains("no .npz archive of this program"));
+    assert_eq!(bytes(folder, "p.npz"), b"a letter");
+}
+
+#[test]
+fn parts_that_do_not_belong_together_are_refused_by_name() {
+    let folder = sample();
+    let folder = folder.path();
+    let part = |options: &str, shard: &str, name: &str| {
+        run(
+            folder,
+            &format!("textons a.sample --levels 2 {options} --shard {shard} -o {name}"),
+        );
+    };
+    part("--textons 12 --images 9", "0/2", "a0.npz");
+    part("--textons 12 --images 9", "1/2", "a1.npz");
+    part("--textons 13 --images 9", "1/2", "b1.npz");
+    part("--textons 12 --images 9", "2/3", "c2.npz");
+    part("--textons 12 --images 9 --seed 4", "1/2", "s1.npz");
+    part("--textons 12 --images all", "1/2", "all1.npz");
+    let joined = |parts: &str, code: i32| {
+        refused(
+            folder,
+            &format!("textons a.sample --reduce {parts} -o x.textons.npz"),
+            code,
+        )
+    };
+    let others = joined("a0.npz b1.npz s1.npz all1.npz", 1);
+    for says in [
+        "b1.npz is made with --textons 13, not 12",
+        "s1.npz is made with --seed 4, not 0",
+        "all1.npz is made with --images all, not 9",
+        "as a0.npz",
+    ] {
+        assert!(others.contains(says), "{others}");
+    }
+    for (parts, says) in [
+        ("a0.npz", "no part of shard 1/2"),
+        ("a0.npz a1.npz a0.npz", "a0.npz and a0.npz are shard 0/2"),
+        ("a0.npz a1.npz c2.npz", "c2.npz is shard 2/3"),
+    ] {
+        let error = joined(parts, 2);
+        assert!(error.contains(says), "{error}");
+    }
+    let whole = bytes(folder, "a1.npz");
+    fs::write(folder.join("cut.npz"), &whole[..whole.len() / 2]).unwrap();
+    let cut = joined("a0.npz cut.npz", 1);
+    assert!(cut.contains("cut.npz") && cut.contains("cut off"), "{cut}");
+    let mut damaged = whole.clone();
+    damaged[whole.len() / 2] ^= 1;
+    fs::write(folder.join("damaged.npz"), damaged).unwrap();
+    let damaged = joined("a0.npz damaged.npz", 1);
+    assert!(
+        damaged.contains("damaged.npz: image_vectors") && damaged.contains("checksum"),
+        "{damaged}"
+    );
+    run(
+        folder,
+        "textons a.sample --levels 2 --textons 12 --images 9 -o v.textons.npz",
+    );
+    let vocabulary = joined("a0.npz v.textons.npz", 1);
+    assert!(vocabulary.contains("mesotex-textons-part"), "{vocabulary}");
+    assert!(!folder.join("x.textons.npz").exists());
+}
+
+#[test]
+fn shards_that_cannot_be_are_refused() {
+    let folder = sample();
+    let folder = folder.path();
+    let textons = |options: &str, code: i32| {
+        refused(
+            folder,
+            &format!("textons a.sample --levels 2 --textons 12 {options} -o p.npz"),
+            code,
+        )
+    };
+    for (options, says) in [
+        ("--images 9 --shard 0/65", "at most 64 shards"),
+        ("--images all --shard 0/9", "at most 8 shards"),
+        ("--shard 3/3", "no shard i/n"),
+        ("--shard 0/2 --reduce a.npz", "cannot be given with --reduce"),
+    ] {
+        let error = textons(options, 2);
+        assert!(error.contains(says), "{error}");
+    }
+    // Parts of another sample.
+    run(
+        folder,
+        "bake --preset bark --size 16 --samples 1 --views fibonacci:3 --lights fibonacci:3 -o b.sample",
+    );
+    for shard in ["0/2", "1/2"] {
+        let name = format!("b{}.npz", &shard[..1]);
+        let line = "textons b.sample --levels 2 --textons 12 --images 5 --shard";
+        run(folder, &format!("{line} {shard} -o {name}"));
+    }
+    let other = refused(
+        folder,
+        "textons a.sample --reduce b0.npz b1.npz -o x.textons.npz",
+        1,
+    );
+    assert!(
+        other.contains("b0.npz is of the sample") && other.contains("b1.npz is of the sample"),
+        "{other}"
+    );
+    let seed = refused(
+        folder,
+        "textons b.sample --reduce b0.npz b1.npz -o x.textons.npz --seed 3",
+        2,
+    );
+    assert!(seed.contains("--seed: 3, of parts made with 0"), "{seed}");
+    // A factored sample has few planes, which one run reads.
+    run(folder, "factor a.sample -o f.sample --rank 4");
+    let factored = refused(
+        folder,
+        "textons f.sample --levels 2 --textons 12 --shard 0/2 -o p.npz",
+        2,
+    );
+    assert!(factored.contains("rank 4"), "{factored}");
+    assert!(mesotex(folder, &["info", "b0.npz"]).status.success());
+}
