@@ -23,7 +23,7 @@ pub mod dot_products;
 mod eigenplanes;
 pub mod filter_bank;
 pub mod gram_kmeans;
-mod image_blocks;
+pub mod image_blocks;
 mod image_products;
 mod image_stack;
 mod level;

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::{Command, render, textons};
 use crate::cli::outputs::Product;
 use crate::cli::plan::graph::joined;
 use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::draft::path_word;
 use crate::cli::run::sizes::Sizes;
+use crate::cli::{Command, render, textons};
 use crate::error::Result;
 use crate::render::plan::frame_range;
 use crate::shard::Shard;

@@ -16,14 +16,30 @@ pub(super) fn text(graph: &Graph) -> String {
     let folders: Vec<String> = folders
         .map(|folder| quoted(&folder.to_string_lossy()))
         .collect();
-    let _ = writeln!(text, "# step 1 of {steps}\nmkdir -p {}", folders.join(" "));
+    let folders = folders.join(" ");
+    let _ = writeln!(text, "# step 1 of {steps}: folders\nmkdir -p {folders}");
     for step in 0..graph.steps() {
-        let _ = writeln!(text, "# step {} of {steps}", step + 2);
+        let takes = takes(graph, step);
+        let _ = writeln!(text, "# step {} of {steps}: {takes}", step + 2);
         for task in graph.of_step(step) {
             let _ = writeln!(text, "{}", line(task));
         }
     }
     text
+}
+
+/// What the tasks of a step take; the largest counts, and what is not known is left out.
+fn takes(graph: &Graph, step: usize) -> String {
+    let largest = |value: &dyn Fn(&Task) -> Option<f64>| {
+        let values = graph.of_step(step).filter_map(value);
+        values.fold(0.0, f64::max).ceil()
+    };
+    format!(
+        "{} tasks, the largest {} s and {} MiB",
+        graph.of_step(step).count(),
+        largest(&|task| graph.seconds_of(task)),
+        largest(&|task| Some(task.cost?.bytes / f64::from(1 << 20))),
+    )
 }
 
 /// The command of a task, run in its folder.
