@@ -71,12 +71,12 @@ fn task<'a>(plan: &'a Value, id: &str) -> &'a Value {
         })
 }
 
-/// Products of a run: everything but what belongs to one machine, and pages.
+/// Products of a run: everything but what belongs to one machine, pages, and parts.
 fn products(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut made = files(&folder.join("out"));
     made.retain(|path, _| {
         let name = path.to_string_lossy();
-        !name.ends_with(".html") && name != "run.json" && !name.contains("cache")
+        !name.ends_with(".html") && name != "run.json" && !name.contains("cache") && !name.contains("-of-")
     });
     made
 }

@@ -15,6 +15,8 @@ use crate::format::ours::PLAN_MARK;
 /// and other machines are slower.
 const MEMORY_MARGIN: f64 = 2.0;
 const TIME_MARGIN: f64 = 4.0;
+/// What Snakemake itself takes where a task runs, in megabytes.
+const ENGINE: f64 = 200.0;
 
 /// The text of a plan.
 pub(super) fn text(graph: &Graph) -> String {
@@ -78,7 +80,7 @@ fn resources(text: &mut String, graph: &Graph, task: &Task) {
     let (Some(cost), Some(seconds)) = (task.cost, graph.seconds_of(task)) else {
         return;
     };
-    let megabytes = (MEMORY_MARGIN * cost.bytes / 1e6).ceil() as u64;
+    let megabytes = (ENGINE + MEMORY_MARGIN * cost.bytes / 1e6).ceil() as u64;
     let minutes = (TIME_MARGIN * seconds / 60.0).ceil() as u64 + 1;
     let values = [("mem_mb", megabytes), ("runtime", minutes)];
     let values =
