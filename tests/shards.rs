@@ -194,7 +194,10 @@ fn shards_that_cannot_be_are_refused() {
         ("--images 9 --shard 0/65", "at most 64 shards"),
         ("--images all --shard 0/9", "at most 8 shards"),
         ("--shard 3/3", "no shard i/n"),
-        ("--shard 0/2 --reduce a.npz", "cannot be given with --reduce"),
+        (
+            "--shard 0/2 --reduce a.npz",
+            "cannot be given with --reduce",
+        ),
     ] {
         let error = textons(options, 2);
         assert!(error.contains(says), "{error}");

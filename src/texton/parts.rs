@@ -642,11 +642,7 @@ mod tests {
         let options: TextonOptions =
             toml::from_str("textons = 6\nlevels = 2\nimages = 7\nimage-grid = 3").unwrap();
         let quiet = Progress::silent();
-        for routes in [
-            (0, ImageVectors::Folded),
-            (1, ImageVectors::Folded),
-            (1, ImageVectors::Exact),
-        ] {
+        for routes in [(1, ImageVectors::Folded), (1, ImageVectors::Exact)] {
             let study = Study::decided(&sample, &options, routes, None).unwrap();
             let whole = analysis::find(&study, None, quiet).unwrap().vocabulary;
             let whole = whole.write(&at("whole.npz")).unwrap();
