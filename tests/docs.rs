@@ -72,7 +72,8 @@ fn words_of(command: &str) -> Option<Vec<String>> {
         .strip_prefix("cargo run --release -- ")
         .or_else(|| command.strip_prefix("mesotex "))?;
     let mut words = cut_down(rest.split_whitespace());
-    if words[0] == "bake" && !words.iter().any(|word| word == "--samples") {
+    let says_samples = |word: &String| word == "--samples" || word == "--reduce";
+    if words[0] == "bake" && !words.iter().any(says_samples) {
         words.extend(["--samples", "1"].map(str::to_owned));
     }
     Some(words)

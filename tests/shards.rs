@@ -8,7 +8,7 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use program::{mesotex, refuse, succeed};
+use program::{files, mesotex, refuse, succeed};
 use tempfile::TempDir;
 
 /// Sixty-four images of 16 × 16 texels, in eight blocks.
@@ -236,4 +236,170 @@ fn shards_that_cannot_be_are_refused() {
     );
     assert!(factored.contains("rank 4"), "{factored}");
     assert!(mesotex(folder, &["info", "b0.npz"]).status.success());
+}
+
+/// Bakes all parts of a line's sample; their names.
+fn baked_parts(folder: &Path, line: &str, count: usize) -> String {
+    let name = |shard: usize| format!("bake.{shard}of{count}");
+    for shard in (0..count).rev() {
+        run(
+            folder,
+            &format!("{line} --shard {shard}/{count} -o {}", name(shard)),
+        );
+    }
+    (0..count).map(name).collect::<Vec<_>>().join(" ")
+}
+
+const GLOSSY: &str = "bake --preset scales --size 16 --views fibonacci:7 --lights fibonacci:6";
+
+#[test]
+fn a_bake_of_parts_is_that_of_one_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for options in [
+        "--samples auto --error 0.3 --bounces 1 --seed 9",
+        "--samples 2 --angular-filter on --light-diameter 9 --dtype f4",
+    ] {
+        let line = format!("{GLOSSY} {options}");
+        run(folder, &format!("{line} -o whole.sample"));
+        let whole = files(&folder.join("whole.sample"));
+        assert_eq!(whole.len(), 3);
+        for count in [1, 2, 3, 7] {
+            let parts = baked_parts(folder, &line, count);
+            run(folder, &format!("bake --reduce {parts} -o joined.sample"));
+            let joined = files(&folder.join("joined.sample"));
+            assert!(whole == joined, "{options}: {count} shards");
+        }
+    }
+    assert!(run(folder, "info bake.1of3").contains("shard 1/3"));
+}
+
+#[test]
+fn a_baked_part_is_kept_or_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let line = format!("{GLOSSY} --samples 1 --shard 1/2 -o part");
+    run(folder, &line);
+    let made = files(&folder.join("part"));
+    assert!(run(folder, &line).contains("part is there already: shard 1/2"));
+    // Damaged values are found by their hash and made anew.
+    let array = folder.join("part/radiance.npy");
+    let mut damaged = fs::read(&array).unwrap();
+    let last = damaged.len() - 1;
+    damaged[last] ^= 1;
+    fs::write(&array, damaged).unwrap();
+    assert!(run(folder, &line).contains("wrote part"));
+    assert_eq!(files(&folder.join("part")), made);
+    // What a killed run leaves: some whole images and a torn one.
+    let description = String::from_utf8(fs::read(folder.join("part/btf.json")).unwrap()).unwrap();
+    let id = description.split("\"id\": \"").nth(1).unwrap()[..32].to_owned();
+    let no_id = mesotex::format::id::ContentId::of_bytes(b"").to_string();
+    let partial = folder.join(".part.partial");
+    fs::rename(folder.join("part"), &partial).unwrap();
+    fs::write(
+        partial.join("unfinished.json"),
+        description.replace(&id, &no_id).trim_end(),
+    )
+    .unwrap();
+    fs::remove_file(partial.join("btf.json")).unwrap();
+    let array = &made[Path::new("radiance.npy")];
+    fs::write(partial.join("radiance.npy"), &array[..array.len() / 2]).unwrap();
+    let gone_on = run(folder, &format!("{line} --json"));
+    let report: serde_json::Value = serde_json::from_str(&gone_on).unwrap();
+    let resumed = report["resumed"].as_u64().unwrap();
+    assert!((1..24).contains(&resumed), "{gone_on}");
+    assert_eq!(files(&folder.join("part")), made);
+    assert!(!partial.exists());
+    // A folder of the user is not replaced.
+    fs::create_dir(folder.join("letters")).unwrap();
+    fs::write(folder.join("letters/one.txt"), "dear").unwrap();
+    let refusal = refused(folder, &line.replace("-o part", "-o letters"), 2);
+    assert!(refusal.contains("one.txt"), "{refusal}");
+}
+
+#[test]
+fn baked_parts_that_do_not_belong_together_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let line = format!("{GLOSSY} --samples 1");
+    let part = |options: &str, output: &str| {
+        run(folder, &format!("{line} {options} -o {output}"));
+    };
+    part("--shard 0/2", "a0");
+    part("--shard 1/2", "a1");
+    part("--shard 1/2 --bounces 1", "b1");
+    part("--shard 1/2 --seed 4", "s1");
+    part("--shard 2/3", "c2");
+    part("", "whole.sample");
+    let joined = |parts: &str, code: i32| {
+        refused(folder, &format!("bake --reduce {parts} -o x.sample"), code)
+    };
+    let others = joined("a0 b1 s1", 1);
+    for says in ["b1 has bounces 1, not 0", "seed 4, not 0", "as a0"] {
+        assert!(others.contains(says), "{others}");
+    }
+    for (parts, code, says) in [
+        ("a0", 2, "no part of shard 1/2"),
+        ("a0 a1 a1", 2, "a1 and a1 are shard 1/2"),
+        ("a0 a1 c2", 2, "c2 is shard 2/3"),
+        (
+            "a0 whole.sample",
+            1,
+            "a part, as `mesotex bake --shard` writes it",
+        ),
+        ("a0 a1 --seed 3", 2, "--seed: 3, of parts made with 0"),
+        ("a0 nothing", 1, "nothing"),
+    ] {
+        let error = joined(parts, code);
+        assert!(error.contains(says), "{error}");
+    }
+    let array = folder.join("a1/radiance.npy");
+    let sound = fs::read(&array).unwrap();
+    fs::write(&array, &sound[..sound.len() - 7]).unwrap();
+    let cut = joined("a0 a1", 1);
+    assert!(cut.contains("a1/radiance.npy"), "{cut}");
+    let mut damaged = sound.clone();
+    *damaged.last_mut().unwrap() ^= 1;
+    fs::write(&array, damaged).unwrap();
+    let damaged = joined("a0 a1", 1);
+    assert!(
+        damaged.contains("a1/radiance.npy: hash") && damaged.contains("damaged"),
+        "{damaged}"
+    );
+    assert!(!folder.join("x.sample").exists());
+    let many = refused(folder, &format!("{line} --shard 0/8 -o p"), 2);
+    assert!(many.contains("at most 7 shards"), "{many}");
+}
+
+#[test]
+fn frames_of_shards_are_those_of_one_run() {
+    let folder = sample();
+    let folder = folder.path();
+    for line in [
+        "textons a.sample -o a.textons.npz --textons 8 --levels 2",
+        "gram a.textons.npz -o a.space.npz",
+        "knn a.space.npz -o a.knn.npz --k 3 --neighborhood 3",
+        "synth a.space.npz a.knn.npz --grid 16x16 -o a.map.ply --k 3 --levels 1",
+    ] {
+        run(folder, line);
+    }
+    let render =
+        "render a.sample a.map.ply --size 24x18 --sweep light-azimuth --frames 8 --skip-existing";
+    run(folder, &format!("{render} -o whole"));
+    let whole = files(&folder.join("whole"));
+    for count in [2, 3, 7] {
+        let output = format!("of{count}");
+        let shard = |index: usize| format!("{render} -o {output} --shard {index}/{count}");
+        for index in (0..count).rev() {
+            run(folder, &shard(index));
+        }
+        let made = files(&folder.join(&output));
+        assert!(whole == made, "{count} shards");
+        let again = run(folder, &shard(0));
+        assert!(
+            again.contains("frames kept") && again.contains("0 frames of"),
+            "{again}"
+        );
+        assert!(files(&folder.join(&output)) == made);
+    }
 }

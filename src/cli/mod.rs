@@ -235,7 +235,7 @@ impl Command {
     /// What a user types to go on after an interruption.
     fn if_interrupted(&self) -> &'static str {
         match self {
-            Self::Bake(_) => bake::IF_INTERRUPTED,
+            Self::Bake(arguments) => arguments.if_interrupted(),
             Self::Synth(arguments) => arguments.if_interrupted(),
             Self::Render(_) => render::IF_INTERRUPTED,
             Self::Run(_) | Self::Demo(_) => CHAIN_IF_INTERRUPTED,

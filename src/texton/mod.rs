@@ -53,7 +53,7 @@ mod oracle;
 
 pub use analysis::{Analysis, analyze, find};
 pub use options::TextonOptions;
-pub use parts::{PartReport, Parts, write_part};
+pub use parts::{PartFile, PartReport, Parts, write_part};
 pub use report::{AnalysisReport, LevelReport};
 pub use study::Study;
 pub use vocabulary::{FoundVocabulary, StoredVocabulary, Vocabulary, VocabularyLevel};

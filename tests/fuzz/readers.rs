@@ -37,6 +37,7 @@ use mesotex::sites::vertices::surface_options::SurfaceOptions;
 use mesotex::synthesis::checkpoint::Checkpoint;
 use mesotex::synthesis::inputs::{Inputs, LevelMap};
 use mesotex::synthesis::options::SynthesisOptions;
+use mesotex::texton::PartFile;
 use mesotex::texton::vocabulary::StoredVocabulary;
 
 use crate::bonn_files;
@@ -344,6 +345,13 @@ fn product_readers() -> Vec<Reader> {
             "a.textons.npz",
             vec![corpus::vocabulary(false), corpus::vocabulary(true)],
             |path| from_vocabulary(&StoredVocabulary::open(path)?),
+        ),
+        reader(
+            "texton part",
+            zip,
+            "p.npz",
+            vec![corpus::texton_part()],
+            PartFile::read,
         ),
         reader("space", zip, "a.space.npz", spaces, Space::read),
         reader("knn", zip, "a.knn.npz", vec![corpus::table().1], use_table),

@@ -13,7 +13,8 @@ use crate::exemplar::space::{self, Features, Kind, Space};
 use crate::format::npz;
 use crate::grid::TexelGrid;
 use crate::synthesis::faces::levels_file;
-use crate::texton::parts::{self, PartFile};
+use crate::texton::PartFile;
+use crate::texton::parts;
 use crate::texton::vocabulary::{self, StoredVocabulary};
 
 /// Reads an archive and says what it holds.
