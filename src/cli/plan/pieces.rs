@@ -8,7 +8,7 @@ use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::draft::path_word;
 use crate::cli::run::sizes::Sizes;
-use crate::cli::{Command, render, textons};
+use crate::cli::{Command, bake, render, textons};
 use crate::error::Result;
 use crate::render::plan::frame_range;
 use crate::shard::Shard;
@@ -34,10 +34,19 @@ pub(super) enum Made {
     File(PathBuf),
     /// A folder, as a whole.
     Folder(PathBuf),
-    /// A file that another task of the stage takes up.
-    Part(PathBuf),
+    /// What another task of the stage takes up.
+    Part(PathBuf, PartKind),
     /// Frames in a folder that several tasks may fill.
     Frames(Frames),
+}
+
+/// What a part is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PartKind {
+    /// A file.
+    File,
+    /// A folder.
+    Folder,
 }
 
 /// Frames of one task.
@@ -57,7 +66,7 @@ impl Made {
     /// The file or folder that no other task makes.
     pub(super) fn path(&self) -> Option<&Path> {
         match self {
-            Self::File(path) | Self::Folder(path) | Self::Part(path) => Some(path),
+            Self::File(path) | Self::Folder(path) | Self::Part(path, _) => Some(path),
             Self::Frames(_) => None,
         }
     }
@@ -65,7 +74,7 @@ impl Made {
     /// The file or folder, that of frames too.
     pub(super) fn place(&self) -> &Path {
         match self {
-            Self::File(path) | Self::Folder(path) | Self::Part(path) => path,
+            Self::File(path) | Self::Folder(path) | Self::Part(path, _) => path,
             Self::Frames(frames) => &frames.folder,
         }
     }
@@ -75,7 +84,7 @@ impl Made {
         match self {
             Self::File(path) => Self::File(joined(folder, path)),
             Self::Folder(path) => Self::Folder(joined(folder, path)),
-            Self::Part(path) => Self::Part(joined(folder, path)),
+            Self::Part(path, kind) => Self::Part(joined(folder, path), *kind),
             Self::Frames(frames) => Self::Frames(Frames {
                 folder: joined(folder, &frames.folder),
                 ..frames.clone()
@@ -87,6 +96,7 @@ impl Made {
 /// The tasks of a stage, split into so many parts at most.
 pub(super) fn pieces(stage: &Stage, sizes: &mut Sizes<'_>, shards: u32) -> Result<Vec<Piece>> {
     match &stage.command {
+        Command::Bake(arguments) => bakes(stage, arguments, sizes, shards),
         Command::Textons(arguments) => analyses(stage, arguments, sizes, shards),
         Command::Render(arguments) => renderings(stage, arguments, sizes, shards),
         _ => Ok(vec![whole(stage, sizes)?]),
@@ -112,6 +122,35 @@ fn whole(stage: &Stage, sizes: &mut Sizes<'_>) -> Result<Piece> {
     })
 }
 
+/// A bake in slices of its views, and the run that joins them.
+fn bakes(
+    stage: &Stage,
+    arguments: &bake::Arguments,
+    sizes: &mut Sizes<'_>,
+    shards: u32,
+) -> Result<Vec<Piece>> {
+    let whole = whole(stage, sizes)?;
+    let views = arguments.options.views.directions()?.len() as u32;
+    let count = views.min(shards);
+    // What is drawn beside the sample needs the whole bake in one run.
+    let is_alone = arguments.preview.is_some() || arguments.surface.is_some();
+    let is_one_already = arguments.shard.is_some() || !arguments.reduce.is_empty();
+    if count < 2 || is_alone || is_one_already {
+        return Ok(vec![whole]);
+    }
+    let material = arguments.material.iter().map(|path| path_word(path));
+    let head = std::iter::once(stage.words[0].clone()).chain(material);
+    let split = Split {
+        part: head.chain(options_of(stage)).collect(),
+        joined: vec![stage.words[0].clone()],
+        output: &arguments.output,
+        ending: ".sample",
+        kind: PartKind::Folder,
+        costs: sizes.costs_of_slices(arguments, count),
+    };
+    Ok(split.pieces(whole, count))
+}
+
 /// An analysis in parts, and their reduction.
 fn analyses(
     stage: &Stage,
@@ -133,7 +172,8 @@ fn analyses(
         part: [&head[..], &options].concat(),
         joined: [&head[..], &beside].concat(),
         output: &arguments.output,
-        ending: "npz",
+        ending: ".npz",
+        kind: PartKind::File,
         costs: sizes.costs_of_shares(arguments, count),
     };
     Ok(split.pieces(whole, count))
@@ -158,8 +198,10 @@ struct Split<'a> {
     /// That of the last run, without output and parts.
     joined: Vec<String>,
     output: &'a Path,
-    /// What the names of parts end in.
+    /// What the output ends in.
     ending: &'static str,
+    /// What a part is.
+    kind: PartKind,
     /// What a part takes, and the last run.
     costs: Option<[Cost; 2]>,
 }
@@ -173,10 +215,10 @@ impl Split<'_> {
             words.extend(output(path));
             words.push(format!("--shard={}", Shard { index, count }));
             Piece {
-                part: format!("{index}-of-{count}"),
+                part: format!("{index}of{count}"),
                 words,
                 reads: whole.reads.clone(),
-                makes: vec![Made::Part(path.clone())],
+                makes: vec![Made::Part(path.clone(), self.kind)],
                 cost: self.costs.map(|costs| costs[0]),
             }
         });
@@ -185,22 +227,30 @@ impl Split<'_> {
         words.extend(output(self.output));
         let parts = paths.iter().map(|path| path.to_string_lossy());
         words.extend(parts.map(|path| format!("--reduce={path}")));
+        // An analysis looks at the chosen images of its sample; slices of a bake are all that it is.
+        let also = match self.kind {
+            PartKind::File => whole.reads,
+            PartKind::Folder => Vec::new(),
+        };
         pieces.push(Piece {
             part: "reduce".into(),
             words,
-            reads: whole.reads.into_iter().chain(paths).collect(),
+            reads: also.into_iter().chain(paths).collect(),
             makes: whole.makes,
             cost: self.costs.map(|costs| costs[1]),
         });
         pieces
     }
 
-    /// `out/a.textons.0-of-3.npz` for `out/a.textons.npz`.
+    /// `out/a.textons.0of3.npz` for `out/a.textons.npz`, and `out/a.0of3` for the folder `out/a.sample`.
     fn path(&self, index: u32, count: u32) -> PathBuf {
-        let ending = format!(".{}", self.ending);
         let name = self.output.to_string_lossy();
-        let stem = name.strip_suffix(&ending).unwrap_or(&name);
-        format!("{stem}.{index}-of-{count}{ending}").into()
+        let stem = name.strip_suffix(self.ending).unwrap_or(&name);
+        let ending = match self.kind {
+            PartKind::File => self.ending,
+            PartKind::Folder => "",
+        };
+        format!("{stem}.{index}of{count}{ending}").into()
     }
 }
 
@@ -238,7 +288,7 @@ fn renderings(
         }
         if count > 1 {
             piece.words.push(format!("--shard={shard}"));
-            piece.part = format!("{index}-of-{count}");
+            piece.part = format!("{index}of{count}");
             piece.cost = sizes.cost_of_frames(arguments, own.len());
         }
         Ok(piece)

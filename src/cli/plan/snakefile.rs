@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::cli::plan::graph::{Graph, Task};
-use crate::cli::plan::pieces::{Frames, Made};
+use crate::cli::plan::pieces::{Frames, Made, PartKind};
 use crate::cli::plan::shell;
 use crate::format::ours::PLAN_MARK;
 
@@ -97,7 +97,8 @@ fn literal(path: &Path) -> String {
 fn output(made: &Made) -> String {
     match made {
         Made::File(path) => literal(path),
-        Made::Part(path) => format!("temp({})", literal(path)),
+        Made::Part(path, PartKind::File) => format!("temp({})", literal(path)),
+        Made::Part(path, PartKind::Folder) => format!("temp(directory({}))", literal(path)),
         Made::Folder(path) => format!("directory({})", literal(path)),
         Made::Frames(frames) => frame_list(frames),
     }

@@ -59,6 +59,27 @@ pub(super) fn bake(sample: SampleSize, samples: f64, bounces: f64, slant: f64) -
     )
 }
 
+/// A bake in so many slices of its views: what each takes, and to join them.
+pub(super) fn slices_of_bake(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
+    let setup = bake(
+        SampleSize {
+            images: 0.0,
+            ..sample
+        },
+        0.0,
+        0.0,
+        USUAL_SLANT,
+    )
+    .seconds;
+    let slice = Cost {
+        seconds: setup + (whole.seconds - setup) / shards,
+        ..whole
+    };
+    // Bytes are copied and hashed.
+    let copied = 6.0 * sample.texels * sample.images;
+    [slice, Cost::new(0.02 + 1e-9 * copied, 10e6)]
+}
+
 /// The most texels of which all products are kept; more are projected first.
 const MOST_DENSE_TEXELS: f64 = 16_384.0;
 

@@ -156,6 +156,17 @@ impl<'a> Sizes<'a> {
         Some(cost::textons(sample, chosen, count, grid, channels))
     }
 
+    /// What slices of a bake take each, and what it takes to join them.
+    pub fn costs_of_slices(
+        &mut self,
+        arguments: &bake::Arguments,
+        shards: u32,
+    ) -> Option<[Cost; 2]> {
+        let whole = self.bake(arguments)?;
+        let sample = self.sample_at(&arguments.output)?;
+        Some(cost::slices_of_bake(whole, sample, f64::from(shards)))
+    }
+
     /// Among how many runs an analysis can be shared; 1 where that is not known.
     pub fn shares_of(&self, arguments: &textons::Arguments) -> u32 {
         let is_factored = Sample::open(&arguments.sample).is_ok_and(|s| s.factors().is_some());
