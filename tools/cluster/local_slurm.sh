@@ -11,7 +11,8 @@
 # this "multiple slurmd support"; Debian's packages have it). The script says which it is.
 #
 # Needs root and Debian's packages: apt-get install slurmctld slurmd slurm-client munge
-# Then, in any shell: export SLURM_CONF=DIR/slurm.conf
+# Where there is no /etc/slurm/slurm.conf, it becomes a link to the one in DIR until the cluster stops: engines clear
+# SLURM_CONF from the environment of their jobs. Where there is one, this machine is part of a cluster: it refuses.
 set -eu
 
 command=${1:-}
@@ -138,14 +139,33 @@ kill_node() {
     [ "$(cat "$dir/mode")" != namespaces ] || ip -n "$(name_of "$1")" link set eth0 down 2>/dev/null || true
 }
 
+etc=/etc/slurm
+
+link_configuration() {
+    for file in slurm.conf cgroup.conf; do
+        ln -sf "$dir/$file" "$etc/$file"
+    done
+}
+
+unlink_configuration() {
+    for file in slurm.conf cgroup.conf; do
+        [ "$(readlink "$etc/$file")" != "$dir/$file" ] || rm "$etc/$file"
+    done
+}
+
 start() {
     nodes=${1:-3}
+    if [ -e $etc/slurm.conf ]; then
+        echo "$etc/slurm.conf is there: this machine is part of a cluster already" >&2
+        exit 1
+    fi
     mode=ports
     if has_namespaces; then mode=namespaces; fi
     echo $mode > "$dir/mode"
     echo "$nodes" > "$dir/nodes"
     mkdir -p "$dir/state"
     write_configuration "$nodes"
+    link_configuration
     start_munge
     [ $mode != namespaces ] || add_network
     slurmctld -f "$dir/slurm.conf"
@@ -153,7 +173,6 @@ start() {
         [ $mode != namespaces ] || add_namespace "$node"
         start_node "$node"
     done
-    export SLURM_CONF="$dir/slurm.conf"
     for try in $(seq 60); do
         idle=$(sinfo -h -N -o %T 2>/dev/null | grep -c '^idle$' || true)
         [ "$idle" != "$nodes" ] || break
@@ -165,7 +184,6 @@ start() {
         namespaces) echo "every node is a network namespace" ;;
         ports) echo "nodes differ by their ports: this kernel allows no network namespaces" ;;
     esac
-    echo "export SLURM_CONF=$dir/slurm.conf"
 }
 
 stop() {
@@ -182,6 +200,7 @@ stop() {
         done
         ip link del $bridge 2>/dev/null || true
     fi
+    unlink_configuration
 }
 
 case $command in

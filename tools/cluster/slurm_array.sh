@@ -14,8 +14,10 @@ if [ "${MESOTEX_STEP:-}" ]; then
     line=$((MESOTEX_FIRST + SLURM_ARRAY_TASK_ID))
     command=$(awk -v step="$MESOTEX_STEP" -v line="$line" \
         '/^# step / { at = $3; next } at == step && ++count == line' "$MESOTEX_PLAN")
-    echo "$(hostname): $command"
+    begin=$(date +%s.%N)
     eval "$command"
+    # tools/simulate_cluster.py reads this line.
+    echo "$(hostname) $begin $(date +%s.%N): $command"
     exit
 fi
 

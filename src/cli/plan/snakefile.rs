@@ -30,6 +30,9 @@ pub(super) fn text(graph: &Graph) -> String {
             task.inputs.iter().map(|path| literal(path)),
         );
         list(&mut text, "output", task.makes.iter().map(output));
+        if is_analysis(task) {
+            let _ = writeln!(text, "    group: \"analysis\"");
+        }
         let _ = writeln!(text, "    threads: {}", graph.threads);
         resources(&mut text, graph, task);
         let command = shell::line(task).replace('{', "{{").replace('}', "}}");
@@ -46,6 +49,12 @@ pub(super) fn text(graph: &Graph) -> String {
         last.map(|(name, _)| format!("rules.{name}.output")),
     );
     text
+}
+
+/// Whether a task is one of the short ones between sample and table, which follow each other on one machine.
+fn is_analysis(task: &Task) -> bool {
+    let is_part = |made: &Made| matches!(made, Made::Part(..));
+    ["textons", "gram", "knn"].contains(&task.stage.as_str()) && !task.makes.iter().any(is_part)
 }
 
 /// The names of rules: letters, digits and underscores.
