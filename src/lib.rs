@@ -62,6 +62,7 @@ pub mod neighborhood;
 pub mod progress;
 pub(crate) mod radial_basis;
 pub mod random;
+pub mod shard;
 
 pub mod format;
 

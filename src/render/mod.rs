@@ -62,7 +62,7 @@ pub use camera::{Camera, Projection, View};
 pub use cover::Cover;
 pub use fill::Fill;
 pub use frame::{Frame, GeometryLayers, LayerGroup};
-pub use frame_range::{FramePattern, FrameRange, Shard};
+pub use frame_range::{FramePattern, FrameRange};
 pub use front::Front;
 pub use light::{Light, Origin};
 pub use option_values::{

@@ -32,6 +32,21 @@ pub struct PlannedFrame {
 /// Frames of a sweep when nothing says how many.
 const DEFAULT_SWEEP: u32 = 24;
 
+/// The numbers of the frames that a sweep has.
+pub fn frame_range(options: &RenderOptions) -> Result<FrameRange> {
+    Ok(range_of(options, read_rows(options)?.len() as u32))
+}
+
+fn range_of(options: &RenderOptions, rows: u32) -> FrameRange {
+    options.sweep.frames.unwrap_or_else(|| {
+        FrameRange::count(match (&options.sweep.kind, rows) {
+            (Sweep::None, 0) => 1,
+            (_, 0) => options.sweep.sweep_length.unwrap_or(DEFAULT_SWEEP),
+            (_, rows) => rows,
+        })
+    })
+}
+
 /// Works out the frames of a sweep round a mesh.
 ///
 /// Positions that options and files name are in the coordinates of the mesh's file. Frames count from the
@@ -44,7 +59,7 @@ pub fn plan(
     options.validate()?;
     let rows = read_rows(options)?;
     let planner = Planner::new(options, subject, &rows, progress)?;
-    let range = planner.range();
+    let range = range_of(options, rows.len() as u32);
     let length = planner.length(range)?;
     options
         .files
@@ -97,16 +112,6 @@ impl<'a> Planner<'a> {
             rows,
             cameras: CameraPlan::new(options, subject, rows),
             environment,
-        })
-    }
-
-    fn range(&self) -> FrameRange {
-        self.options.sweep.frames.unwrap_or_else(|| {
-            FrameRange::count(match (&self.options.sweep.kind, self.rows.len() as u32) {
-                (Sweep::None, 0) => 1,
-                (_, 0) => self.options.sweep.sweep_length.unwrap_or(DEFAULT_SWEEP),
-                (_, rows) => rows,
-            })
         })
     }
 

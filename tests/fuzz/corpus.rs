@@ -279,6 +279,21 @@ pub fn vocabulary(of_factors: bool) -> Vec<u8> {
     })
 }
 
+/// A part of a texton analysis.
+pub fn texton_part() -> Vec<u8> {
+    let meta = json!({
+        "format": "mesotex-textons-part", "version": 1, "shard": "1/3", "program": "0.1.0",
+        "sample": ContentId::of_bytes(b"sample").to_string(), "holds": "image-vectors",
+        "sketched_levels": 0, "image_vectors": "exact", "options": {"textons": 8}
+    });
+    file_bytes("p.npz", |path| {
+        npz::write(path, meta.as_object().unwrap().clone(), |file| {
+            file.array("image_vectors", Array2::<f32>::eye(6).view())
+        })
+        .unwrap();
+    })
+}
+
 /// A space of textons.
 pub fn space() -> Space {
     let level = |side: u32| SpaceLevel {

@@ -27,7 +27,7 @@ use mesotex::render::path_file;
 use mesotex::sites::SurfaceOptions;
 use mesotex::sites::vertices::{cache, prepare};
 use mesotex::synthesis::{Checkpoint, Inputs, LevelMap, SynthesisOptions};
-use mesotex::texton::StoredVocabulary;
+use mesotex::texton::{PartFile, StoredVocabulary};
 
 use crate::bonn_files;
 use crate::corpus;
@@ -334,6 +334,13 @@ fn product_readers() -> Vec<Reader> {
             "a.textons.npz",
             vec![corpus::vocabulary(false), corpus::vocabulary(true)],
             |path| space_of_vocabulary(&StoredVocabulary::open(path)?),
+        ),
+        reader(
+            "texton part",
+            zip,
+            "p.npz",
+            vec![corpus::texton_part()],
+            PartFile::read,
         ),
         reader("space", zip, "a.space.npz", spaces, Space::read),
         reader("knn", zip, "a.knn.npz", vec![corpus::table().1], use_table),

@@ -8,7 +8,7 @@ use crate::btf::bake::maps::read_set;
 use crate::btf::bonn::signature::Signature;
 use crate::btf::import::{is_set, lists_in};
 use crate::btf::sample::DESCRIPTION;
-use crate::cli::run::scene::SECTIONS;
+use crate::cli::run::sections::SECTIONS;
 use crate::error::{Error, Result};
 use crate::maps::atlas_map::ATLAS_FOLDER;
 use crate::maps::face_map::FaceMap;

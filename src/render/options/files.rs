@@ -4,10 +4,11 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::format::exr::Compression;
-use crate::render::frame_range::{FramePattern, Shard};
+use crate::render::frame_range::FramePattern;
 use crate::render::option_values::{Animation, Layer, STANDARD_LAYERS};
 use crate::render::options::ranges::check_numbers;
 use crate::render::tone::{Background, ToneCurve};
+use crate::shard::Shard;
 
 /// What is written, and how.
 #[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
