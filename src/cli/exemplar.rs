@@ -61,7 +61,7 @@ impl Arguments {
         let images = channels::read(self, &mut reader)?;
         let colors = &images[0].image;
         let controls = controls::read(self, [colors.width, colors.height], &mut reader)?;
-        reader.finish(&session.progress())?;
+        reader.finish(session.progress())?;
         // Everything is checked and computed before the first file appears.
         let unknown = ContentId::of_bytes(&[]);
         let mut space = space_of_images(&images, controls, self.levels, self.tile, &unknown)?;

@@ -87,7 +87,7 @@ impl ImageReader {
     }
 
     /// Tells the notes, and refuses options that no image was touched by.
-    pub(in crate::cli) fn finish(self, progress: &Progress<'_>) -> Result<()> {
+    pub(in crate::cli) fn finish(self, progress: Progress<'_>) -> Result<()> {
         self.notes.warn(progress);
         if self.lacks_alpha {
             return Err(Error::option(

@@ -180,7 +180,7 @@ impl Arguments {
     fn channels(&self, grid: TexelGrid, session: &Session) -> Result<Vec<SampleChannel>> {
         let mut reader = ImageReader::new(self.orientation, self.alpha, self.layer.clone());
         let channels = maps::read(&self.maps, (grid, self.finer), self.encoding, &mut reader)?;
-        reader.finish(&session.progress())?;
+        reader.finish(session.progress())?;
         Ok(channels)
     }
 }

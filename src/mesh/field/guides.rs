@@ -20,7 +20,7 @@ use crate::mesh::user_vertex::UserVertices;
 use crate::progress::Progress;
 
 /// What the field follows where nothing is said of a vertex.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Alignment {
     /// Nothing: the field is as smooth as the surface allows.
@@ -33,7 +33,7 @@ pub enum Alignment {
 }
 
 /// What makes one orientation field better than another.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum FieldEnergy {
     /// The least change from vertex to vertex, squared: has one best field, found exactly (Knöppel 2013).
