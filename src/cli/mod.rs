@@ -1,4 +1,4 @@
-//! The command line: one file a subcommand, each options → library call → what the user reads.
+//! The command line: one file per subcommand, each options → library call → what the user reads.
 //!
 //! This room alone sees all others, and alone prints: reports on stdout, progress and warnings
 //! on stderr. Exit code 0: done; 1: the data or the machine is at fault; 2: the usage is; 129, 130,

@@ -321,7 +321,7 @@ fn read_features(file: &mut npz::Reader, at: usize, tileable: bool) -> Result<Sp
     if features.is_empty() {
         return Err(file
             .fault(&name, format!("shape [{height}, {width}, {depth}]"))
-            .expected("at least one texel and one number a texel"));
+            .expected("at least one texel and one number per texel"));
     }
     let sound = |value: &&f32| is_sound(**value * **value);
     if let Some(value) = features.iter().find(|value| !sound(value)) {
