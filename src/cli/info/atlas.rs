@@ -42,7 +42,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
             "a texel of the sample covers {:.6} mesh units; method {}, seed {}",
             map.header.texel, map.header.method, map.header.seed
         ))
-        .line(format!("{labelled} texels have a texton"))
+        .line(format!("{labelled} texels carry a texton"))
         .figure("kind", "atlas")
         .figure("width", width)
         .figure("height", height)
@@ -58,7 +58,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
         .figure("sample", map.header.sample.to_string())
         .figure("space", map.header.space.to_string());
     if let Some(origin) = origin_text(map.header.origin) {
-        outcome = outcome.line(format!("positions are relative to the origin {origin}"));
+        outcome = outcome.line(format!("positions count from the origin {origin}"));
     }
     images(outcome, path, [width, height], &description.channels)
 }

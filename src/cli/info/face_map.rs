@@ -58,7 +58,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .figure("sample", map.header.sample.to_string())
         .figure("space", map.header.space.to_string());
     if let Some(origin) = origin_text(map.header.origin) {
-        outcome = outcome.line(format!("positions are relative to the origin {origin}"));
+        outcome = outcome.line(format!("positions count from the origin {origin}"));
     }
     if let Some(other) = against {
         let stated = (map.header.exemplar, &map.header.sample, &map.header.space);

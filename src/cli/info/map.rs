@@ -31,7 +31,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
             "a texel covers {:.6} mesh units; method {}, seed {}",
             map.header.texel, map.header.method, map.header.seed
         ))
-        .line(format!("{unused} vertices have no texton"))
+        .line(format!("{unused} vertices carry no texton"))
         .figure("origin", map.header.origin.to_array().to_vec())
         .figure("kind", "surface texton map")
         .figure("vertices", map.mesh.positions.len())
@@ -50,7 +50,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
             .figure("scale", vec![least, most]);
     }
     if let Some(origin) = origin_text(map.header.origin) {
-        outcome = outcome.line(format!("positions are relative to the origin {origin}"));
+        outcome = outcome.line(format!("positions count from the origin {origin}"));
     }
     if let Some(other) = against {
         check_belongs(&map, other).map_err(|error| error.in_file(path))?;

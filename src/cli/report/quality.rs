@@ -110,7 +110,7 @@ fn figures(found: &Quality) -> Vec<Figure> {
             value: format!("{:.3}", found.coherence_half),
             range: "above 0.4",
             is_good: found.coherence_half > 0.4,
-            meaning: "share of edges whose texture offset is within half a texel of their own: inside copied patches",
+            meaning: "share of edges whose texture runs at the surface's pace within half a texel: the insides of copied patches",
         },
         Figure {
             name: "coherence_one",
@@ -124,7 +124,7 @@ fn figures(found: &Quality) -> Vec<Figure> {
             value: format!("[[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"),
             range: "within 0.1 of the identity",
             is_good: from_identity < 0.1,
-            meaning: "the matrix that best maps edge offsets to texture offsets: the identity keeps scale and handedness",
+            meaning: "how the texture's offsets follow the surface's: the identity keeps scale and handedness",
         },
     ];
     if let Some(energies) = found.energies {
