@@ -1,4 +1,4 @@
-//! `mesotex mesh`: clean a mesh, retile it, give it an orientation field, see how it stands.
+//! `mesotex mesh`: clean a mesh, retile it, give it an orientation field, measure it.
 
 mod look;
 mod oriented;

@@ -1,4 +1,4 @@
-//! What a command reads and writes, said before it touches anything; and the right to write it.
+//! What a command reads and writes, declared before it touches anything; and the claim of its outputs.
 //!
 //! Nothing that a user owns is replaced: an output must be a free name, an empty file or folder, or
 //! something of its kind that this program made. A folder is never replaced when it holds an input, or

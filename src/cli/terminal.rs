@@ -1,5 +1,5 @@
-//! What a person sees while a command works: bars on stderr, none when it is piped; with `--verbose` a line
-//! per stage; warnings; errors. Colours are for terminals only, and none where `NO_COLOR` is set.
+//! What the terminal shows while a command works: bars on stderr, none when it is piped; with `--verbose` a line per
+//! stage; warnings; errors. Colours are for terminals only, and none where `NO_COLOR` is set.
 
 use std::io::{IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

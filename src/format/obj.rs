@@ -1,8 +1,8 @@
 //! Wavefront OBJ: polygons with texture coordinates and normals. Vertices keep the file's order
 //! and number, used or not.
 //!
-//! Groups, objects, materials, lines, points and free-form surfaces are passed over. A fault in texture
-//! coordinates or normals is noted and costs the surface nothing.
+//! Groups, objects, materials, lines, points and free-form surfaces are skipped. A fault in texture coordinates or
+//! normals is noted and costs the surface nothing.
 
 use std::io::{self, Write};
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! OFF, the Object File Format of Geomview, in text: positions and polygons.
 //!
-//! Normals, colours and texture coordinates that stand between (NOFF, COFF, STOFF, in any order and case)
-//! are passed over. Values may wrap over lines. Binary and n-dimensional files are refused.
+//! Normals, colours and texture coordinates that stand between (NOFF, COFF, STOFF, in any order and case) are
+//! skipped. Values may wrap over lines. Binary and n-dimensional files are refused.
 
 mod header;
 mod values;

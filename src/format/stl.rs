@@ -1,5 +1,4 @@
-//! STL, text or binary: triangles that share no vertices. Facet normals are passed over: they follow from
-//! the corners.
+//! STL, text or binary: triangles that share no vertices. Facet normals are skipped: they follow from the corners.
 
 use crate::error::{Error, Result};
 use crate::format::polygon_mesh::PolygonMesh;

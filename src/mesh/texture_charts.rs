@@ -1,4 +1,4 @@
-//! The charts of a mesh's texture coordinates: triangles that hang together in the texture, parted by seams.
+//! The charts of a mesh's texture coordinates: triangles that hang together in the texture, separated by seams.
 
 use glam::Vec2;
 

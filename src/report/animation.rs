@@ -75,7 +75,7 @@ pub fn write_apng(
     })
 }
 
-/// Writes a file, whole or not at all, of pictures; the fault of a picture is handed on as it is.
+/// Writes a file, complete or not at all, of pictures; the fault of a picture is handed on as it is.
 pub(super) fn write_pictures(
     path: &Path,
     pictures: impl Iterator<Item = Result<Picture>>,

@@ -1,5 +1,5 @@
-//! The numbers of a `.btf` file in their order, little endian; nothing is believed that the rest of the file
-//! could not hold.
+//! The numbers of a `.btf` file in their order, little endian; sizes are accepted only if the rest of the file can
+//! hold them.
 
 use std::path::Path;
 

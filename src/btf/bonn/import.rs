@@ -1,7 +1,7 @@
 //! A `.btf` file becomes a sample.
 //!
-//! DFMF and FMF files whose colours are linear in their factors become factored samples, number for number. Those with
-//! logarithms are multiplied out and factored anew in linear RGB, with the error stated. PVF and BDI files, and all
+//! DFMF and FMF files whose colours are linear in their factors become factored samples, number for number. Those
+//! with logarithms are expanded and factored again in linear RGB, with the error stated. PVF and BDI files, and all
 //! with `--expand`, become samples of whole images.
 
 use std::path::Path;
@@ -35,7 +35,7 @@ pub struct BonnOptions {
     /// Write every image of a DFMF or FMF file, not its factors. PVF and BDI files are always expanded.
     #[arg(long)]
     pub expand: bool,
-    /// Components per channel of a file with a logarithmic colour model, which is factored anew; as many as the file
+    /// Components per channel of a file with a logarithmic colour model, which is factored again; as many as the file
     /// has by default.
     #[arg(long, value_name = "K", conflicts_with = "expand")]
     pub rank: Option<u32>,
@@ -257,7 +257,7 @@ impl BonnImport<'_> {
 enum Way {
     /// Factors stay factors.
     Copied,
-    /// Logarithms are undone, and the images factored anew.
+    /// Logarithms are undone, and the images factored again.
     Refactored,
     /// All images are written.
     Expanded,

@@ -1,8 +1,8 @@
 //! The factors of a DFMF or FMF file, copied into a factored sample.
 //!
 //! Reflectance becomes radiance by the colour step alone: T and m are multiplied by 1/π, and all factors stay as they
-//! are, bit by bit where the number type does. Where the file has the cosine divided out, the rows of U are multiplied
-//! by it; a colour mean then becomes one more component, whose eigentextures are constant.
+//! are, bit for bit where the number type does. Where the file has the cosine divided out, the rows of U are
+//! multiplied by it; a colour mean then becomes one more component, whose eigentextures are constant.
 
 use std::path::Path;
 

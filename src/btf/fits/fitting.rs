@@ -15,7 +15,7 @@ use crate::progress::Progress;
 
 /// Texels fitted by one task.
 const BLOCK: usize = 4096;
-/// A view further than this from straight above is worth a warning, in degrees.
+/// A view further than this from directly above is worth a warning, in degrees.
 const TILTED: f64 = 2.0;
 
 /// A fit and how well it repeats its sample. Residuals are root mean squares over all lights, texels and colours, in

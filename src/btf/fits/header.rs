@@ -1,4 +1,4 @@
-//! Headers in text before the bytes of a fit: words parted by blanks and line ends, in lines of any length.
+//! Headers in text before the bytes of a fit: words separated by blanks and line ends, in lines of any length.
 
 use std::str::FromStr;
 

@@ -1,10 +1,10 @@
-//! RTI captures: a `.lp` file names one image per light, all taken from straight above.
+//! RTI captures: a `.lp` file names one image per light, all taken from directly above.
 //!
-//! Format: a first line with the number of images, which may be missing, then `file x y z` per line: the
-//! light's position on a dome, x to the image's right, y up, z towards the camera; positions are
-//! normalised. Numbers are parted by any white space, or by commas or semicolons; names may hold spaces
-//! and stand in quotes. Empty lines and lines that begin with `#` are left out, and so is what follows
-//! ` #` after the position. In the list of a calibrated dome, lines may be `x y z` alone.
+//! Format: a first line with the number of images, which may be missing, then `file x y z` per line: the light's
+//! position on a dome, x to the image's right, y up, z towards the camera; positions are normalised. Numbers are
+//! separated by any white space, or by commas or semicolons; names may hold spaces and stand in quotes. Empty lines
+//! and lines that begin with `#` are left out, and so is what follows ` #` after the position. In the list of a
+//! calibrated dome, lines may be `x y z` alone.
 
 use glam::DVec3;
 

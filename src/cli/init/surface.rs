@@ -1,4 +1,4 @@
-//! How finely a mesh is retiled, and how large the texture lies on it.
+//! How finely a mesh is retiled, and how large the texture is on it.
 
 use crate::cli::machine::available_memory;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! What a person and a program are told of a mesh.
+//! What is reported of a mesh, for a person and as JSON.
 
 use std::path::Path;
 

@@ -218,7 +218,7 @@ fn light_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
     }
 }
 
-/// An orbit begins at it; a position that is given is turned by what an orbit adds to it.
+/// An orbit begins at it; a position that is given is rotated by what an orbit adds to it.
 fn camera_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
     let starts_apart = options.sweep == Sweep::ViewOrbit && options.sweep_from.is_some();
     match options.camera_position.is_some() {

@@ -1,4 +1,4 @@
-//! Where the meshes of a scene stand: the tree of nodes, in double precision, with instances.
+//! The positions of the meshes of a scene: the tree of nodes, in double precision, with instances.
 
 use glam::{DMat4, DQuat, DVec3, Vec3};
 use gltf::{Gltf, Mesh, Node, Scene};

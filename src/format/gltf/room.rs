@@ -1,4 +1,4 @@
-//! How much a glTF file may describe.
+//! Limits of what a glTF file may describe.
 
 use crate::error::{Error, Result};
 

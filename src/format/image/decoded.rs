@@ -1,4 +1,4 @@
-//! An image as its decoder hands it on, and the steps from there to what the caller asked for.
+//! An image as its decoder returns it, and the steps from there to what the caller asked for.
 //!
 //! The steps are the same for every format: square pixels, alpha, orientation, colour.
 

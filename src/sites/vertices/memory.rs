@@ -84,8 +84,8 @@ fn largest_scale(user: &UserMesh) -> f32 {
         .map_or(1.0, |scale| scale.iter().copied().fold(1.0, f32::max))
 }
 
-/// How many vertices lie in the window round a vertex, on the average: as many as share a cube of the
-/// window's width with it.
+/// How many vertices lie in the window round a vertex, on average: as many as share a cube of the window's width with
+/// it.
 fn vertices_near(user: &UserMesh, width: f64) -> f64 {
     let mesh = &user.mesh;
     let width = (width as f32 * largest_scale(user)).max(f32::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! How one pixel is decided: for each source the pixel whose windows are most alike, coherent ones preferred.
+//! How one pixel is decided: for each source the pixel whose windows are most similar, coherent ones preferred.
 //!
 //! Coherent pixels are the pixel's own place, the child of what its parent holds, and those that go on from what
 //! the pixels before it hold.

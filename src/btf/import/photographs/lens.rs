@@ -1,4 +1,4 @@
-//! A lens that bends lines (Brown 1966, as OpenCV has it): a point at (x, y) of an ideal picture, in focal lengths from
+//! The distortion of a lens (Brown 1966, as in OpenCV): a point at (x, y) of an ideal picture, in focal lengths from
 //! the centre, is seen at x(1 + k₁r² + k₂r⁴) + 2p₁xy + p₂(r² + 2x²), and y likewise.
 
 use crate::error::{Error, Result};

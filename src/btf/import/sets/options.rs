@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct SetOptions {
-    /// Where the angles stand in the images' names, in degrees: {tl} and {pl} are θ and φ of the light,
-    /// {tv} and {pv} those of the view, * is anything. A pattern with a / is looked for in the path below
-    /// the folder. Without {tv} and {pv} the view is straight above.
+    /// Where the angles stand in the images' names, in degrees: {tl} and {pl} are θ and φ of the light, {tv} and {pv}
+    /// those of the view, * is anything. A pattern with a / is looked for in the path below the folder. Without {tv}
+    /// and {pv} the view is directly above.
     #[arg(long, value_name = "PATTERN")]
     pub pattern: Option<String>,
     /// The table that the numbers of images refer to. Names with angles need none.

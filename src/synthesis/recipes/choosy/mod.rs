@@ -1,10 +1,11 @@
 //! Castellanos and Williams, *Automatic Synthesis of Isotropic Textures on Surfaces from Sample Images*: faces are
 //! pixels, and no orientation is needed.
 //!
-//! The sample lies on two triangular grids at 90° to each other, and has a Gaussian and a Laplacian pyramid on each. A
-//! surface has the same pyramids on its subdivided faces. Level after level, from the coarsest on, every face takes the
-//! values of the sample's face whose neighbourhood is most alike, at the best of three rotations. The more often a face
-//! is used, the worse it scores. A face takes the Laplacian values of that face's children too, from which the next level starts.
+//! The sample lies on two triangular grids at 90° to each other, and has a Gaussian and a Laplacian pyramid on each.
+//! A surface has the same pyramids on its subdivided faces. Level after level, from the coarsest on, every face takes
+//! the values of the sample's face whose neighbourhood is most similar, at the best of three rotations. The more
+//! often a face is used, the worse it scores. A face takes the Laplacian values of that face's children too, from
+//! which the next level starts.
 //!
 //! Deviations, with their reasons where they are made: the sample goes on beyond its border as its mirror image
 //! ([`source_faces`]); a use of a face costs more than in the paper ([`counted_tree`]); a face of the finest level shows a

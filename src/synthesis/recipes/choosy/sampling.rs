@@ -49,7 +49,7 @@ impl RunChanges {
     }
 }
 
-/// A face takes the sample's face whose neighbourhood is most alike, weighted by its uses.
+/// A face takes the sample's face whose neighbourhood is most similar, weighted by its uses.
 pub struct ChoosyRule<'a> {
     /// The surface's level.
     pub level: &'a FaceLevel,

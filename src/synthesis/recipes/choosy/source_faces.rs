@@ -23,7 +23,7 @@ const BATCH: usize = 1 << 10;
 pub struct Source {
     /// The face, by its number on its level of the grid.
     pub face: u32,
-    /// The grid: 0 for the upright one, 1 for the one turned by 90°.
+    /// The grid: 0 for the upright one, 1 for the one rotated by 90°.
     pub turn: u8,
     /// Corner k of the face that took it lies on corner k + phase of the source.
     pub phase: u8,

@@ -1,4 +1,4 @@
-//! The rule: of the texels that may stand at a site, first the label of the one whose mask is most alike round it,
+//! The rule: of the texels that may stand at a site, first the label of the one whose mask is most similar round it,
 //! then the one whose colours and mask are (Zhang 2003 §5.1).
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -164,7 +164,7 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         (!self.level.labels.is_empty()).then(|| u32::from(mask[site]))
     }
 
-    /// The label of a site: the painted one, else that of the candidate whose mask is most alike round it.
+    /// The label of a site: the painted one, else that of the candidate whose mask is most similar round it.
     fn label(&self, state: &State, site: usize, scratch: &mut Scratch) -> u32 {
         let Some(masks) = &self.level.own.masks else {
             return 0;
@@ -192,7 +192,7 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         self.level.labels[texel as usize]
     }
 
-    /// The candidate whose colours and mask are most alike round a site, of which the mask has a label.
+    /// The candidate whose colours and mask are most similar round a site, of which the mask has a label.
     fn texel(&self, state: &State, site: usize, label: u32, scratch: &mut Scratch) -> u32 {
         let Windows { colors, masks } = &self.level.own;
         let rings = self.pass.color_window.rings(self.controls.transition[site]);
