@@ -214,7 +214,9 @@ impl Maps {
         let [columns, rows] = self.sides;
         let depth = match self.depth {
             Depth::None => String::new(),
-            Depth::OfMaterial(depth) => format!(", depth {depth} of the width as the material says"),
+            Depth::OfMaterial(depth) => {
+                format!(", depth {depth} of the width as the material says")
+            }
             Depth::Chosen(depth) => format!(
                 ", depth {depth} of the width: 95 % of the slopes are below {:.0}°",
                 self.slope_deg

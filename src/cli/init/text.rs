@@ -143,7 +143,9 @@ fn surface(fitted: &Fitted<'_>) -> String {
     let path = quoted(&fitted.mesh_path);
     let count = match fitted.surface.keeps_own {
         true => {
-            format!("# vertices = {vertices}  # the mesh keeps its own vertices; with this line it is retiled\n")
+            format!(
+                "# vertices = {vertices}  # the mesh keeps its own vertices; with this line it is retiled\n"
+            )
         }
         false => {
             format!("vertices = {vertices}   # spread evenly; about one per texel of the texture\n")

@@ -127,7 +127,9 @@ fn pyramid(
 ) -> Result<()> {
     let prepared = |path: &&std::path::PathBuf| cache::folder_of(path).is_dir();
     let Some(path) = products.meshes.iter().find(prepared) else {
-        chapter.note("no picture of the pyramid: the mesh of the synthesis, with its cache, is missing");
+        chapter.note(
+            "no picture of the pyramid: the mesh of the synthesis, with its cache, is missing",
+        );
         return Ok(());
     };
     let user: UserMesh = crate::mesh::reading::read(path, session.progress())?;
