@@ -33,7 +33,7 @@ const MESSAGE: Duration = Duration::from_millis(200);
 #[derive(Clone)]
 pub struct Interruption {
     terminal: Terminal,
-    /// What to type to go on.
+    /// What to type to continue.
     hint: &'static str,
     requested: Arc<AtomicBool>,
     /// The first signal; 0 before.
@@ -73,7 +73,7 @@ impl Interruption {
         }
     }
 
-    /// Says what stopped the run and how to go on.
+    /// Says what stopped the run and how to continue.
     pub fn tell(&self) {
         self.terminal.clear();
         let name = match self.signal.load(Ordering::SeqCst) {

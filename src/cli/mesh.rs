@@ -243,7 +243,7 @@ impl Arguments {
         self.options.orient || self.is_measured()
     }
 
-    /// The mesh with so many even vertices, and how near it came to that.
+    /// The mesh with this many even vertices, and how near it came to that.
     fn retiled(
         &self,
         session: &Session,

@@ -129,7 +129,7 @@ pub fn print_help(message: &clap::Error) {
     let _ = message.print();
 }
 
-/// Prints on stderr what stopped a run and how to go on.
+/// Prints on stderr what stopped a run and how to continue.
 pub fn print_interruption(signal: &str, hint: &str) {
     print_error(&format!("interrupted by {signal}\n  hint: {hint}"));
 }

@@ -92,8 +92,8 @@ const SEARCHED: u64 = 600;
 /// The program.
 const PROGRAM: u64 = 16 << 20;
 
-/// Bytes that the tables of a space take while they are built by so many threads, measured on samples of
-/// 64 × 64 to 256 × 256 texels.
+/// Bytes that the tables of a space take while they are built by this many threads, measured on samples of 64 × 64 to
+/// 256 × 256 texels.
 pub fn bytes_to_build(space: &Space, options: &KnnOptions, threads: usize) -> u64 {
     let levels = space.levels.iter().enumerate();
     let exact = levels.filter(|(at, level)| {

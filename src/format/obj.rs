@@ -117,7 +117,7 @@ impl Parsed {
         };
         let count = self.mesh.positions.len();
         let position = match resolve(vertex, count) {
-            // A vertex is told by 32 bits.
+            // A vertex is recognised by 32 bits.
             Some(index) if index < u32::MAX as usize => index,
             _ => return Err(no_vertex(vertex, count)),
         };

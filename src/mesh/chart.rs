@@ -71,7 +71,7 @@ pub struct ChartGrower {
 }
 
 impl ChartGrower {
-    /// For a mesh of so many vertices.
+    /// For a mesh of this many vertices.
     pub fn new(vertices: usize) -> Self {
         Self {
             place: vec![(0, 0); vertices],

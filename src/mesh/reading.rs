@@ -103,7 +103,7 @@ pub fn read_with(
     })
 }
 
-/// Parses a mesh file's bytes; the format is told by the file's name (`.gz` set aside).
+/// Parses a mesh file's bytes; the format is recognised by the file's name (`.gz` set aside).
 pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
     let name = path
         .file_name()

@@ -1,4 +1,4 @@
-//! What `mesotex exemplar` is told.
+//! Arguments of `mesotex exemplar`.
 
 use std::path::PathBuf;
 

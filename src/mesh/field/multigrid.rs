@@ -21,7 +21,7 @@ const SMALLEST: usize = 96;
 /// Relaxations before and after the coarse correction.
 const SMOOTHING: usize = 2;
 
-/// How the unknowns of a level hang together on the next.
+/// How the unknowns of a level are connected on the next.
 struct Aggregates {
     /// The coarse unknown of each.
     parent: Vec<u32>,

@@ -12,7 +12,7 @@ use crate::synthesis::tests::fixtures;
 
 const SIDE: u32 = 16;
 
-/// A flat grid of so many sites a side with windows 5 texels wide.
+/// A flat grid of this many sites per side with windows 5 texels wide.
 fn flat(side: u32) -> SiteHierarchy<GridSites> {
     let grid = GridTarget {
         width: side,

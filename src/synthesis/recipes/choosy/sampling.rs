@@ -38,7 +38,7 @@ pub struct RunChanges {
 }
 
 impl RunChanges {
-    /// For so many faces of the surface, and of the sample.
+    /// For this many faces of the surface, and of the sample.
     pub fn new(sites: usize, items: usize) -> Self {
         Self {
             run: 0,

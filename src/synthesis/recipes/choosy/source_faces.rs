@@ -59,9 +59,9 @@ impl Source {
 
 /// The faces of a level, on both grids; all of them can be chosen.
 ///
-/// Deviation: in the paper neighbourhoods that reach the border cannot be chosen, which leaves out 2,752 of the 30,720
-/// faces of 96 × 96 pixels, and a larger share on coarser levels. Here the sample goes on beyond its border as its
-/// mirror image.
+/// Deviation: in the paper neighbourhoods that reach the border cannot be chosen, which leaves out 2,752 of the
+/// 30,720 faces of 96 × 96 pixels, and a larger share on coarser levels. Here the sample continues beyond its border
+/// as its mirror image.
 #[derive(Clone, Debug)]
 pub struct SourceFaces<'a> {
     /// The values of the level on both grids.

@@ -16,7 +16,7 @@ use crate::synthesis::state::Texels;
 
 /// How many times the distance of a texel counts that no neighbour proposes itself.
 const COHERENCE: f64 = 1.5;
-/// Neighbours propose texels from at most so many texels away.
+/// Neighbours propose texels from at most this many texels away.
 const NEAR: f32 = 3.0;
 
 /// What the sites of a level hold.
