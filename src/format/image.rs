@@ -178,7 +178,7 @@ impl Claim {
         let stored = texels.saturating_mul(self.stored_bits) / 8;
         if decoded > HARMLESS && stored / strongest > file_length {
             return fault(format!(
-                "fewer texels in a file of {file_length} bytes: it is cut off or not what it claims"
+                "fewer texels in a file of {file_length} bytes: it is truncated or not what it claims"
             ));
         }
         Ok(decoded)

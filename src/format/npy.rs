@@ -94,7 +94,7 @@ pub fn parse_header(bytes: &[u8], file_length: u64) -> Result<Header> {
             format!("{held} bytes of numbers"),
         )
         .expected(promised.map_or("fewer than 2^64 bytes".into(), |n| format!("{n} bytes")))
-        .advice("the file is cut off, or was written for another shape")),
+        .advice("the file is truncated, or was written for another shape")),
     }
 }
 

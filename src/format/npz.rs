@@ -253,7 +253,7 @@ fn find(
     read.map_err(|error| Error::data(name, error.to_string()))?;
     if bytes.len() as u64 > allowance {
         return Err(
-            Error::data(name, "it expands beyond all measure").expected(format!(
+            Error::data(name, "it expands too far").expected(format!(
                 "at most {EXPANSION_FACTOR} bytes per byte of the file"
             )),
         );

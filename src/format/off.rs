@@ -37,7 +37,7 @@ fn body(header: &Header, mut values: Values<'_>, layout: Layout) -> Result<Polyg
     let mut mesh = PolygonMesh::default();
     if !header.has_keyword {
         mesh.unused
-            .push("no OFF keyword: taken as plain OFF".into());
+            .push("no OFF keyword: read as plain OFF".into());
     }
     match layout {
         Layout::Lines => values.end_line(),

@@ -265,7 +265,7 @@ fn refusal(report: &RepairReport) -> Error {
     }
     Error::data("mesh", found)
         .expected("a sound mesh, as --strict asks")
-        .advice("leave --strict away to have it repaired")
+        .advice("leave out --strict to have it repaired")
 }
 
 /// Polygons cut from one look at whether to stop to the next.

@@ -257,7 +257,7 @@ impl Chunks {
                 decoder.read_exact(&mut texel).map_err(|error| {
                     Error::data(format!("{place}: bzip2"), error.to_string())
                         .expected(format!("{texels} texels of {} bytes", self.texel_bytes))
-                        .advice("the file is cut off or damaged")
+                        .advice("the file is truncated or damaged")
                 })?;
                 let (words, _) = texel.as_chunks::<2>();
                 let halves: Vec<f16> = words.iter().map(|w| f16::from_le_bytes(*w)).collect();

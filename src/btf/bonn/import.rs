@@ -135,7 +135,7 @@ impl BonnImport<'_> {
         match (self.bonn.rank, way) {
             (Some(rank), Way::Copied | Way::Expanded) => Err(Error::option(
                 "rank",
-                format!("{rank} for a file that is not factored anew"),
+                format!("{rank} for a file that is not factored again"),
                 "a DFMF or FMF file with logarithms; `mesotex factor` changes the rank of any sample",
             )),
             _ => Ok(()),
@@ -200,8 +200,7 @@ impl BonnImport<'_> {
         let origin = description.source.clone();
         let (sample, left) = factorize(images, &options, origin, self.target, self.progress)?;
         let line = format!(
-            "its logarithms were undone and its images factored anew: {rank} components per channel leave a relative \
-             error of {:.2e}",
+            "its logarithms were converted and its images factored again: {rank} components per channel have a relative error of {:.2e}",
             left.relative
         );
         let told = Told {
@@ -279,7 +278,7 @@ fn told_of(images: &BonnImages) -> Told {
     match images.negative.load(Ordering::Relaxed) {
         0 => {}
         negative => told.lines.push(format!(
-            "{negative} negative values, which factors leave where light is faint, were set to 0"
+            "{negative} negative values, which factors produce in dark parts, were set to 0"
         )),
     }
     told

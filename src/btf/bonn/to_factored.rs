@@ -165,7 +165,7 @@ fn mean_in_channels(matrix: DMat3, mean: DVec3) -> Result<DVec3> {
         true => Ok(inverse * mean),
         false => Err(
             Error::data("color transformation", "a matrix without inverse")
-                .expected("one that can be undone, as the cosine is to be put into the mean too")
+                .expected("an invertible one, because the cosine has to be put into the mean too")
                 .advice("--expand writes the images instead"),
         ),
     }

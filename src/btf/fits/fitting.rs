@@ -80,7 +80,7 @@ fn lights_of(sample: &Sample, progress: &Progress<'_>) -> Result<Vec<Direction>>
     let tilt = description.views[0].theta().to_degrees();
     if tilt > TILTED {
         progress.warn(format!(
-            "the view is {tilt:.1}° from straight above; readers of the fit take it as straight above"
+            "the view is {tilt:.1}° from directly above; readers of the fit take it as directly above"
         ));
     }
     let light = |image| description.lights[description.view_and_light(image).1];

@@ -99,7 +99,7 @@ pub(super) fn take<'a>(bytes: &mut &'a [u8], count: u64, what: &str) -> Result<&
     let Some((taken, rest)) = taken else {
         return Err(Error::data(what, format!("{} bytes", bytes.len()))
             .expected(format!("{count} bytes, by the header"))
-            .advice("the file is cut off, or its header states another size"));
+            .advice("the file is truncated, or its header states another size"));
     };
     *bytes = rest;
     Ok(taken)

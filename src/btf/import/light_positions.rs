@@ -177,7 +177,7 @@ fn note_on_lengths(entries: &[Entry]) -> Option<String> {
     let most = lengths().fold(0.0, f64::max);
     (off > 0).then(|| {
         format!(
-            "{off} of {} light positions are no unit vectors (lengths {least:.3} to {most:.3}); they are \
+            "{off} of {} light positions are not unit vectors (lengths {least:.3} to {most:.3}); they are \
              taken as directions to distant lights",
             entries.len()
         )

@@ -49,7 +49,7 @@ impl<'a> Nodes<'a> {
             if visited.is_none_or(|visited| std::mem::replace(visited, true)) {
                 return Err(Error::data(
                     format!("node {}", node.index()),
-                    "stands in the tree twice",
+                    "is in the tree twice",
                 )
                 .expected("a tree of nodes"));
             }

@@ -231,9 +231,9 @@ fn check_square(aspect: f64) -> Result<()> {
 
 fn transparent(count: String, found: &Transparency, flags: Flags) -> Error {
     let advice = match flags.alpha {
-        "" => "lay the image over a background, or leave its alpha channel out".to_string(),
+        "" => "composite the image over a background, or leave its alpha channel out".to_string(),
         flag => format!(
-            "lay the image over a background and leave its alpha channel out, or take colours as \
+            "composite the image over a background and leave its alpha channel out, or take colours as \
              stored: {flag} ignore"
         ),
     };

@@ -48,7 +48,7 @@ impl LensOptions {
             Some(_) if self.distortion.is_empty() => Err(Error::option(
                 "focal",
                 "given without --distortion",
-                "both or none: a lens that bends no lines needs no focal length",
+                "both or none: a lens without distortion needs no focal length",
             )),
             None if !self.distortion.is_empty() => Err(Error::option(
                 "distortion",

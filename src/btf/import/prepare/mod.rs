@@ -165,7 +165,7 @@ fn find_hot_pixels(
         return Err(Error::option(
             "hot-pixels",
             format!("a set of {count} pictures"),
-            format!("at least {FEWEST_PICTURES}, to tell hot pixels from glints"),
+            format!("at least {FEWEST_PICTURES}, to distinguish hot pixels from highlights"),
         ));
     }
     let looked_at = count.min(MOST_PICTURES);
