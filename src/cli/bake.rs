@@ -23,14 +23,14 @@ use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::format::ours::Format;
 
-/// Bytes a texel of the material takes while it is made and baked, measured on presets of 1024 and 2048 texels per
-/// side.
+/// Bytes a texel of the material takes while it is made and baked, measured on presets of 1024 and 2048
+/// texels a side.
 const BYTES_A_TEXEL: u64 = 100;
 
 /// Texels along the longer side, where nothing else is said.
 pub const SIZE: u32 = 128;
 
-/// How to continue after an interruption.
+/// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str = "type the same command to go on after the last whole image";
 
 /// Ray-trace a BTF from height, colour and roughness.

@@ -97,7 +97,7 @@ impl FromStr for FrameRange {
         }
         if first == 0 || first > last || step == 0 {
             return Err(format!(
-                "`{text}` is not a range: frames count from 1, steps are 1 or more"
+                "`{text}` is no range: frames count from 1, steps are 1 or more"
             ));
         }
         let count = (last - first) / step + 1;
@@ -153,7 +153,7 @@ impl FromStr for Shard {
         let numbers = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
         match numbers {
             Some((index, count)) if index < count => Ok(Self { index, count }),
-            _ => Err(format!("`{text}` is not a shard i/n with 0 <= i < n, as 0/3")),
+            _ => Err(format!("`{text}` is no shard i/n with 0 <= i < n, as 0/3")),
         }
     }
 }

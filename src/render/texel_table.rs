@@ -273,7 +273,7 @@ impl<T: Stored> TexelTable<T> {
         let stride = source.stride();
         source
             .progress
-            .begin("copying the sample for shading", grid.len() as u64);
+            .begin("laying out the sample", grid.len() as u64);
         let mut writer = LevelWriter::new(grid, stride, allowance)?;
         for slab in writer.slabs() {
             writer.append(slab, |texels, out| {

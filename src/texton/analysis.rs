@@ -125,7 +125,7 @@ pub fn analyze(
     Ok(Analysis { vocabulary, report })
 }
 
-/// The factors whose planes take the place of this many images: where they are no more than the images'.
+/// The factors whose planes take the place of so many images: where they are no more than the images'.
 fn standing_for(sample: &Sample, images: usize, channels: Channels) -> Option<&Factors> {
     let factors = sample.factors()?;
     (Eigenplanes::count_of(factors) <= images * channels.count()).then_some(factors)

@@ -31,7 +31,7 @@ pub enum ImageVectors {
 pub const FOLDED: usize = 512;
 
 impl ImageVectors {
-    /// Bytes to cluster so many images of this many planes' responses.
+    /// Bytes to cluster so many images of so many planes' responses.
     pub fn bytes(self, images: usize, components: usize) -> u64 {
         let (images, components) = (images as u64, components as u64);
         match self {
