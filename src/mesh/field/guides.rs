@@ -32,7 +32,7 @@ pub enum Alignment {
     Uv,
 }
 
-/// The energy that the orientation field minimises or maximises.
+/// What makes one orientation field better than another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum FieldEnergy {
