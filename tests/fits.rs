@@ -122,7 +122,7 @@ fn export_writes_a_file_and_replaces_only_its_own() {
     let output = program::mesotex(folder, &words);
     let warned = String::from_utf8(output.stderr).unwrap();
     assert!(
-        output.status.success() && warned.contains("30.0° from straight above"),
+        output.status.success() && warned.contains("30.0° from directly above"),
         "{warned}"
     );
 }
