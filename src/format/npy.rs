@@ -295,7 +295,7 @@ mod tests {
         assert!(edit("False", "True ").contains("Fortran"));
         assert!(edit("(2, 2,", "(2, 9,").contains("72 bytes"));
         let cut = decode::<f32>(&good[..good.len() - 1]).unwrap_err();
-        assert!(cut.to_string().contains("cut off"));
+        assert!(cut.to_string().contains("truncated"));
         assert!(
             decode::<f32>(b"PK\x03\x04")
                 .unwrap_err()

@@ -451,7 +451,7 @@ mod tests {
             Reader::open(&path)
                 .unwrap_err()
                 .to_string()
-                .contains("cut off")
+                .contains("truncated")
         );
     }
 

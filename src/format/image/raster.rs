@@ -183,7 +183,7 @@ mod tests {
         let whole = jpeg(b"");
         std::fs::write(&path, &whole[..whole.len() - 3]).unwrap();
         let error = read_with(&path, &ReadOptions::default()).unwrap_err();
-        assert!(error.to_string().contains("cut off"), "{error}");
+        assert!(error.to_string().contains("truncated"), "{error}");
     }
 
     #[test]
