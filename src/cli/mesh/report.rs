@@ -112,7 +112,7 @@ pub(super) fn warn_of_count(session: &Session, found: usize, wanted: usize) {
 }
 
 fn coordinates([x, y, z]: [f64; 3]) -> String {
-    format!("({x}, {y}, {z})")
+    format!("({x:.6}, {y:.6}, {z:.6})")
 }
 
 fn shape_of(mesh: &TriangleMesh) -> Shape {
@@ -139,7 +139,7 @@ pub fn with_shape(outcome: Outcome, user: &UserMesh) -> Outcome {
             shape.euler_characteristic
         ))
         .line(format!(
-            "from {} to {}{}",
+            "bounds {} to {}{}",
             coordinates(low),
             coordinates(high),
             volume.map_or(String::new(), |volume| format!(", volume {volume:.6}"))
