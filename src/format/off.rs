@@ -36,8 +36,7 @@ pub fn parse(bytes: &[u8]) -> Result<PolygonMesh> {
 fn body(header: &Header, mut values: Values<'_>, layout: Layout) -> Result<PolygonMesh> {
     let mut mesh = PolygonMesh::default();
     if !header.has_keyword {
-        mesh.unused
-            .push("no OFF keyword: read as plain OFF".into());
+        mesh.unused.push("no OFF keyword: read as plain OFF".into());
     }
     match layout {
         Layout::Lines => values.end_line(),

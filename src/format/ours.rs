@@ -106,7 +106,10 @@ pub fn check_replaceable(path: &Path, format: Format) -> Result<()> {
     let name = format.name();
     Err(Error::option(
         "output",
-        format!("{} exists and is not a {name} of this program", path.display()),
+        format!(
+            "{} exists and is not a {name} of this program",
+            path.display()
+        ),
         "another output (or delete the file first)",
     ))
 }

@@ -153,7 +153,9 @@ fn check_corners(facet: &Facet, line: usize) -> Result<()> {
 
 fn number(word: Option<(usize, &str)>, line: usize) -> Result<f64> {
     let Some((line, word)) = word else {
-        return Err(Error::data(format!("line {line}"), "the file is truncated").expected("a number"));
+        return Err(
+            Error::data(format!("line {line}"), "the file is truncated").expected("a number")
+        );
     };
     word.parse()
         .map_err(|_| Error::data(format!("line {line}"), format!("`{word}`")).expected("a number"))

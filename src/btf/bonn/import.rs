@@ -200,7 +200,8 @@ impl BonnImport<'_> {
         let origin = description.source.clone();
         let (sample, left) = factorize(images, &options, origin, self.target, self.progress)?;
         let line = format!(
-            "its logarithms were converted and its images factored again: {rank} components per channel have a relative error of {:.2e}",
+            "its logarithms were converted and its images factored again: {rank} components per channel have a \
+             relative error of {:.2e}",
             left.relative
         );
         let told = Told {
@@ -304,7 +305,8 @@ fn check(options: &ImportOptions) -> Result<()> {
         Some(option) => Err(Error::option(
             option,
             "given for a .btf file",
-            "a set of images: the numbers of a .btf file are linear RGB, opaque, and taken as they are but for --crop",
+            "a set of images: the numbers of a .btf file are linear RGB, opaque, and taken as they are but for \
+             --crop",
         )),
     }
 }

@@ -103,7 +103,11 @@ pub(crate) fn source_of(path: &Path, set: &SetOptions) -> Result<Source> {
 pub(crate) fn check_unused(given: Option<&str>, wanted: &str) -> Result<()> {
     match given {
         None => Ok(()),
-        Some(flag) => Err(Error::option(flag, "without effect for this source", wanted)),
+        Some(flag) => Err(Error::option(
+            flag,
+            "without effect for this source",
+            wanted,
+        )),
     }
 }
 

@@ -72,7 +72,8 @@ impl Surface {
             false => format!(", retiled to {vertices}"),
         };
         format!(
-            "a mesh of {own} vertices{retiled}; a texel covers {texel} mesh units, so that the sample repeats {repeats:.1} times across the surface"
+            "a mesh of {own} vertices{retiled}; a texel covers {texel} mesh units, so that the sample repeats \
+             {repeats:.1} times across the surface"
         )
     }
 }

@@ -145,7 +145,8 @@ pub fn with_shape(outcome: Outcome, user: &UserMesh) -> Outcome {
             volume.map_or(String::new(), |volume| format!(", volume {volume:.6}"))
         ))
         .line(format!(
-            "area {:.6}, default texel {texel:.6}; edge lengths vary by {:.3}, 99 % of the triangles have no angle below {:.1}°",
+            "area {:.6}, default texel {texel:.6}; edge lengths vary by {:.3}, 99 % of the triangles have no \
+             angle below {:.1}°",
             mesh.area(),
             even.edge_variation,
             even.smallest_angle_of_99_percent

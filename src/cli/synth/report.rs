@@ -169,7 +169,8 @@ impl Report {
                 self.k.map_or(String::new(), |k| format!(", k {k}"))
             ))
             .line(format!(
-                "coherence {:.3} within half a texel (good: above 0.4), {:.3} within one (above 0.7); mean edge {:.2} texels",
+                "coherence {:.3} within half a texel (good: above 0.4), {:.3} within one (above 0.7); mean edge \
+                 {:.2} texels",
                 found.coherence_half, found.coherence_one, found.mean_edge
             ))
             .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"));
@@ -178,7 +179,8 @@ impl Report {
         }
         if let Some(found) = found.energies {
             outcome = outcome.line(format!(
-                "energy {:.3} of a random map's (good: below 0.3), {:.3} of the best texels' at {} sites (below 1.1)",
+                "energy {:.3} of a random map's (good: below 0.3), {:.3} of the best texels' at {} sites (below \
+                 1.1)",
                 found.energy, found.energy_ratio_full, found.energy_sites
             ));
         }

@@ -47,11 +47,10 @@ impl<'a> Nodes<'a> {
         while let Some((node, parent)) = waiting.pop() {
             let visited = visited.get_mut(node.index());
             if visited.is_none_or(|visited| std::mem::replace(visited, true)) {
-                return Err(Error::data(
-                    format!("node {}", node.index()),
-                    "is in the tree twice",
-                )
-                .expected("a tree of nodes"));
+                return Err(
+                    Error::data(format!("node {}", node.index()), "is in the tree twice")
+                        .expected("a tree of nodes"),
+                );
             }
             let described = &self.described[node.index()];
             let world = parent * transform(described);

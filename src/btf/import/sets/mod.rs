@@ -186,8 +186,9 @@ fn note_of_left_out(names: &[&str]) -> Option<String> {
     let more = if names.len() > NAMED { " …" } else { "" };
     let named = names[..names.len().min(NAMED)].join(", ");
     let count = names.len();
-    (count > 0)
-        .then(|| format!("{count} images without angles in their names are left out: {named}{more}"))
+    (count > 0).then(|| {
+        format!("{count} images without angles in their names are left out: {named}{more}")
+    })
 }
 
 /// Refuses directions below the horizon, all of them named.
