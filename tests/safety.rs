@@ -174,7 +174,10 @@ fn files_pipes_and_devices_are_refused_as_outputs() {
     let error = refuse(root.path(), &[&BAKE[..], &["-o", "notes.txt"]].concat(), 2);
     assert!(error.contains("notes.txt: a file"), "{error}");
     let error = refuse(root.path(), &["textons", "x.sample", "-o", "notes.txt"], 2);
-    assert!(error.contains("not a .npz archive of this program"), "{error}");
+    assert!(
+        error.contains("not a .npz archive of this program"),
+        "{error}"
+    );
     assert_eq!(fs::read(root.path().join("notes.txt")).unwrap(), b"mine");
     assert!(!fs::symlink_metadata("/dev/null").unwrap().is_file());
 }
