@@ -8,8 +8,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use image::{Rgb, RgbImage};
-use mesotex::btf::direction::Direction;
-use mesotex::btf::sample::Sample;
+use mesotex::btf::{Direction, Sample};
 use serde_json::Value;
 
 fn mesotex(folder: &Path, words: &[&str]) -> Output {

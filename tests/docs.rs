@@ -72,7 +72,8 @@ fn words_of(command: &str) -> Option<Vec<String>> {
         .strip_prefix("cargo run --release -- ")
         .or_else(|| command.strip_prefix("mesotex "))?;
     let mut words = cut_down(rest.split_whitespace());
-    if words[0] == "bake" && !words.iter().any(|word| word == "--samples") {
+    let says_samples = |word: &String| word == "--samples" || word == "--reduce";
+    if words[0] == "bake" && !words.iter().any(says_samples) {
         words.extend(["--samples", "1"].map(str::to_owned));
     }
     Some(words)
@@ -218,6 +219,24 @@ fn sources(folder: &Path) -> String {
 }
 
 #[test]
+fn every_tool_is_listed() {
+    let listed = fs::read_to_string(root().join("tools/README.md")).unwrap();
+    let is_program = |name: &String| {
+        [".py", ".sh", ".mjs"]
+            .iter()
+            .any(|ending| name.ends_with(ending))
+    };
+    let files = fs::read_dir(root().join("tools")).unwrap();
+    let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
+    let mut missing: Vec<String> = names
+        .filter(is_program)
+        .filter(|name| !listed.contains(&format!("| `{name}` |")))
+        .collect();
+    missing.sort();
+    assert!(missing.is_empty(), "tools/README.md lacks {missing:?}");
+}
+
+#[test]
 fn quoted_code_is_that_of_the_sources() {
     let all = sources(&root().join("src"));
     let page = fs::read_to_string(root().join("docs/extending.md")).unwrap();
@@ -256,11 +275,19 @@ mod fixtures {
 
     use crate::{image_set_files, program};
 
-    /// `bunny.obj`, `horse.obj`, `keys.json`, `material/`, `capture/`, `felt/`, `near/`, `photos/`, `pictures/`,
+    /// A scene of eight runs, quickly run.
+    const SWEEP: &str = "name = \"sweep\"\noutput = \"out\"\n[matrix]\n\
+        bake.preset = [\"weave\", \"knit\"]\nmesh.input = [\"bunny.obj\", \"horse.obj\"]\n\
+        synth.seed = [0, 1]\n[bake]\nsize = 16\nviews = \"fibonacci:4\"\nlights = \"fibonacci:4\"\n\
+        samples = 1\n[textons]\ntextons = 8\nlevels = 2\n[mesh]\nvertices = 400\n[synth]\nlevels = 2\n\
+        [[render]]\nsize = \"32x24\"\nsweep = \"light-azimuth\"\nframes = 4\n";
+
+    /// `bunny.obj`, `horse.obj`, `sweep.toml`, `keys.json`, `material/`, `capture/`, `felt/`, `near/`, `photos/`, `pictures/`,
     /// `mean.npy` of as many directions as commands are cut down to, and an archive as UBO2003 has them.
     pub fn fill(folder: &Path) {
         mesh(&folder.join("bunny.obj"));
         quadrilaterals(&folder.join("horse.obj"));
+        fs::write(folder.join("sweep.toml"), SWEEP).unwrap();
         material(&folder.join("material"));
         capture(&folder.join("capture"));
         felt(&folder.join("felt"));

@@ -6,8 +6,7 @@ use std::process::{Command, Output};
 
 use exr::prelude::{ChannelDescription, Image, SampleType, SpecificChannels, Vec2, WritableImage};
 use image::{GrayImage, Luma, Rgb, RgbImage, Rgba, RgbaImage};
-use mesotex::exemplar::channels::ChannelKind;
-use mesotex::exemplar::space::{Features, Space};
+use mesotex::exemplar::{ChannelKind, Features, Space};
 use mesotex::format::image::decode_srgb;
 use serde_json::{Value, json};
 

@@ -5,11 +5,10 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::btf::Direction;
-use mesotex::btf::sample::Sample;
+use mesotex::btf::{Direction, Sample};
 use mesotex::format::ply;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
-use mesotex::render::blended_image::blended_image;
+use mesotex::maps::SurfaceTextonMap;
+use mesotex::render::blended_image;
 use program::{refuse, succeed};
 use serde_json::Value;
 

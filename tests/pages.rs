@@ -28,7 +28,7 @@ fn scene() -> TempDir {
 
 fn write_ball(path: &Path) {
     let mesh = mesotex::mesh::shapes::icosphere(3);
-    mesotex::mesh::writing::write_mesh(path, &mesh).unwrap();
+    mesotex::mesh::write_mesh(path, &mesh).unwrap();
 }
 
 /// The text of a script element.

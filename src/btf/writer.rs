@@ -1,7 +1,7 @@
 //! Writing a sample image by image: the array is never held whole, the folder appears when done.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use half::f16;
@@ -16,6 +16,7 @@ use crate::format::atomic::folder::FolderInProgress;
 use crate::format::id::{ContentId, hash_file};
 use crate::format::own_folder::OwnFolder;
 use crate::format::{json, npy};
+use crate::progress::Progress;
 
 /// In an unfinished folder: the description of what is being written there.
 const UNFINISHED: &str = "unfinished.json";
@@ -158,6 +159,41 @@ impl SampleWriter {
         }
         self.images_written += 1;
         self.write_bytes()
+    }
+
+    /// Adds all images of a sample of the same texels, lights and number type; its bytes must have the hash that its
+    /// description states. `folder` is the sample's.
+    pub(super) fn append(
+        &mut self,
+        folder: &Path,
+        sample: &Description,
+        progress: &Progress,
+    ) -> Result<()> {
+        let path = folder.join(RADIANCE);
+        let mut file = File::open(&path).map_err(Error::io(&path, "read"))?;
+        let mut head = header(sample).map_err(Error::io(&path, "read"))?;
+        file.read_exact(&mut head)
+            .map_err(Error::io(&path, "read"))?;
+        let mut found = blake3::Hasher::new();
+        found.update(&head);
+        let image = sample.grid().len() * sample.channels as usize * sample.dtype.size();
+        for _ in 0..sample.image_count() {
+            self.bytes.resize(image, 0);
+            file.read_exact(&mut self.bytes)
+                .map_err(Error::io(&path, "read"))?;
+            found.update_rayon(&self.bytes);
+            self.write_bytes()?;
+            self.images_written += 1;
+            progress.advance(1)?;
+        }
+        let id = ContentId::of_hash(&found.finalize());
+        match id == sample.id {
+            true => Ok(()),
+            false => Err(Error::data("hash", id.to_string())
+                .expected(format!("{}, as {DESCRIPTION} says", sample.id))
+                .advice("the file is damaged; make it again")
+                .in_file(&path)),
+        }
     }
 
     /// Refuses what no radiance can be, or what its number type cannot hold.

@@ -12,16 +12,18 @@ use crate::btf::bake::material::Material;
 use crate::btf::bake::presets::Preset;
 use crate::btf::bake::preview::write_preview;
 use crate::btf::bake::steepness::Steepness;
-use crate::btf::bake::{BakeOptions, Baked, bake};
+use crate::btf::bake::{BakeOptions, Baked, bake, bake_part, join};
 use crate::btf::direction_set::DirectionSet;
-use crate::btf::sample::Sample;
+use crate::btf::sample::{self, Sample};
 use crate::btf::writer::SAMPLE_FOLDER;
+use crate::cli::STAGE_IF_INTERRUPTED;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::format::ours::Format;
+use crate::shard::Shard;
 
 /// Bytes a texel of the material takes while it is made and baked, measured on presets of 1024 and 2048
 /// texels a side.
@@ -31,7 +33,7 @@ const BYTES_A_TEXEL: u64 = 100;
 pub const SIZE: u32 = 128;
 
 /// How to go on after an interruption.
-pub const IF_INTERRUPTED: &str = "type the same command to go on after the last whole image";
+const IF_INTERRUPTED: &str = "type the same command to go on after the last whole image";
 
 /// Ray-trace a BTF from height, colour and roughness.
 #[derive(Debug, Args)]
@@ -41,6 +43,8 @@ Examples:
   mesotex bake --preset cobbles --views bonn81 --lights bonn81 -o cobbles.sample
   mesotex bake bark.toml --size 128 --views fibonacci:50 --lights fibonacci:50 -o bark.sample
   mesotex bake Bricks075_2K-PNG/ --depth 0.03 --samples auto --error 0.01 -o bricks.sample
+  mesotex bake --preset weave --size 64 --shard 0/2 -o weave.0of2  (and --shard 1/2 -o weave.1of2, elsewhere)
+  mesotex bake --reduce weave.0of2 weave.1of2 -o weave.sample
 
 A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR beside it:
   height = \"height.png\"        # white is high
@@ -52,9 +56,9 @@ docs/bake.md lists all fields.")]
 pub struct Arguments {
     /// A material file (TOML), or a folder of maps with the names that libraries and programs give them
     /// (ambientCG, Poly Haven, Poliigon and others; `mesotex info FOLDER` says what is found).
-    #[arg(required_unless_present = "preset", conflicts_with = "preset")]
+    #[arg(required_unless_present_any = ["preset", "reduce"], conflicts_with_all = ["preset", "reduce"])]
     pub material: Option<PathBuf>,
-    /// The sample folder to write, as bark.sample.
+    /// The sample folder to write, as bark.sample; with --shard, the folder of a part, as bark.0of3.
     #[arg(short, long)]
     pub output: PathBuf,
     /// A built-in procedural material.
@@ -69,6 +73,13 @@ pub struct Arguments {
     /// Also write the surface as it is baked: heights in texels, albedo, roughness, metallic.
     #[arg(long, value_name = "FILE.npz")]
     pub surface: Option<PathBuf>,
+    /// Bake the i-th of n shares of the views, from 0, into a part; all parts are joined by --reduce. A part that is
+    /// there already, of the same material and options, is kept.
+    #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
+    pub shard: Option<Shard>,
+    /// Join the parts of all shards to the sample that one run without --shard bakes, byte for byte.
+    #[arg(long, value_name = "PART", num_args = 1..)]
+    pub reduce: Vec<PathBuf>,
     #[command(flatten)]
     pub options: BakeOptions,
     #[command(flatten)]
@@ -86,10 +97,20 @@ impl Arguments {
         };
         self.check()?;
         let _locks = self.files()?.claim()?;
+        if !self.reduce.is_empty() {
+            return self.join(session);
+        }
         let (material, found) = self.material(session)?;
         let material = options.applied_to(material)?;
         let started = Instant::now();
-        let baked = bake(&material, &options, &self.output, &session.progress())?;
+        let (output, progress) = (&self.output, session.progress());
+        let baked = match self.shard {
+            Some(shard) => bake_part(&material, &options, shard, output, &progress)?,
+            None => bake(&material, &options, output, &progress)?,
+        };
+        if let Some(shard) = self.shard.filter(|_| baked.is_kept) {
+            return Ok(self.outcome_of_kept(shard, &baked));
+        }
         let seconds = started.elapsed().as_secs_f64();
         let mut outcome = self.outcome(found, &material, &baked, seconds);
         if let Some(path) = &self.surface {
@@ -101,6 +122,71 @@ impl Arguments {
             outcome = outcome.wrote(path);
         }
         Ok(outcome)
+    }
+
+    /// What a user types to go on after an interruption.
+    pub fn if_interrupted(&self) -> &'static str {
+        match self.reduce.is_empty() {
+            true => IF_INTERRUPTED,
+            false => STAGE_IF_INTERRUPTED,
+        }
+    }
+
+    /// Refuses a seed that the parts were not made with: it would have no effect.
+    fn check_seed(&self, session: &Session) -> Result<()> {
+        let (Some(given), Some(part)) = (session.given_seed(), self.reduce.first()) else {
+            return Ok(());
+        };
+        let part = Sample::open(part)?;
+        match part.description().source["seed"].as_u64() {
+            Some(seed) if seed != given => Err(Error::option(
+                "seed",
+                format!("{given}, of parts made with {seed}"),
+                format!("{seed}, or no --seed"),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Joins parts.
+    fn join(&self, session: &Session) -> Result<Outcome> {
+        self.check_seed(session)?;
+        let description = join(&self.reduce, &self.output, &session.progress())?;
+        let (views, lights) = (description.views.len(), description.lights.len());
+        Ok(Outcome::default()
+            .line(format!(
+                "{}: {views} views × {lights} lights of {} parts",
+                description.name,
+                self.reduce.len()
+            ))
+            .figure("parts", self.reduce.len())
+            .figure("name", description.name)
+            .figure("width", description.width)
+            .figure("height", description.height)
+            .figure("views", views)
+            .figure("lights", lights)
+            .figure("id", description.id.to_string())
+            .wrote(&self.output)
+            .next(self.next_command()))
+    }
+
+    fn next_command(&self) -> String {
+        format!(
+            "mesotex textons {} -o {}",
+            self.output.display(),
+            self.output.with_extension("textons.npz").display()
+        )
+    }
+
+    fn outcome_of_kept(&self, shard: Shard, baked: &Baked) -> Outcome {
+        Outcome::default()
+            .line(format!(
+                "{} is there already: shard {shard} of this material and these options",
+                self.output.display()
+            ))
+            .figure("shard", shard.to_string())
+            .figure("kept", true)
+            .figure("resumed", baked.resumed)
     }
 
     /// Draws the relief that `sample` was baked from.
@@ -116,7 +202,9 @@ impl Arguments {
             None => Vec::new(),
         };
         let tables = [&self.options.views, &self.options.lights];
+        let parts = self.reduce.iter().flat_map(|part| sample::files_of(part));
         Ok(Files::default()
+            .read(&parts.collect::<Vec<_>>())
             .read(&self.material)
             .read(&maps)
             .read(tables.into_iter().filter_map(DirectionSet::file))
@@ -192,12 +280,12 @@ impl Arguments {
             .figure("view_rays", baked.view_rays)
             .figure("seconds", seconds)
             .figure("id", description.id.to_string())
+            .figure("kept", false)
             .wrote(&self.output)
-            .next(format!(
-                "mesotex textons {} -o {}",
-                self.output.display(),
-                self.output.with_extension("textons.npz").display()
-            ))
+            .next(match self.shard {
+                Some(_) => "mesotex bake --reduce PART... -o NAME.sample".into(),
+                None => self.next_command(),
+            })
     }
 }
 

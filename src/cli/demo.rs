@@ -60,6 +60,7 @@ impl Arguments {
             no_pages: false,
             quality: Quality::Final,
             until: None,
+            only: None,
             common: self.common.clone(),
         };
         Ok(scene_run

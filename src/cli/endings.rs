@@ -94,6 +94,7 @@ fn endings(format: Format) -> &'static [&'static str] {
         Format::Json => &["json"],
         Format::Btf => &["btf"],
         Format::Ptm => &["ptm"],
+        Format::Plan => &["sh", "smk"],
     }
 }
 

@@ -84,10 +84,12 @@ impl Arguments {
     }
 
     fn outcome(&self, made: &Description, left: &Residual) -> Outcome {
+        // Find where the worst errors are.
         let rank = made.factors().map_or(0, |factors| factors.rank);
         let (view, light) = made.view_and_light(left.worst_image);
         let width = made.width as usize;
         let (row, column) = (left.worst_texel / width, left.worst_texel % width);
+        // Tell rank and errors.
         Outcome::default()
             .line(format!(
                 "rank {rank} per channel: {} images of {} × {} texels from {} eigentextures",

@@ -53,6 +53,7 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Refuse what cannot be done before the work begins.
         self.options.validate()?;
         let _lock = OutputLock::acquire(&self.sample)?;
         let sample = Sample::open(&self.sample)?;
@@ -64,6 +65,7 @@ impl Arguments {
                 "--force to replace it",
             ));
         }
+        // Estimate, and warn where the two ways disagree.
         let progress = session.progress();
         let estimate = estimate(&sample, &self.options, &progress)
             .map_err(|error| error.in_file(&self.sample))?;
@@ -73,6 +75,7 @@ impl Arguments {
                  give little information for either)",
             );
         }
+        // Try the heights: render views that were held out, with and without them.
         let weighting = Weighting::default();
         let trial = Trial::of(
             &sample,
@@ -81,6 +84,7 @@ impl Arguments {
             TRIED_VIEWS,
             &progress,
         )?;
+        // Write the heights and tell what was found.
         estimate.heights.write(&self.sample)?;
         let outcome = describe(&estimate);
         let outcome = match trial {

@@ -143,9 +143,11 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Claim the outputs.
         self.check()?;
         let surface_options = self.surface_options(session.seed());
         let _locks = self.files()?.claim()?;
+        // Read, clean and retile.
         let cleaning = CleaningOptions {
             strict: self.options.strict,
             specks: self.options.specks,
@@ -162,10 +164,12 @@ impl Arguments {
             }
         };
         outcome = with_shape(outcome, &user);
+        // Find the field where something needs it.
         if self.wants_field() {
             check_field_memory(&user, &surface_options)?;
             outcome = self.with_field(session, outcome, &mut user, &surface_options)?;
         }
+        // Write the mesh and the report.
         writing::write_user(&self.output, &user)?;
         if let Some(report) = &self.options.report {
             json_file::write(report, &Value::Object(outcome.figures.clone()))?;

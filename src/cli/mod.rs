@@ -28,6 +28,7 @@ mod mask;
 mod mesh;
 mod outcome;
 mod outputs;
+mod plan;
 mod render;
 mod report;
 pub mod run;
@@ -128,6 +129,7 @@ pub(in crate::cli) enum Command {
     View(view::Arguments),
     Report(report::Arguments),
     Run(run::Arguments),
+    Plan(plan::Arguments),
     Completions(completions::Arguments),
     Man(manual::Arguments),
 }
@@ -164,6 +166,7 @@ impl Command {
             Self::View(arguments) => &arguments.common,
             Self::Report(arguments) => &arguments.common,
             Self::Run(arguments) => &arguments.common,
+            Self::Plan(arguments) => &arguments.common,
             Self::Completions(arguments) => &arguments.common,
             Self::Man(arguments) => &arguments.common,
         }
@@ -188,6 +191,7 @@ impl Command {
             Self::View(arguments) => arguments.check(),
             Self::Report(arguments) => arguments.check(),
             Self::Demo(arguments) => arguments.check(),
+            Self::Plan(arguments) => arguments.check(),
             Self::Import(_)
             | Self::Factor(_)
             | Self::Info(_)
@@ -221,6 +225,7 @@ impl Command {
             Self::Transfer(arguments) => Ok(arguments.files()),
             Self::View(arguments) => Ok(arguments.files()),
             Self::Report(arguments) => Ok(arguments.files()),
+            Self::Plan(arguments) => Ok(arguments.files()),
             Self::Demo(_) | Self::Info(_) | Self::Run(_) | Self::Completions(_) | Self::Man(_) => {
                 Ok(Files::default())
             }
@@ -230,7 +235,7 @@ impl Command {
     /// What a user types to continue after an interruption.
     fn if_interrupted(&self) -> &'static str {
         match self {
-            Self::Bake(_) => bake::IF_INTERRUPTED,
+            Self::Bake(arguments) => arguments.if_interrupted(),
             Self::Synth(arguments) => arguments.if_interrupted(),
             Self::Render(_) => render::IF_INTERRUPTED,
             Self::Run(_) | Self::Demo(_) => CHAIN_IF_INTERRUPTED,
@@ -251,6 +256,7 @@ impl Command {
             | Self::Transfer(_)
             | Self::View(_)
             | Self::Report(_)
+            | Self::Plan(_)
             | Self::Completions(_)
             | Self::Man(_) => STAGE_IF_INTERRUPTED,
         }
@@ -280,6 +286,7 @@ impl Command {
             Self::View(arguments) => arguments.run(session),
             Self::Report(arguments) => arguments.run(session),
             Self::Run(arguments) => arguments.run(session),
+            Self::Plan(arguments) => arguments.run(session),
             Self::Completions(arguments) => Ok(arguments.run()),
             Self::Man(arguments) => arguments.run(),
         }

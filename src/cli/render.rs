@@ -24,9 +24,9 @@ use crate::error::{Error, Result};
 use crate::format::ours::Format;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::memory;
+use crate::render::option_values::Sweep;
 use crate::render::options::RenderOptions;
 use crate::render::sequence::{self, Inputs, Report};
-use crate::render::values::Sweep;
 use crate::texton::options::ByteSize;
 use crate::textures::model::ModelOptions;
 use crate::textures::surface_color::SurfaceColor;
@@ -107,9 +107,9 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
         let _locks = self.files().claim()?;
-        let overviews = Overviews::new(&self.output, self.options.animation)?;
+        let overviews = Overviews::new(&self.output, self.options.files.animation)?;
         let sample = Sample::open(&self.sample)?;
-        let drawn_as = (self.look(), self.options.shading);
+        let drawn_as = (self.look(), self.options.image.shading);
         let surface = surface::read(&self.map, drawn_as, session.progress())?;
         let Surface { map, cover, id } = surface;
         self.check_memory(&sample, &map)?;
@@ -148,7 +148,7 @@ impl Arguments {
                     "the sample laid out for shading ({}) and frames",
                     ByteSize(table)
                 ),
-                false => format!("frames of {} and their lights", options.size),
+                false => format!("frames of {} and their lights", options.image.size),
             },
             option: if table_is_more {
                 "table-memory"
@@ -164,7 +164,7 @@ impl Arguments {
 
     /// What the command reads and writes.
     pub fn files(&self) -> Files {
-        let table = match &self.options.sweep {
+        let table = match &self.options.sweep.kind {
             Sweep::File(path) => Some(path),
             _ => None,
         };
@@ -174,15 +174,15 @@ impl Arguments {
             .read_as(&[Kind::Map, Kind::Atlas, Kind::FaceMap], &self.map)
             .read(&atlas::files(&self.map))
             .read(table)
-            .read(&self.options.camera_path)
-            .read(&self.options.environment)
+            .read(&self.options.camera.camera_path)
+            .read(&self.options.lights.environment)
             .write("output", [&self.output], Product::Frames)
             .write(
                 "vertex-colors",
                 &self.vertex_colors,
                 Product::File(Format::Ply),
             );
-        if let Some(shard) = self.options.shard {
+        if let Some(shard) = self.options.files.shard {
             // Shards of one sweep write one folder side by side; any other two runs may not.
             let mut name = self.output.clone().into_os_string();
             name.push(format!(".shard-{}-of-{}", shard.index, shard.count));
@@ -224,6 +224,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
         replaced,
         ..
     } = report;
+    // Tell what was rendered.
     let mut outcome = outcome.line(format!(
         "{rendered} frames of {} vertices in {seconds:.2} s",
         map.mesh.positions.len()
@@ -239,6 +240,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             "copy of the sample for shading: {mebibytes:.0} MiB {place}"
         ));
     }
+    // Tell what was chosen for the whole sequence.
     if let Some(front) = &report.front {
         outcome = outcome
             .line(front.describe())
@@ -249,6 +251,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             .line(parallax.describe())
             .figure("parallax", parallax.heights.is_some());
     }
+    // Tell what an earlier run had made.
     if *kept > 0 {
         outcome = outcome.line(format!("{kept} frames kept"));
     }

@@ -41,6 +41,9 @@ pub struct Arguments {
     /// Of a scene: the products of this quality, as `mesotex run --quality` makes them.
     #[arg(long, value_enum, default_value_t)]
     pub quality: Quality,
+    /// Of a scene with a [matrix]: the run to report of, by the varied values in the names of its outputs.
+    #[arg(long, value_name = "RUN")]
+    pub only: Option<String>,
     #[command(flatten)]
     pub common: Common,
 }
@@ -66,7 +69,7 @@ impl Arguments {
         let _locks = self.files().claim()?;
         // A scene's paths are relative to its folder, which is entered.
         let output = std::path::absolute(&self.output).map_err(Error::io(&self.output, "find"))?;
-        let products = Products::find(&self.input, self.quality, session)?;
+        let products = Products::find(&self.input, (self.quality, self.only.as_deref()), session)?;
         let (html, outcome) = page_of(&products, session)?;
         page::write(&output, &html)?;
         Ok(outcome.wrote(&self.output))
@@ -75,9 +78,11 @@ impl Arguments {
 
 /// The page, and what a person reads of it.
 fn page_of(products: &Products, session: &Session) -> Result<(String, Outcome)> {
+    // Make the page.
     let sample = products.sample.as_deref().map(Sample::open).transpose()?;
     let summary = summary_of(products, sample.as_ref(), session)?;
     let html = summary.page(sample.as_ref(), session.progress())?;
+    // Gather what it could not show.
     let missing: Vec<String> = [
         &summary.sample,
         &summary.textons,
@@ -90,6 +95,7 @@ fn page_of(products: &Products, session: &Session) -> Result<(String, Outcome)> 
     .chain(&summary.stage_notes)
     .cloned()
     .collect();
+    // Tell what it holds.
     let pictures = summary
         .sequences
         .iter()

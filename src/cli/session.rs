@@ -67,6 +67,11 @@ impl Session {
         self.common.seed.unwrap_or(0)
     }
 
+    /// The seed that the user gave.
+    pub fn given_seed(&self) -> Option<u64> {
+        self.common.seed
+    }
+
     /// The same session with another seed.
     #[must_use]
     pub fn with_seed(&self, seed: Option<u64>) -> Self {

@@ -15,11 +15,11 @@ use crate::error::{Error, Result};
 use crate::format::image::write_png;
 use crate::format::json;
 use crate::format::ours::Format;
-use crate::texton::analysis::planned;
+use crate::shard::Shard;
 use crate::texton::picture::{self, Picture};
 use crate::texton::report::{AnalysisReport, LevelReport};
 use crate::texton::vocabulary::FoundVocabulary;
-use crate::texton::{self, Analysis, TextonOptions};
+use crate::texton::{self, Analysis, PartReport, Parts, Study, TextonOptions};
 
 /// Find the 3D textons of a BTF sample: filter bank, representative images, K-means.
 #[derive(Clone, Debug, Args)]
@@ -28,11 +28,13 @@ Examples:
   mesotex textons weave.sample -o weave.textons.npz
   mesotex textons weave.sample -o weave.textons.npz --textons 200 --images all --levels 3
   mesotex textons ubo.sample -o ubo.textons.npz --memory 3GiB --no-tile
-  mesotex textons weave.sample -o weave.textons.npz --report r.json --montage textons.png")]
+  mesotex textons weave.sample -o weave.textons.npz --report r.json --montage textons.png
+  mesotex textons weave.sample --shard 0/2 -o part0.npz    (and --shard 1/2 -o part1.npz, elsewhere)
+  mesotex textons weave.sample --reduce part0.npz part1.npz -o weave.textons.npz")]
 pub struct Arguments {
     /// The BTF sample, a folder NAME.sample.
     pub sample: PathBuf,
-    /// The vocabulary to write, NAME.textons.npz.
+    /// The vocabulary to write, NAME.textons.npz; with --shard, a part of the analysis, PART.npz.
     #[arg(long, short)]
     pub output: PathBuf,
     /// Write times, routes, inertia and cluster sizes as JSON.
@@ -44,6 +46,14 @@ pub struct Arguments {
     /// Write a picture of the finest texton map, a stable colour a label.
     #[arg(long, value_name = "FILE.png")]
     pub label_map: Option<PathBuf>,
+    /// Do the i-th of n shares of the work on the images, from 0, and write a part; all parts are joined by
+    /// --reduce. A part that is there already, made from the same sample and options, is kept.
+    #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
+    pub shard: Option<Shard>,
+    /// Join the parts of all shards to the vocabulary that one run without --shard finds, byte for byte. The options
+    /// are those of the parts.
+    #[arg(long, value_name = "PART.npz", num_args = 1..)]
+    pub reduce: Vec<PathBuf>,
     #[command(flatten)]
     pub options: TextonOptions,
     #[command(flatten)]
@@ -57,6 +67,7 @@ impl Arguments {
         Files::default()
             .read_as(&[Kind::Sample], &self.sample)
             .read(&sample::files_of(&self.sample))
+            .read(&self.reduce)
             .write("output", [&self.output], Product::File(Format::Archive))
             .write("report", &self.report, Product::File(Format::Json))
             .write("montage", &self.montage, picture)
@@ -67,28 +78,90 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files().claim()?;
         let sample = Sample::open(&self.sample)?;
+        if !self.reduce.is_empty() {
+            return self.join(&sample, session);
+        }
         let options = TextonOptions {
             seed: session.seed(),
             memory: self.options.memory.or_else(machine::quarter_of_memory),
             ..self.options.clone()
         };
-        let need = Need {
-            bytes: planned(&sample, &options)?.bytes,
-            work: format!(
-                "{} textons of {} images",
-                options.textons,
-                options.image_count(&sample)?
-            ),
+        let study = Study::new(&sample, &options)?;
+        let work = format!(
+            "{} textons of {} images",
+            options.textons,
+            options.image_count(&sample)?
+        );
+        let need = |bytes: u64| Need {
+            bytes,
+            work,
             option: "memory",
             advice: "a smaller --memory, fewer --images or --textons".into(),
         };
+        match self.shard {
+            Some(shard) => {
+                need(study.part_bytes).check()?;
+                let report = texton::write_part(&study, shard, &self.output, session.progress())?;
+                Ok(self.outcome_of_part(shard, &report))
+            }
+            None => {
+                need(study.plan.bytes).check()?;
+                self.finish(&sample, texton::find(&study, None, session.progress())?)
+            }
+        }
+    }
+
+    /// Joins parts.
+    fn join(&self, sample: &Sample, session: &Session) -> Result<Outcome> {
+        let parts = Parts::open(&self.reduce, sample)?;
+        let seed = parts.options.seed;
+        if let Some(given) = session.given_seed().filter(|given| *given != seed) {
+            let found = format!("{given}, of parts made with {seed}");
+            return Err(Error::option(
+                "seed",
+                found,
+                format!("{seed}, or no --seed"),
+            ));
+        }
+        let options = parts.options.clone();
+        let study = parts.study(sample, &options, machine::quarter_of_memory())?;
+        let need = Need {
+            bytes: study.plan.bytes,
+            work: format!("{} textons of these parts", options.textons),
+            option: "reduce",
+            advice: "parts made with a smaller --memory, fewer --images or --textons".into(),
+        };
         need.check()?;
-        let analysis = texton::analyze(&sample, &options, session.progress())?;
-        self.write_side_outputs(&sample, &analysis)?;
+        self.finish(
+            sample,
+            texton::find(&study, Some(parts), session.progress())?,
+        )
+    }
+
+    /// Writes what was found.
+    fn finish(&self, sample: &Sample, analysis: Analysis) -> Result<Outcome> {
+        self.write_side_outputs(sample, &analysis)?;
         let Analysis { vocabulary, report } = analysis;
         let outcome = self.outcome(&vocabulary, &report)?;
         let id = vocabulary.write(&self.output)?;
         Ok(outcome.figure("id", id.to_string()))
+    }
+
+    fn outcome_of_part(&self, shard: Shard, report: &PartReport) -> Outcome {
+        let PartReport { images, is_kept } = report;
+        let outcome = match is_kept {
+            true => Outcome::default().line(format!(
+                "{} is there already: shard {shard} of this sample and these options",
+                self.output.display()
+            )),
+            false => Outcome::default().wrote(&self.output),
+        };
+        outcome
+            .line(format!("images {} to {}", images.start, images.end - 1))
+            .figure("shard", shard.to_string())
+            .figure("images", images.len())
+            .figure("kept", *is_kept)
+            .figure("peak_bytes", machine::peak_memory().map(|size| size.0))
     }
 
     /// Files beside the vocabulary.

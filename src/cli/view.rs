@@ -86,6 +86,7 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Claim the output, and read sample and map.
         self.check()?;
         let _locks = self.files().claim()?;
         let begun = Instant::now();
@@ -93,10 +94,12 @@ impl Arguments {
         let drawn_as = (Look::default(), Shading::Pixel);
         let map = surface::read(&self.map, drawn_as, session.progress())?.map;
         self.check_pair(&sample, &map)?;
+        // Make the page.
         let title = name_of(&self.map);
         let made = viewer_page((&sample, &map), &title, &self.options(), session.progress())
             .map_err(|error| error.in_file(&self.map))?;
         page::write(&self.output, &made.html)?;
+        // Tell what it holds.
         let megabytes = made.html.len() as f64 / 1e6;
         let mut outcome = Outcome::default().line(format!(
             "{} vertices, factors of up to {} eigentextures per view: error {:.2} % of the root mean square of all values",

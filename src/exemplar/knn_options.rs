@@ -86,6 +86,7 @@ impl Default for KnnOptions {
 impl KnnOptions {
     /// Refuses numbers no table can have.
     pub fn validate(&self) -> Result<()> {
+        // Check the counts.
         for (name, value, least, most, why) in [
             (
                 "k",
@@ -118,6 +119,7 @@ impl KnnOptions {
             }
         }
         check_tolerance(self.transition_tolerance)?;
+        // Check the widths.
         for (name, width) in [
             ("neighborhood", self.neighborhood),
             ("coarse-neighborhood", self.coarse_neighborhood),

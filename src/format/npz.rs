@@ -71,6 +71,16 @@ impl Reader {
         self.archive.index_for_name(&member_name(name)).is_some()
     }
 
+    /// The names of all arrays, sorted.
+    pub fn names(&self) -> Vec<String> {
+        let files = self.archive.file_names();
+        let mut names: Vec<String> = files
+            .filter_map(|name| Some(name.ok()?.strip_suffix(".npy")?.to_owned()))
+            .collect();
+        names.sort();
+        names
+    }
+
     /// Reads `meta.json`.
     pub fn meta<T: DeserializeOwned>(&mut self) -> Result<T> {
         let bytes = match self.member(META)? {

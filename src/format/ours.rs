@@ -19,6 +19,8 @@ pub const PICTURE_MARK: [&str; 2] = ["Software", "mesotex"];
 pub const BTF_MARK: &str = "<btf writer=\"mesotex\"/>";
 /// The element that marks pages.
 pub const PAGE_MARK: &str = "<meta name=\"generator\" content=\"mesotex\">";
+/// What marks plans of commands.
+pub const PLAN_MARK: &str = "# mesotex plan";
 /// What stands behind the last coefficient of PTM files, where readers do not look.
 pub const PTM_MARK: &[u8] = b"mesotex\n";
 /// The member that every archive of ours has.
@@ -55,6 +57,8 @@ pub enum Format {
     Page,
     /// A scene, TOML.
     Scene,
+    /// A plan of commands: a shell script or a Snakefile.
+    Plan,
 }
 
 impl Format {
@@ -72,6 +76,7 @@ impl Format {
             Self::Ptm => "PTM",
             Self::Page => "page",
             Self::Scene => "scene",
+            Self::Plan => "plan",
         }
     }
 }
@@ -91,6 +96,7 @@ pub fn is_ours(path: &Path, format: Format) -> io::Result<bool> {
         Format::Frame => start.starts_with(&[0x76, 0x2f, 0x31, 1]) && contains(&start, b"mesotex:"),
         Format::Btf => start.starts_with(b"!") && contains(&start, BTF_MARK.as_bytes()),
         Format::Page => contains(&start, PAGE_MARK.as_bytes()),
+        Format::Plan => start.starts_with(PLAN_MARK.as_bytes()),
         Format::Ptm => start.starts_with(b"PTM_") && ends_with(path, PTM_MARK)?,
         // A scene is written to be edited: whatever it holds is the user's.
         Format::Scene => false,

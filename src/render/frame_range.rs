@@ -1,4 +1,4 @@
-//! Which frames of a sweep are made, in whose hands, and what their files are called.
+//! Which frames of a sweep are made, and what their files are called.
 
 use std::fmt;
 use std::str::FromStr;
@@ -79,6 +79,7 @@ impl FromStr for FrameRange {
                 .parse::<u32>()
                 .map_err(|_| format!("`{text}` is neither a count nor a range as 1-240 or 1-240x2"))
         };
+        // Read the range and its step.
         let (range, step) = match text.split_once('x') {
             Some((range, step)) => (range, number(step)?),
             None => (text, 1),
@@ -87,6 +88,7 @@ impl FromStr for FrameRange {
             Some((first, last)) => (number(first)?, number(last)?, false),
             None => (1, number(range)?, true),
         };
+        // Check them.
         if last == 0 {
             return Err("no frame is asked for".into());
         }
@@ -125,42 +127,6 @@ impl fmt::Display for FrameRange {
             write!(f, "x{}", self.step)?;
         }
         Ok(())
-    }
-}
-
-/// One of several runs that share a sweep: `i/n` takes every n-th frame, from the i-th on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct Shard {
-    /// Which of the runs, from 0.
-    pub index: u32,
-    /// How many runs.
-    pub count: u32,
-}
-
-impl Shard {
-    /// Whether the frame at a place of the list is this run's.
-    pub fn takes(self, place: usize) -> bool {
-        place % self.count as usize == self.index as usize
-    }
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let parts = text.split_once('/');
-        let numbers = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-        match numbers {
-            Some((index, count)) if index < count => Ok(Self { index, count }),
-            _ => Err(format!("`{text}` is no shard i/n with 0 <= i < n, as 0/3")),
-        }
-    }
-}
-
-impl fmt::Display for Shard {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.index, self.count)
     }
 }
 
@@ -253,15 +219,6 @@ mod tests {
         for text in ["24", "5-7", "1-240x2"] {
             assert_eq!(text.parse::<FrameRange>().unwrap().to_string(), text);
         }
-    }
-
-    #[test]
-    fn shards_share_all_frames() {
-        let shards: Vec<Shard> = ["0/3", "1/3", "2/3"].map(|s| s.parse().unwrap()).into();
-        for place in 0..10 {
-            assert_eq!(shards.iter().filter(|shard| shard.takes(place)).count(), 1);
-        }
-        assert!("3/3".parse::<Shard>().is_err() && "x".parse::<Shard>().is_err());
     }
 
     #[test]

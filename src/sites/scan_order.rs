@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::mesh::compressed_rows::Rows;
     use crate::neighborhood::Neighborhood;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
     use crate::sites::level::Neighbor;
     use crate::sites::vertices::VertexSites;
 
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn a_grid_is_visited_row_by_row() {
-        let target = GridTarget {
+        let target = SiteGrid {
             width: 5,
             height: 4,
             toroidal: true,

@@ -167,6 +167,7 @@ impl SynthesisOptions {
 
     /// Refuses options that the method does not use.
     fn check_method(&self) -> Result<()> {
+        // Refuse options of other methods.
         let name = self.method.name();
         if self.method != Method::KCoherence {
             self.k_coherence.refuse_for(name)?;
@@ -183,6 +184,7 @@ impl SynthesisOptions {
         if self.method != Method::Choosy {
             self.choosy.refuse_for(name)?;
         }
+        // Refuse too few passes.
         if self.method == Method::Progressive && self.passes < 2 {
             let found = format!("{} with --method {name}", self.passes);
             return Err(Error::option(
@@ -203,6 +205,7 @@ impl SynthesisOptions {
 
     /// A given one of the options that several methods share, and what this method has instead of it.
     fn unused_option(&self) -> Option<(&'static str, &'static str)> {
+        // Tell which shared options the method has no use for.
         let default = Self::default();
         let (levels, metric, neighborhood, passes) = match self.method {
             Method::KCoherence | Method::WeiLevoy => return None,
@@ -212,6 +215,7 @@ impl SynthesisOptions {
             Method::Choosy => return self.unused_by_choosy(),
             Method::Progressive => (false, true, true, false),
         };
+        // Find one that was given.
         let given = [
             (
                 levels && self.levels.is_some_and(|levels| levels != 1),

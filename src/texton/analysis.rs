@@ -5,27 +5,24 @@
 //! sketch), and for the centres.
 
 use ndarray::Array3;
-use serde_json::Value;
 
-use crate::btf::factored::Factors;
 use crate::btf::sample::Sample;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::progress::Progress;
-use crate::random::stream;
 use crate::texton::eigenplanes::Eigenplanes;
 use crate::texton::filter_bank::{FILTERS, leung_malik};
-use crate::texton::image_stack::{Channels, ImageStack};
 use crate::texton::level::Level;
 use crate::texton::level_textons::{self, Found};
 use crate::texton::mixed_responses::mix_into;
 use crate::texton::options::TextonOptions;
 use crate::texton::panels::{Panels, PlaneSource};
-use crate::texton::plan::{Plan, Sizes};
+use crate::texton::parts::Parts;
+use crate::texton::plan::Plan;
 use crate::texton::report::{AnalysisReport, LevelReport};
 use crate::texton::representatives;
 use crate::texton::row_blocks::RowBlocks;
-use crate::texton::sub_grid::SubGrid;
+use crate::texton::study::{self, Study};
 use crate::texton::texel_mixtures::TexelMixtures;
 use crate::texton::vocabulary::{FactorBasis, FoundVocabulary, VocabularyLevel};
 
@@ -38,30 +35,29 @@ pub struct Analysis {
     pub report: AnalysisReport,
 }
 
-/// What an analysis would take of memory, and by which routes it would go.
-pub fn planned(sample: &Sample, options: &TextonOptions) -> Result<Plan> {
-    options.validate()?;
-    let stack = ImageStack {
-        sample,
-        channels: channels(options),
-        grids: options.grids(sample)?,
-    };
-    plan(&stack, options)
-}
-
 /// Finds the 3D textons of a sample.
 pub fn analyze(
     sample: &Sample,
     options: &TextonOptions,
     progress: Progress<'_>,
 ) -> Result<Analysis> {
-    options.validate()?;
-    let stack = ImageStack {
-        sample,
-        channels: channels(options),
-        grids: options.grids(sample)?,
-    };
-    let plan = plan(&stack, options)?;
+    find(&Study::new(sample, options)?, None, progress)
+}
+
+/// Finds the textons of a study. What its `parts` hold is read from them and not made from the images; the textons
+/// are the same.
+pub fn find(
+    study: &Study<'_>,
+    mut parts: Option<Parts>,
+    progress: Progress<'_>,
+) -> Result<Analysis> {
+    let Study {
+        stack,
+        options,
+        plan,
+        ..
+    } = study;
+    let sample = stack.sample;
     let mut report = AnalysisReport {
         planned_bytes: plan.bytes,
         ..AnalysisReport::default()
@@ -72,14 +68,14 @@ pub fn analyze(
         grids.map(|&grid| Level::new(grid, &bank)).collect()
     });
     let representatives = report.measure("representative images", || {
-        choose_representatives(&stack, &bank, &plan, options, progress)
+        choose_representatives(study, &bank, parts.as_mut(), progress)
     })?;
     report.note_images(
         sample.image_count(),
         representatives.len(),
         plan.image_vectors,
     );
-    let factors = standing_for(sample, representatives.len(), stack.channels);
+    let factors = study::standing_for(sample, representatives.len(), stack.channels);
     let eigenplanes = factors.map(|factors| {
         report.measure("eigenplanes", || {
             Eigenplanes::new(factors, &representatives, stack.channels)
@@ -89,12 +85,17 @@ pub fn analyze(
         Some(planes) => PlaneSource::Eigenplanes(planes),
         None => PlaneSource::Images(&representatives),
     };
-    let mut panels = Panels::new(&stack, source, plan.keep_images);
-    let sketched = plan.sketched();
+    let blocks = study.blocks_of(source);
+    let mut panels = Panels::new(stack, source, blocks, plan.keep_images);
+    let summed = match &mut parts {
+        Some(parts) => parts.image_products(study)?,
+        None => None,
+    };
     let found = level_textons::find(
         &mut panels,
         &levels,
-        sketched,
+        plan.sketched(),
+        summed,
         options,
         &mut report,
         progress,
@@ -102,9 +103,9 @@ pub fn analyze(
     let centroids = report.measure("texton centres", || {
         centroids(&mut panels, &levels, &found, progress)
     })?;
-    let chosen_by_reading = u32::from(representatives.len() < sample.image_count());
-    report.times_read = panels.passes() + chosen_by_reading;
-    report.levels = level_reports(&levels, &plan, &found);
+    let chosen_by_reading = parts.is_none() && representatives.len() < sample.image_count();
+    report.times_read = panels.passes() + u32::from(chosen_by_reading);
+    report.levels = level_reports(&levels, plan, &found);
     let vocabulary = FoundVocabulary {
         levels: assemble(&levels, found, centroids),
         filters: bank.mapv(|tap| tap as f32),
@@ -115,7 +116,7 @@ pub fn analyze(
             matrix: planes.into_inverse_root(),
         }),
         tileable: stack.grids[0].tileable,
-        options: recorded(options)?,
+        options: study::recorded(options)?,
         seed: options.seed,
         texel_mm: sample.description().texel_mm,
         sample: sample.id().clone(),
@@ -125,62 +126,25 @@ pub fn analyze(
     Ok(Analysis { vocabulary, report })
 }
 
-/// The factors whose planes take the place of so many images: where they are no more than the images'.
-fn standing_for(sample: &Sample, images: usize, channels: Channels) -> Option<&Factors> {
-    let factors = sample.factors()?;
-    (Eigenplanes::count_of(factors) <= images * channels.count()).then_some(factors)
-}
-
-fn channels(options: &TextonOptions) -> Channels {
-    if options.luminance {
-        Channels::Luminance
-    } else {
-        Channels::Rgb
-    }
-}
-
-fn plan(stack: &ImageStack<'_>, options: &TextonOptions) -> Result<Plan> {
-    let points = |side: u32| options.image_grid.min(side) as usize;
-    let sub_grid = points(stack.grids[0].height) * points(stack.grids[0].width);
-    let representatives = options.image_count(stack.sample)?;
-    let factors = standing_for(stack.sample, representatives, stack.channels);
-    let sizes = Sizes {
-        grids: &stack.grids,
-        textons: (0..stack.grids.len())
-            .map(|level| options.textons_at(level))
-            .collect(),
-        channels: stack.channels.count(),
-        images: stack.sample.image_count(),
-        representatives,
-        eigenplanes: factors.map(Eigenplanes::count_of),
-        factor_bytes: stack.sample.factors().map_or(0, Factors::bytes),
-        image_components: stack.channels.count() * sub_grid * FILTERS,
-    };
-    Plan::new(&sizes, options.memory)
-}
-
 fn choose_representatives(
-    stack: &ImageStack<'_>,
+    study: &Study<'_>,
     bank: &Array3<f64>,
-    plan: &Plan,
-    options: &TextonOptions,
+    parts: Option<&mut Parts>,
     progress: Progress<'_>,
 ) -> Result<Vec<u32>> {
-    let count = options.image_count(stack.sample)?;
-    let held = stack.sample.image_count();
-    if count == held {
-        return Ok((0..held as u32).collect());
-    }
-    let sub_grid = SubGrid::new(stack.grids[0], bank, options.image_grid as usize);
-    let mut random = stream(options.seed, "representative images", 0, 0);
-    let chosen = representatives::choose(
-        stack,
-        &sub_grid,
-        count,
-        plan.image_vectors,
-        &mut random,
-        progress,
-    )?;
+    let Some(count) = study.chosen()? else {
+        return Ok((0..study.stack.sample.image_count() as u32).collect());
+    };
+    let mut random = study::random_of_images(study.options);
+    let appearance = study.appearance(bank, &mut random);
+    let vectors = match parts {
+        Some(parts) => {
+            parts.image_vectors(study.stack.sample.image_count(), appearance.columns())?
+        }
+        None => appearance.all(progress)?,
+    };
+    let held = study.plan.image_vectors;
+    let chosen = representatives::choose(vectors, held, count, &mut random, progress)?;
     if chosen.len() < count {
         progress.warn(format!(
             "the sample has only {} distinct images; taking these instead of {count}",
@@ -211,9 +175,10 @@ fn centroids(
             Ok((averages, centroids))
         })
         .collect::<Result<_>>()?;
-    panels.each("texton centres", progress, |first, planes| {
+    panels.each("texton centres", progress, |panel| {
+        let planes = panel.planes;
         for (((averages, centroids), planes), level) in targets.iter_mut().zip(planes).zip(levels) {
-            let range = level.components(first, planes);
+            let range = level.components(panel.first, planes);
             let target = centroids.columns_mut(range);
             mix_into(&level.filters, averages, planes, target);
         }
@@ -250,14 +215,4 @@ fn assemble(
             }
         })
         .collect()
-}
-
-/// The options as a file keeps them: without the memory, which is the machine's affair.
-fn recorded(options: &TextonOptions) -> Result<Value> {
-    let mut value =
-        serde_json::to_value(options).map_err(|error| Error::data("options", error.to_string()))?;
-    if let Value::Object(map) = &mut value {
-        map.remove("memory");
-    }
-    Ok(value)
 }

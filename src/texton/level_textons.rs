@@ -7,15 +7,13 @@
 use ndarray::{Array2, Axis, s};
 
 use crate::error::{Error, Result};
-use crate::matrix::as_rows;
 use crate::progress::Progress;
 use crate::random::{Stream, stream};
-use crate::texton::basis::PlaneBasis;
 use crate::texton::gram_kmeans::{self, Clustering};
+use crate::texton::image_products::{ImageProducts, LevelProducts};
 use crate::texton::level::Level;
 use crate::texton::mixed_responses::mix_into;
 use crate::texton::options::TextonOptions;
-use crate::texton::outer_products::OuterProducts;
 use crate::texton::panels::Panels;
 use crate::texton::report::AnalysisReport;
 use crate::texton::sketch::{self, Coordinates, Fidelity, Probes};
@@ -31,37 +29,31 @@ pub struct Found {
     pub fidelity: Option<Fidelity>,
 }
 
-/// Finds the textons of all levels, finest first; the `sketched` finest ones through a sketch.
+/// Finds the textons of all levels, finest first; the `sketched` finest ones through a sketch. The dot products
+/// of the images are summed here, unless other runs have `summed` them for all levels.
 pub fn find(
     panels: &mut Panels<'_>,
     levels: &[Level<'_>],
     sketched: usize,
+    summed: Option<ImageProducts>,
     options: &TextonOptions,
     report: &mut AnalysisReport,
     progress: Progress<'_>,
 ) -> Result<Vec<Found>> {
-    let (for_sketch, for_gram) = levels.split_at(sketched);
-    let mut grams: Vec<_> = for_gram.iter().map(GramLevel::new).collect();
-    let components = panels.planes() * levels[0].filters.count();
-    let mut mixed: Vec<_> = for_sketch
-        .iter()
-        .enumerate()
-        .map(|(at, level)| MixedLevel::new(level, at, components, options))
-        .collect();
-    report.measure("image dot products", || {
-        panels.each("image dot products", progress, |first, planes| {
-            let (for_sketch, for_gram) = planes.split_at(sketched);
-            grams
-                .iter_mut()
-                .zip(for_gram)
-                .for_each(|(g, p)| g.add(p, progress));
-            let levels = mixed.iter_mut().zip(for_sketch);
-            levels.for_each(|(level, planes)| level.add(first, planes));
-        })
-    })?;
-    let mut found = sketch_levels(panels, mixed, options, report, progress)?;
-    for (at, gram) in (sketched..).zip(grams) {
-        found.push(gram.cluster(at, options, report, progress)?);
+    let (mut found, products) = match summed {
+        Some(products) => (Vec::new(), products),
+        None => sketch_and_sum(panels, levels, sketched, options, report, progress)?,
+    };
+    for products in products.into_levels() {
+        let at = found.len();
+        found.push(cluster_products(
+            products,
+            &levels[at],
+            at,
+            options,
+            report,
+            progress,
+        )?);
     }
     for (at, found) in found.iter().enumerate() {
         tell_if_fewer(&found.clustering, at, options, progress);
@@ -69,53 +61,63 @@ pub fn find(
     Ok(found)
 }
 
-/// A level whose texels are compared through all their dot products.
-struct GramLevel<'a> {
-    level: &'a Level<'a>,
-    basis: PlaneBasis,
-    /// Ĉ, of the planes so far.
-    covariance: OuterProducts,
+/// Reads the images: the textons of the sketched levels, and the dot products of the images on the others.
+fn sketch_and_sum(
+    panels: &mut Panels<'_>,
+    levels: &[Level<'_>],
+    sketched: usize,
+    options: &TextonOptions,
+    report: &mut AnalysisReport,
+    progress: Progress<'_>,
+) -> Result<(Vec<Found>, ImageProducts)> {
+    let (for_sketch, for_gram) = levels.split_at(sketched);
+    let grids: Vec<_> = for_gram.iter().map(|level| level.grid).collect();
+    let mut products = ImageProducts::new(&grids);
+    let components = panels.planes() * levels[0].filters.count();
+    let mut mixed: Vec<_> = for_sketch
+        .iter()
+        .enumerate()
+        .map(|(at, level)| MixedLevel::new(level, at, components, options))
+        .collect();
+    report.measure("image dot products", || {
+        panels.each("image dot products", progress, |panel| {
+            let (for_sketch, for_gram) = panel.planes.split_at(sketched);
+            products.add(for_gram, progress);
+            if panel.ends_block {
+                products.end_block();
+            }
+            let levels = mixed.iter_mut().zip(for_sketch);
+            levels.for_each(|(level, planes)| level.add(panel.first, planes));
+        })
+    })?;
+    let found = sketch_levels(panels, mixed, options, report, progress)?;
+    Ok((found, products))
 }
 
-impl<'a> GramLevel<'a> {
-    fn new(level: &'a Level<'a>) -> Self {
-        Self {
-            level,
-            basis: PlaneBasis::new(level.grid),
-            covariance: OuterProducts::new(level.grid.len()),
-        }
-    }
-
-    fn add(&mut self, planes: &[f32], progress: Progress<'_>) {
-        let waves = self.level.grid.len();
-        let coefficients = self.basis.coefficients(planes);
-        let rows = as_rows(&coefficients, coefficients.len() / waves, waves);
-        self.covariance.add(rows, progress);
-    }
-
-    fn cluster(
-        self,
-        at: usize,
-        options: &TextonOptions,
-        report: &mut AnalysisReport,
-        progress: Progress<'_>,
-    ) -> Result<Found> {
-        let gram = report.measure(format!("texel dot products of level {at}"), || {
-            let transfer = self.basis.transfer(self.level.bank);
-            let covariance = self.covariance.finish(progress)?;
-            texel_gram(covariance, &self.basis, &transfer, progress)
-        })?;
-        let clustering = report.measure(format!("textons of level {at}"), || {
-            best_of(at, options, progress, |random| {
-                let (clusters, steps) = (options.textons_at(at), options.max_iterations);
-                gram_kmeans::cluster(gram.view(), clusters, steps, random, progress)
-            })
-        })?;
-        Ok(Found {
-            clustering,
-            fidelity: None,
+/// Clusters a level whose texels are compared through all their dot products.
+fn cluster_products(
+    products: LevelProducts,
+    level: &Level<'_>,
+    at: usize,
+    options: &TextonOptions,
+    report: &mut AnalysisReport,
+    progress: Progress<'_>,
+) -> Result<Found> {
+    let gram = report.measure(format!("texel dot products of level {at}"), || {
+        let (basis, covariance) = products.into_total();
+        let transfer = basis.transfer(level.bank);
+        texel_gram(covariance.finish(progress)?, &basis, &transfer, progress)
+    })?;
+    let clustering = report.measure(format!("textons of level {at}"), || {
+        best_of(at, options, progress, |random| {
+            let (clusters, steps) = (options.textons_at(at), options.max_iterations);
+            gram_kmeans::cluster(gram.view(), clusters, steps, random, progress)
         })
-    }
+    })?;
+    Ok(Found {
+        clustering,
+        fidelity: None,
+    })
 }
 
 /// A level on its way to a sketch: random mixtures of its texels' appearance vectors.
@@ -166,9 +168,9 @@ fn sketch_levels(
         })
         .collect::<Result<_>>()?;
     report.measure("sketch", || {
-        panels.each("sketch", progress, |first, planes| {
-            for ((coordinates, probes), planes) in sketches.iter_mut().zip(planes) {
-                coordinates.add(planes, first);
+        panels.each("sketch", progress, |panel| {
+            for ((coordinates, probes), planes) in sketches.iter_mut().zip(panel.planes) {
+                coordinates.add(planes, panel.first);
                 probes.add(planes, progress);
             }
         })

@@ -5,7 +5,8 @@
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, s};
 use rayon::prelude::*;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::format::stored_array::StoredArray;
 use crate::matrix::{Target, multiply};
 use crate::progress::Progress;
 
@@ -46,6 +47,92 @@ impl OuterProducts {
             });
     }
 
+    /// Adds another sum of the same side.
+    pub fn add_all(&mut self, other: &Self) {
+        let blocks = self.matrix.axis_chunks_iter_mut(Axis(0), BLOCK);
+        blocks
+            .into_par_iter()
+            .zip(other.matrix.axis_chunks_iter(Axis(0), BLOCK))
+            .enumerate()
+            .for_each(|(block, (mut target, added))| {
+                let computed = s![.., ..block * BLOCK + added.nrows()];
+                let mut target = target.slice_mut(computed);
+                target += &added.slice(computed);
+            });
+    }
+
+    /// Nothing added, in the same memory.
+    pub fn clear(&mut self) {
+        let blocks = self.matrix.axis_chunks_iter_mut(Axis(0), BLOCK);
+        blocks.into_par_iter().for_each(|mut rows| rows.fill(0.0));
+    }
+
+    /// What is computed, as it is stored: block after block of rows, each up to the end of its square on the
+    /// diagonal.
+    pub fn stored(&self) -> impl Iterator<Item = Vec<f32>> {
+        let blocks = self.matrix.axis_chunks_iter(Axis(0), BLOCK);
+        blocks.enumerate().map(|(block, rows)| {
+            let computed = s![.., ..block * BLOCK + rows.nrows()];
+            rows.slice(computed).iter().copied().collect()
+        })
+    }
+
+    /// How many numbers a sum of a side stores.
+    pub fn stored_length(side: usize) -> usize {
+        stored_blocks(side)
+            .map(|[rows, columns]| rows * columns)
+            .sum()
+    }
+
+    /// A stored sum.
+    pub fn read(side: usize, stored: &StoredArray<f32>) -> Result<Self> {
+        let mut sum = Self::new(side);
+        sum.take(stored, |target, number| *target = number)?;
+        Ok(sum)
+    }
+
+    /// Adds a stored sum of the same side.
+    pub fn add_stored(&mut self, stored: &StoredArray<f32>) -> Result<()> {
+        self.take(stored, |target, number| *target += number)
+    }
+
+    /// Brings every stored number to its place.
+    fn take(
+        &mut self,
+        stored: &StoredArray<f32>,
+        put: impl Fn(&mut f32, f32) + Sync,
+    ) -> Result<()> {
+        let side = self.matrix.nrows();
+        if stored.len() != Self::stored_length(side) {
+            return Err(
+                Error::data("dot products", format!("{} numbers", stored.len()))
+                    .expected(format!("{}", Self::stored_length(side))),
+            );
+        }
+        let mut first = 0;
+        let blocks = self.matrix.axis_chunks_iter_mut(Axis(0), BLOCK);
+        for (mut target, [rows, columns]) in blocks.zip(stored_blocks(side)) {
+            let mut numbers = vec![0.0; rows * columns];
+            stored.read(first, &mut numbers)?;
+            if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
+                return Err(
+                    Error::data("dot products", number.to_string()).expected("finite numbers")
+                );
+            }
+            let mut target = target.slice_mut(s![.., ..columns]);
+            let rows = target.axis_iter_mut(Axis(0)).into_par_iter();
+            rows.zip(numbers.par_chunks(columns))
+                .for_each(|(target, numbers)| {
+                    target
+                        .into_iter()
+                        .zip(numbers)
+                        .for_each(|(t, &v)| put(t, v));
+                });
+            first += numbers.len();
+        }
+        Ok(())
+    }
+
     /// The whole matrix, exactly symmetric.
     pub fn finish(mut self, progress: Progress<'_>) -> Result<Array2<f32>> {
         let side = self.matrix.nrows();
@@ -67,6 +154,15 @@ impl OuterProducts {
     }
 }
 
+/// Rows and columns of every stored block of rows.
+fn stored_blocks(side: usize) -> impl Iterator<Item = [usize; 2]> {
+    let blocks = (0..side).step_by(BLOCK);
+    blocks.map(move |from| {
+        let to = (from + BLOCK).min(side);
+        [to - from, to]
+    })
+}
+
 fn mirror(mut tile: ArrayViewMut2<'_, f32>) {
     for row in 0..tile.nrows() {
         for col in row + 1..tile.ncols() {
@@ -78,6 +174,8 @@ fn mirror(mut tile: ArrayViewMut2<'_, f32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::format::npy;
+    use crate::format::stored_array::Bytes;
 
     #[test]
     fn the_sum_is_the_product_and_symmetric() {
@@ -86,5 +184,34 @@ mod tests {
         sum.add(rows.slice(s![..25, ..]), Progress::silent());
         sum.add(rows.slice(s![25.., ..]), Progress::silent());
         assert_eq!(sum.finish(Progress::silent()).unwrap(), rows.t().dot(&rows));
+    }
+
+    #[test]
+    fn sums_are_added_in_memory_as_from_a_file() {
+        let rows = Array2::from_shape_fn((9, 600), |(r, c)| ((r * 31 + c * 7) % 23) as f32 / 7.0);
+        let of = |rows: ArrayView2<'_, f32>| {
+            let mut sum = OuterProducts::new(600);
+            sum.add(rows, Progress::silent());
+            sum
+        };
+        let [one, other] = [s![..4, ..], s![4.., ..]].map(|part| of(rows.slice(part)));
+        let stored = |sum: &OuterProducts| {
+            let numbers: Vec<f32> = sum.stored().flatten().collect();
+            assert_eq!(numbers.len(), OuterProducts::stored_length(600));
+            let mut bytes = Vec::new();
+            npy::encode(&mut bytes, ndarray::aview1(&numbers).into_dyn()).unwrap();
+            StoredArray::<f32>::new(Bytes::Expanded(bytes)).unwrap()
+        };
+        let mut joined = OuterProducts::read(600, &stored(&one)).unwrap();
+        joined.add_stored(&stored(&other)).unwrap();
+        let mut added = OuterProducts::new(600);
+        added.add(rows.slice(s![..1, ..]), Progress::silent());
+        added.clear();
+        added.add_all(&one);
+        added.add_all(&other);
+        let [joined, added] = [joined, added].map(|sum| sum.finish(Progress::silent()).unwrap());
+        assert_eq!(joined, added);
+        let short = OuterProducts::read(599, &stored(&one)).err().unwrap();
+        assert!(short.to_string().contains("dot products"), "{short}");
     }
 }

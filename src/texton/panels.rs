@@ -2,13 +2,14 @@
 //!
 //! In: an image stack and the numbers of the chosen images, or the planes that stand for them. Out: pass
 //! after pass, for each panel its planes at every level. A panel bounds the memory; where there is memory
-//! for all planes they are read once and kept.
+//! for all planes they are read once and kept. No panel crosses the border of two blocks of images.
 
 use std::ops::Range;
 
 use crate::error::Result;
 use crate::progress::Progress;
 use crate::texton::eigenplanes::Eigenplanes;
+use crate::texton::image_blocks::ImageBlocks;
 use crate::texton::image_stack::ImageStack;
 
 /// What gives the planes.
@@ -22,7 +23,7 @@ pub enum PlaneSource<'a> {
 
 impl PlaneSource<'_> {
     /// Images or planes.
-    fn count(self) -> usize {
+    pub fn count(self) -> usize {
         match self {
             Self::Images(images) => images.len(),
             Self::Eigenplanes(planes) => planes.count(),
@@ -46,10 +47,21 @@ impl PlaneSource<'_> {
     }
 }
 
+/// Some images that are read together.
+pub struct Panel<'p> {
+    /// The number of the first plane.
+    pub first: usize,
+    /// For each level the planes, one after another.
+    pub planes: &'p [Vec<f32>],
+    /// Whether a block of images ends here.
+    pub ends_block: bool,
+}
+
 /// The chosen images of a stack.
 pub struct Panels<'a> {
     stack: &'a ImageStack<'a>,
     source: PlaneSource<'a>,
+    blocks: ImageBlocks,
     /// Planes of every panel at every level, once read, where they are to be kept.
     kept: Option<Vec<Vec<Vec<f32>>>>,
     /// How often the planes were made.
@@ -57,11 +69,17 @@ pub struct Panels<'a> {
 }
 
 impl<'a> Panels<'a> {
-    /// Nothing read yet; `keep` the planes once they are.
-    pub fn new(stack: &'a ImageStack<'a>, source: PlaneSource<'a>, keep: bool) -> Self {
+    /// Nothing read yet, in `blocks`; `keep` the planes once they are.
+    pub fn new(
+        stack: &'a ImageStack<'a>,
+        source: PlaneSource<'a>,
+        blocks: ImageBlocks,
+        keep: bool,
+    ) -> Self {
         Self {
             stack,
             source,
+            blocks,
             kept: keep.then(Vec::new),
             passes: 0,
         }
@@ -80,27 +98,32 @@ impl<'a> Panels<'a> {
         }
     }
 
-    /// Hands every panel to `take`: its first plane's number, and for each level the planes, one
-    /// after another.
+    /// Hands every panel to `take`.
     pub fn each(
         &mut self,
         stage: &str,
         progress: Progress<'_>,
-        mut take: impl FnMut(usize, &[Vec<f32>]),
+        mut take: impl FnMut(&Panel<'_>),
     ) -> Result<()> {
         let channels = self.source.channels(self.stack);
-        let panel = self.stack.panel_of(channels);
         let read_before = self.kept.as_ref().is_some_and(|kept| !kept.is_empty());
         self.passes += u32::from(!read_before);
-        let count = self.source.count();
-        progress.begin(stage, count as u64);
-        for (at, start) in (0..count).step_by(panel).enumerate() {
-            let (range, first) = (start..count.min(start + panel), start * channels);
+        progress.begin(stage, self.source.count() as u64);
+        let ranges = (0..self.blocks.count()).flat_map(|block| self.ranges_of(block));
+        for (at, (range, ends_block)) in ranges.collect::<Vec<_>>().into_iter().enumerate() {
+            let first = range.start * channels;
+            let mut hand_over = |planes: &[Vec<f32>]| {
+                take(&Panel {
+                    first,
+                    planes,
+                    ends_block,
+                })
+            };
             match &mut self.kept {
-                Some(kept) if read_before => take(first, &kept[at]),
+                Some(kept) if read_before => hand_over(&kept[at]),
                 kept => {
                     let planes = self.source.read(self.stack, range.clone())?;
-                    take(first, &planes);
+                    hand_over(&planes);
                     if let Some(kept) = kept {
                         kept.push(planes);
                     }
@@ -110,5 +133,27 @@ impl<'a> Panels<'a> {
         }
         progress.end();
         Ok(())
+    }
+
+    /// Hands the panels of one block to `take`: the planes of each at every level.
+    pub fn each_of_block(
+        &self,
+        block: usize,
+        progress: Progress<'_>,
+        mut take: impl FnMut(&[Vec<f32>]),
+    ) -> Result<()> {
+        for (range, _) in self.ranges_of(block) {
+            take(&self.source.read(self.stack, range.clone())?);
+            progress.advance(range.len() as u64)?;
+        }
+        Ok(())
+    }
+
+    /// The images of every panel of a block, and whether it is the block's last.
+    fn ranges_of(&self, block: usize) -> impl Iterator<Item = (Range<usize>, bool)> + use<> {
+        let panel = self.stack.panel_of(self.source.channels(self.stack));
+        let Range { start, end } = self.blocks.images(block);
+        let starts = (start..end).step_by(panel);
+        starts.map(move |first| (first..end.min(first + panel), first + panel >= end))
     }
 }

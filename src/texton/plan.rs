@@ -40,6 +40,8 @@ pub struct Sizes<'a> {
     pub representatives: usize,
     /// Planes of a factored sample that take the images' place.
     pub eigenplanes: Option<usize>,
+    /// Blocks of images whose dot products are summed one by one.
+    pub blocks: usize,
     /// Bytes of the sample that are in memory throughout: factors.
     pub factor_bytes: u64,
     /// Responses of one image on the sub-grid.
@@ -73,32 +75,49 @@ impl Plan {
         let Some(first_gram) = (0..=sizes.grids.len()).find(fits) else {
             return Err(too_small(sizes, limit));
         };
-        let routes = (0..sizes.grids.len())
-            .map(|level| {
-                if level < first_gram {
-                    Route::Sketch
-                } else {
-                    Route::Gram
-                }
-            })
-            .collect();
-        let must_keep = sizes.must_keep(first_gram);
-        let folded = ImageVectors::Folded;
-        let keep_images =
-            must_keep || first_gram > 0 && sizes.levels_bytes(first_gram, folded, true) <= limit;
-        let exact = sizes.levels_bytes(first_gram, ImageVectors::Exact, keep_images);
-        let (image_vectors, bytes) = if exact <= limit {
-            (ImageVectors::Exact, exact)
-        } else {
-            let bytes = sizes.levels_bytes(first_gram, folded, keep_images);
-            (folded, bytes)
+        let exact = Self::decided(sizes, first_gram, ImageVectors::Exact, limit);
+        match exact.bytes <= limit {
+            true => Ok(exact),
+            false => Ok(Self::decided(
+                sizes,
+                first_gram,
+                ImageVectors::Folded,
+                limit,
+            )),
+        }
+    }
+
+    /// The plan of an analysis whose routes are decided: how many of the finest levels are sketched, and how image
+    /// appearance vectors are held. Within `limit`, images are kept where that saves reading them again.
+    pub fn decided(
+        sizes: &Sizes<'_>,
+        sketched: usize,
+        image_vectors: ImageVectors,
+        limit: u64,
+    ) -> Self {
+        let route = |level| match level < sketched {
+            true => Route::Sketch,
+            false => Route::Gram,
         };
-        Ok(Self {
-            routes,
+        let room_for_images = || sizes.levels_bytes(sketched, ImageVectors::Folded, true) <= limit;
+        let keep_images = sizes.must_keep(sketched) || sketched > 0 && room_for_images();
+        Self {
+            routes: (0..sizes.grids.len()).map(route).collect(),
             image_vectors,
             keep_images,
-            bytes,
-        })
+            bytes: sizes.levels_bytes(sketched, image_vectors, keep_images),
+        }
+    }
+
+    /// Bytes that a part of the analysis expects to take at most: its image appearance vectors, or its images' dot
+    /// products, both written as they are made.
+    pub fn part_bytes(&self, sizes: &Sizes<'_>) -> u64 {
+        let own = match sizes.representatives < sizes.images {
+            true => self.image_vectors.reading_bytes(sizes.image_components),
+            false => sizes.covariances(self.sketched()),
+        };
+        own.saturating_add(sizes.factor_bytes)
+            .saturating_add(MARGIN)
     }
 }
 
@@ -175,10 +194,9 @@ impl Sizes<'_> {
 
     fn clustering(&self, first_gram: usize) -> u64 {
         let (sketched, gram) = self.grids.split_at(first_gram);
-        let covariances: u64 = gram
-            .iter()
-            .map(|grid| texel_gram::bytes(grid.len()) / 2)
-            .sum();
+        let covariances = self.covariances(first_gram);
+        // Beside the sums so far, those of the block under way.
+        let of_blocks = covariances * self.blocks.min(2) as u64;
         let working = gram.first().map_or(0, |grid| {
             let sums = 8 * (grid.len() * self.textons[first_gram]) as u64;
             let transfer = 16 * (FILTERS * grid.len()) as u64;
@@ -193,7 +211,14 @@ impl Sizes<'_> {
             .sum();
         let batch = if sketched.is_empty() { 0 } else { 256 << 20 };
         // The sketched levels are done before the others' matrices are made.
-        covariances + working.max(sketches + batch)
+        let clustering = covariances + working.max(sketches + batch);
+        clustering.max(of_blocks + sketches)
+    }
+
+    /// Bytes of the images' dot products on the levels from `first_gram` on.
+    fn covariances(&self, first_gram: usize) -> u64 {
+        let gram = self.grids.iter().skip(first_gram);
+        gram.map(|grid| texel_gram::bytes(grid.len()) / 2).sum()
     }
 
     fn centring(&self) -> u64 {
@@ -222,6 +247,7 @@ mod tests {
             images,
             representatives: 400,
             eigenplanes: None,
+            blocks: 1,
             factor_bytes: 0,
             image_components: 9216,
         };

@@ -4,8 +4,11 @@
 //! vector is the concatenation of an image's filter responses at the points of a regular sub-grid;
 //! of each cluster the image nearest to the mean is chosen.
 
-use ndarray::{Array2, ArrayViewMut2, Axis};
+use std::ops::Range;
+
+use ndarray::{Array2, ArrayViewMut2, Axis, s};
 use rand::Rng;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::progress::Progress;
@@ -18,7 +21,8 @@ use crate::texton::sub_grid::SubGrid;
 use crate::texton::vector_kmeans;
 
 /// How image appearance vectors are held.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum ImageVectors {
     /// In full, and clustered through all pairs of dot products.
     Exact,
@@ -31,6 +35,15 @@ pub enum ImageVectors {
 pub const FOLDED: usize = 512;
 
 impl ImageVectors {
+    /// Bytes to make some images' vectors of so many responses, where they are written as they are made.
+    pub fn reading_bytes(self, components: usize) -> u64 {
+        let folds = match self {
+            Self::Exact => 0,
+            Self::Folded => 16 * components as u64,
+        };
+        folds + 3 * 4 * READ_NUMBERS as u64
+    }
+
     /// Bytes to cluster so many images of so many planes' responses.
     pub fn bytes(self, images: usize, components: usize) -> u64 {
         let (images, components) = (images as u64, components as u64);
@@ -41,16 +54,98 @@ impl ImageVectors {
     }
 }
 
-/// Chooses `count` of the stack's images.
+/// Numbers of appearance vectors, not folded, that are held at once while images are read.
+const READ_NUMBERS: usize = 1 << 24;
+
+/// Appearance vectors of images, a row each, made a few images at a time.
+pub struct ImageAppearance<'a> {
+    stack: &'a ImageStack<'a>,
+    sub_grid: SubGrid,
+    /// Numbers of a vector that is not folded.
+    components: usize,
+    fold: Option<Fold>,
+}
+
+impl<'a> ImageAppearance<'a> {
+    /// Vectors over the points of a sub-grid; how they are folded is drawn first from `random`.
+    pub fn new(
+        stack: &'a ImageStack<'a>,
+        sub_grid: SubGrid,
+        held: ImageVectors,
+        random: &mut Stream,
+    ) -> Self {
+        let components = stack.channels.count() * sub_grid.components();
+        let fold = match held {
+            ImageVectors::Exact => None,
+            ImageVectors::Folded => Some(Fold::new(components, random)),
+        };
+        Self {
+            stack,
+            sub_grid,
+            components,
+            fold,
+        }
+    }
+
+    /// Numbers of a row: C · points · 48, or folded.
+    pub fn columns(&self) -> usize {
+        match self.fold {
+            Some(_) => FOLDED,
+            None => self.components,
+        }
+    }
+
+    /// The rows of some images [images, columns], a few images at a time.
+    pub fn rows_of(
+        &self,
+        images: Range<usize>,
+        progress: Progress<'_>,
+    ) -> impl Iterator<Item = Result<Array2<f32>>> {
+        let at_once = (READ_NUMBERS / self.components.max(1)).clamp(1, self.stack.panel());
+        let starts = images.clone().step_by(at_once);
+        starts.map(move |first| {
+            let numbers = first as u32..images.end.min(first + at_once) as u32;
+            let rows = self.rows(&numbers.collect::<Vec<_>>())?;
+            progress.advance(rows.nrows() as u64)?;
+            Ok(rows)
+        })
+    }
+
+    fn rows(&self, images: &[u32]) -> Result<Array2<f32>> {
+        let responses = self.sub_grid.responses(&self.stack.read_finest(images)?);
+        let mut rows = Array2::zeros((images.len(), self.columns()));
+        match &self.fold {
+            None => rows.iter_mut().zip(&responses).for_each(|(t, &r)| *t = r),
+            Some(fold) => fold.add(&responses, rows.view_mut()),
+        }
+        Ok(rows)
+    }
+
+    /// The rows of all images of the stack.
+    pub fn all(&self, progress: Progress<'_>) -> Result<Array2<f32>> {
+        let images = self.stack.sample.image_count();
+        let mut vectors = Array2::zeros((images, self.columns()));
+        progress.begin("image appearance", images as u64);
+        let mut first = 0;
+        for rows in self.rows_of(0..images, progress) {
+            let rows = rows?;
+            let place = s![first..first + rows.nrows(), ..];
+            vectors.slice_mut(place).assign(&rows);
+            first += rows.nrows();
+        }
+        progress.end();
+        Ok(vectors)
+    }
+}
+
+/// Chooses `count` images by their appearance vectors, a row each; `random` has drawn how these are folded.
 pub fn choose(
-    stack: &ImageStack<'_>,
-    sub_grid: &SubGrid,
-    count: usize,
+    vectors: Array2<f32>,
     held: ImageVectors,
+    count: usize,
     random: &mut Stream,
     progress: Progress<'_>,
 ) -> Result<Vec<u32>> {
-    let vectors = image_vectors(stack, sub_grid, held, random, progress)?;
     let found = match held {
         ImageVectors::Exact => {
             let mut products = OuterProducts::new(vectors.nrows());
@@ -71,37 +166,6 @@ pub fn choose(
 
 /// Lloyd steps over the images; representatives need no fixed point.
 const MAX_ITERATIONS: u32 = 100;
-
-/// Image appearance vectors [images, C · points · 48], or folded.
-fn image_vectors(
-    stack: &ImageStack<'_>,
-    sub_grid: &SubGrid,
-    held: ImageVectors,
-    random: &mut Stream,
-    progress: Progress<'_>,
-) -> Result<Array2<f32>> {
-    let images = stack.sample.image_count();
-    let components = stack.channels.count() * sub_grid.components();
-    let fold = match held {
-        ImageVectors::Exact => None,
-        ImageVectors::Folded => Some(Fold::new(components, random)),
-    };
-    let columns = if fold.is_some() { FOLDED } else { components };
-    let mut vectors = Array2::zeros((images, columns));
-    let numbers: Vec<u32> = (0..images as u32).collect();
-    progress.begin("image appearance", images as u64);
-    let targets = vectors.axis_chunks_iter_mut(Axis(0), stack.panel());
-    for (numbers, mut target) in numbers.chunks(stack.panel()).zip(targets) {
-        let responses = sub_grid.responses(&stack.read_finest(numbers)?);
-        match &fold {
-            None => target.iter_mut().zip(&responses).for_each(|(t, &r)| *t = r),
-            Some(fold) => fold.add(&responses, target),
-        }
-        progress.advance(numbers.len() as u64)?;
-    }
-    progress.end();
-    Ok(vectors)
-}
 
 /// Adds every component, with a random sign, to one of few numbers.
 struct Fold {

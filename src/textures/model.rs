@@ -56,6 +56,17 @@ const MOST_DISPLACED: f64 = 1e9;
 /// The roughness of surfaces of which nothing is known: between satin and chalk.
 pub(super) const ROUGHNESS: f32 = 0.8;
 
+/// A surface whose colours are those of its vertices; `is_unlit` where they have their light in them.
+pub(super) fn vertex_material(is_unlit: bool) -> GltfMaterial<'static> {
+    GltfMaterial {
+        base_color: None,
+        normal_map: None,
+        alpha: AlphaMode::Opaque,
+        roughness: ROUGHNESS,
+        is_unlit,
+    }
+}
+
 impl ModelOptions {
     /// Refuses values that no model can have.
     pub fn validate(&self) -> Result<()> {
@@ -142,10 +153,12 @@ pub fn write(
     progress: Progress<'_>,
 ) -> Result<ModelFacts> {
     options.validate()?;
+    // Choose the textures.
     options.check_kinds(textures.iter().map(|texture| texture.kind))?;
     let first = |kind| textures.iter().find(|texture| texture.kind == kind);
     let alpha = first(ChannelKind::Alpha);
     let normals = first(ChannelKind::Normal);
+    // Displace the surface.
     let relief = match (options.displace, first(ChannelKind::Height)) {
         (Some(amount), Some(heights)) => Some(relief(subject, heights, amount, normals, progress)?),
         _ => None,
@@ -153,6 +166,7 @@ pub fn write(
     let surface = relief
         .as_ref()
         .map_or(subject.surface, |relief| &relief.surface);
+    // Encode the images.
     let base_color = base_color(first(ChannelKind::Color), alpha, options.surface_color)?;
     let normal_map = normals
         .map(|texture| png8(texture, &bits8(texture), false))
@@ -172,6 +186,7 @@ pub fn write(
         is_unlit: subject.is_lit,
     };
     progress.check()?;
+    // Write it.
     write_mesh(path, surface, subject.origin, material)?;
     Ok(ModelFacts {
         triangles: surface.mesh.triangles.len(),

@@ -10,7 +10,7 @@ mod source;
 use source::Source;
 
 /// What every room may use.
-const GROUND: [&str; 9] = [
+const GROUND: [&str; 10] = [
     "error",
     "format",
     "grid",
@@ -20,6 +20,7 @@ const GROUND: [&str; 9] = [
     "progress",
     "radial_basis",
     "random",
+    "shard",
 ];
 
 /// Each room and what it may import beside itself and the ground (docs/architecture.md).

@@ -7,17 +7,18 @@
 //! Not handled: transmission, translucency, overhangs (a height field has none).
 
 mod angular;
-pub mod brdf;
+pub(crate) mod brdf;
 mod directions;
 pub(crate) mod export;
 mod glare;
 mod half_range;
-pub mod height_field;
+pub(crate) mod height_field;
 mod lights;
 pub mod maps;
-pub mod material;
+pub(crate) mod material;
 mod options;
-pub mod presets;
+mod parts;
+pub(crate) mod presets;
 pub(crate) mod preview;
 mod refinement;
 mod sample_plan;
@@ -28,10 +29,14 @@ pub(crate) mod steepness;
 mod trace;
 
 pub use angular::AngularFilter;
+pub use brdf::Diffuse;
+pub use material::Material;
 pub use options::BakeOptions;
+pub use parts::join;
 pub use presets::Preset;
 pub use samples::Samples;
 
+use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec2;
@@ -42,7 +47,6 @@ use crate::btf::bake::angular::Widening;
 use crate::btf::bake::directions::Directions;
 use crate::btf::bake::glare::Glare;
 use crate::btf::bake::height_field::{HeightField, SurfacePoint};
-use crate::btf::bake::material::Material;
 use crate::btf::bake::refinement::{error_left, typical_radiance};
 use crate::btf::bake::sample_plan::SamplePlan;
 use crate::btf::bake::samples::AUTO_LEAST;
@@ -55,6 +59,7 @@ use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::progress::Progress;
+use crate::shard::Shard;
 
 /// A surface of which more than this share sees no light at all is warned of.
 const DARK: f64 = 0.1;
@@ -76,6 +81,8 @@ pub struct Baked {
     pub samples: f64,
     /// Images that an interrupted run had written already.
     pub resumed: usize,
+    /// Whether the part of a shard was there, whole, and nothing was done.
+    pub is_kept: bool,
     /// Share of all light that the brightest hundredth of the values carries, 0 to 1, estimated from a few
     /// texels and views.
     pub glare: f64,
@@ -89,11 +96,51 @@ pub struct Baked {
     pub clamped: u64,
 }
 
+impl Baked {
+    /// Of a part that stays as it is.
+    fn kept(description: Description) -> Self {
+        Self {
+            resumed: description.image_count(),
+            description,
+            rays: 0,
+            view_rays: 0,
+            samples: 0.0,
+            is_kept: true,
+            glare: 0.0,
+            error_left: None,
+            widened_to: None,
+            clamped: 0,
+        }
+    }
+}
+
 /// Bakes `material` into the sample folder `target`. An interrupted bake leaves a hidden folder beside
 /// it, from which the same call goes on to the same bytes; any other failure leaves nothing.
 pub fn bake(
     material: &Material,
     options: &BakeOptions,
+    target: &Path,
+    progress: &Progress,
+) -> Result<Baked> {
+    bake_share(material, options, None, target, progress)
+}
+
+/// Bakes the views of a shard into the part `target`, as [`bake`] does those of a whole sample; [`join`] makes a
+/// sample of all parts. A part that is there already, whole, is kept.
+pub fn bake_part(
+    material: &Material,
+    options: &BakeOptions,
+    shard: Shard,
+    target: &Path,
+    progress: &Progress,
+) -> Result<Baked> {
+    bake_share(material, options, Some(shard), target, progress)
+}
+
+fn bake_share(
+    material: &Material,
+    options: &BakeOptions,
+    shard: Option<Shard>,
     target: &Path,
     progress: &Progress,
 ) -> Result<Baked> {
@@ -105,7 +152,16 @@ pub fn bake(
     };
     let material = changed.as_ref().unwrap_or(material);
     let directions = directions(material, options)?;
-    let description = describe(material, options, &directions)?;
+    let mut description = describe(material, options, &directions)?;
+    let mut views = 0..directions.views.len();
+    if let Some(shard) = shard {
+        shard.check(views.len(), "views")?;
+        views = shard.range(views.len());
+        description = parts::of_shard(&description, shard);
+        if parts::is_there(target, &description) {
+            return Ok(Baked::kept(description));
+        }
+    }
     let surface = material.surface();
     warn_of_darkness(&surface, &directions.lights, progress);
     let coarse = SamplePlan::fixed(AUTO_LEAST);
@@ -134,8 +190,9 @@ pub fn bake(
     let mut writer = SampleWriter::resume(target, description)?;
     writer.set_heights(Some(heights));
     let resumed = writer.images_written();
-    let written = write_images(&scene, &directions, &mut writer, options.clamp, progress)
-        .and_then(|tally| Ok((tally, left(&scene, &directions, progress)?)));
+    let place = (&directions, views.clone());
+    let written = write_images(&scene, place, &mut writer, options.clamp, progress)
+        .and_then(|tally| Ok((tally, left(&scene, &directions, views, progress)?)));
     match written {
         Ok((tally, error_left)) => Ok(Baked {
             description: writer.finish()?,
@@ -143,6 +200,7 @@ pub fn bake(
             view_rays: tally.work.samples,
             samples: tally.work.samples as f64 / tally.texels.max(1) as f64,
             resumed,
+            is_kept: false,
             glare: glare.share,
             error_left,
             widened_to: directions
@@ -174,10 +232,15 @@ fn plan(
     }
 }
 
-/// The error that is left, where the user asked for one.
-fn left(scene: &Scene, directions: &Directions, progress: &Progress) -> Result<Option<f64>> {
+/// The error that is left in some views, where the user asked for one.
+fn left(
+    scene: &Scene,
+    directions: &Directions,
+    views: Range<usize>,
+    progress: &Progress,
+) -> Result<Option<f64>> {
     match scene.plan.is_refined() {
-        true => error_left(scene, directions, progress).map(Some),
+        true => error_left(scene, directions, views, progress),
         false => Ok(None),
     }
 }

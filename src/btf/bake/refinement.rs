@@ -1,5 +1,7 @@
 //! What `--samples auto` measures: how bright a sample is before it is baked, and what error is left afterwards.
 
+use std::ops::Range;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -41,13 +43,14 @@ pub(super) fn typical_radiance(
     Ok(levels.iter().sum::<f32>() / levels.len() as f32)
 }
 
-/// The relative error that a scene's plan leaves, Σ |difference| / Σ radiance, against many more samples: at places
-/// spread over the sample, under other lights than the plan decides by.
+/// The relative error that a scene's plan leaves, Σ |difference| / Σ radiance, against many more samples: at those places
+/// spread over the sample that are in some views, under other lights than the plan decides by. `None` without any.
 pub(super) fn error_left(
     scene: &Scene,
     directions: &Directions,
+    views: Range<usize>,
     progress: &Progress,
-) -> Result<f64> {
+) -> Result<Option<f64>> {
     let plan = SamplePlan::fixed(REFERENCE);
     let reference = Scene {
         plan: &plan,
@@ -69,10 +72,12 @@ pub(super) fn error_left(
             )
         }))
     };
-    let places = places_of(scene, directions);
+    let mut places = places_of(scene, directions);
+    places.retain(|(view, _)| views.contains(&view.index));
     let sums: Vec<(f64, f64)> = places.par_iter().map(sums).collect::<Result<_>>()?;
     let (off, all) = sums.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-    Ok(if all > 0.0 { off / all } else { 0.0 })
+    let error = if all > 0.0 { off / all } else { 0.0 };
+    Ok((!places.is_empty()).then_some(error))
 }
 
 /// Texels of views, spread over both.

@@ -42,11 +42,11 @@ pub(super) struct Tally {
     pub(super) clamped: u64,
 }
 
-/// Renders slab after slab, writing each while the next is rendered. Numbers that half precision cannot hold are an
+/// Renders some views slab after slab, writing each while the next is rendered. Numbers that half precision cannot hold are an
 /// error, or clamped.
 pub(super) fn write_images(
     scene: &Scene,
-    directions: &Directions,
+    (directions, views): (&Directions, Range<usize>),
     writer: &mut SampleWriter,
     clamp: bool,
     progress: &Progress,
@@ -57,7 +57,7 @@ pub(super) fn write_images(
     let texels = scene.material.grid.len();
     let mut tally = Tally::default();
     let mut finished: Option<Rendered> = None;
-    for slab in slabs(directions, texels, done) {
+    for slab in slabs(directions, views, texels, done) {
         progress.check()?;
         let (written, rendered) = rayon::join(
             || write(finished.as_ref(), writer, clamp, progress),
@@ -74,13 +74,14 @@ pub(super) fn write_images(
     Ok(tally)
 }
 
-/// The images from `done` on in the order of the file, cut so that a slab fits the memory for it.
-fn slabs(directions: &Directions, texels: usize, done: usize) -> Vec<Slab> {
+/// The images of some views, from `done` on in the order of the file, cut so that a slab fits the memory for it.
+fn slabs(directions: &Directions, views: Range<usize>, texels: usize, done: usize) -> Vec<Slab> {
     let at_once = (SLAB / (texels * size_of::<Vec3>())).max(1);
     let lights = directions.lights.len();
+    let first = views.start;
     let cut = |index: usize| {
         let view = directions.view(index);
-        let first_left = done.saturating_sub(index * lights).min(lights);
+        let first_left = done.saturating_sub((index - first) * lights).min(lights);
         (first_left..lights)
             .step_by(at_once)
             .map(move |first| Slab {
@@ -88,7 +89,7 @@ fn slabs(directions: &Directions, texels: usize, done: usize) -> Vec<Slab> {
                 lights: first..lights.min(first + at_once),
             })
     };
-    (0..directions.views.len()).flat_map(cut).collect()
+    views.flat_map(cut).collect()
 }
 
 /// Renders a slab; what comes back of an interrupted one is worth nothing.

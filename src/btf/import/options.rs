@@ -102,12 +102,7 @@ impl ImportOptions {
             orientation: self.orientation,
             alpha: self.alpha,
             layer: self.layer.clone(),
-            flags: Flags {
-                layer: "--layer",
-                encoding: "--encoding",
-                alpha: "--alpha",
-                orientation: "--orientation",
-            },
+            flags: Flags::USUAL,
             ..ReadOptions::default()
         }
     }

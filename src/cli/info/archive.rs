@@ -13,6 +13,8 @@ use crate::exemplar::space::{self, Features, Kind, Space};
 use crate::format::npz;
 use crate::grid::TexelGrid;
 use crate::synthesis::faces::levels_file;
+use crate::texton::PartFile;
+use crate::texton::parts;
 use crate::texton::vocabulary::{self, StoredVocabulary};
 
 /// Reads an archive and says what it holds.
@@ -23,13 +25,15 @@ pub fn describe(path: &Path) -> Result<Outcome> {
         Some(space::FORMAT) => Ok(describe_space(&Space::read(path)?)),
         Some(neighbor_table::FORMAT) => Ok(describe_table(&NeighborTable::read(path)?)),
         Some(levels_file::FORMAT) => describe_levels(path, &meta),
+        Some(parts::FORMAT) => describe_part(path),
         other => Err(Error::data("meta.json, format", format!("{other:?}"))
             .expected(format!(
-                "{}, {}, {} or {}",
+                "{}, {}, {}, {} or {}",
                 vocabulary::FORMAT,
                 space::FORMAT,
                 neighbor_table::FORMAT,
-                levels_file::FORMAT
+                levels_file::FORMAT,
+                parts::FORMAT
             ))
             .in_file(path)),
     }
@@ -41,6 +45,22 @@ fn size(grid: TexelGrid) -> String {
 
 fn tiles(tileable: bool) -> &'static str {
     if tileable { "tileable" } else { "not tileable" }
+}
+
+/// A part of a texton analysis: every checksum is compared.
+fn describe_part(path: &Path) -> Result<Outcome> {
+    let part = PartFile::read(path)?;
+    Ok(Outcome::default()
+        .line(format!(
+            "part of a texton analysis: shard {}, {} numbers, of version {} of the program",
+            part.shard, part.numbers, part.program
+        ))
+        .line(format!("options {}", part.options))
+        .figure("kind", "texton part")
+        .figure("shard", part.shard.to_string())
+        .figure("numbers", part.numbers)
+        .figure("options", part.options)
+        .figure("sample", part.sample.to_string()))
 }
 
 /// The pyramids of a face map's sample and surface: every surface level is read.
@@ -67,6 +87,7 @@ fn describe_levels(path: &Path, meta: &Value) -> Result<Outcome> {
 }
 
 fn describe_vocabulary(vocabulary: &StoredVocabulary) -> Outcome {
+    // Tell what holds for all levels.
     let mut outcome = Outcome::default()
         .line(format!(
             "texton vocabulary: {} levels, {} images, {} channels, {}; seed {}",
@@ -90,6 +111,7 @@ fn describe_vocabulary(vocabulary: &StoredVocabulary) -> Outcome {
             ))
             .figure("rank", basis.rank);
     }
+    // Tell each level.
     for (index, level) in vocabulary.levels.iter().enumerate() {
         outcome = outcome.line(format!(
             "level {index}: {}, {} textons of {} numbers, inertia {:.6e}",

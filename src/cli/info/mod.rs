@@ -66,6 +66,7 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.repair(session)?;
         let kind = Kind::of(&self.path)?;
+        // Refuse options that this kind of file has no use for.
         if self.against.is_some() && !matches!(kind, Kind::Map | Kind::FaceMap) {
             return Err(Error::option(
                 "against",
@@ -80,6 +81,7 @@ impl Arguments {
             let found = format!("{} is not a sample", self.path.display());
             return Err(Error::option("leave-out", found, "a sample"));
         }
+        // Describe the file as what it is.
         match kind {
             Kind::Sample => self.sample(session),
             Kind::Atlas => atlas::describe(&self.path),

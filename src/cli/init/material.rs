@@ -228,7 +228,7 @@ impl Maps {
 
 /// Whether a material says how deep it is.
 fn is_stated(recipe: &Recipe) -> bool {
-    recipe.depth.is_some() || recipe.height_mm.is_some()
+    recipe.relief.depth.is_some() || recipe.relief.height_mm.is_some()
 }
 
 /// Texels along the longer side, and both sides: no more than the maps have, and such that each can be halved for

@@ -82,6 +82,7 @@ fn appearance(fitted: &Fitted<'_>) -> String {
 
 fn bake(path: &str, maps: &Maps) -> String {
     let [columns, rows] = maps.sides;
+    // State material and size.
     let mut text =
         format!("\n[bake]\nmaterial = {path}  # `mesotex info` says which file is what\n");
     let _ = writeln!(
@@ -89,6 +90,7 @@ fn bake(path: &str, maps: &Maps) -> String {
         "size = {}         # texels along the longer side: {columns} × {rows}; the time of all stages grows with it",
         maps.size
     );
+    // State the depth of the heights and where it comes from.
     let slopes = maps.slope_deg;
     let _ = match maps.depth {
         Depth::None => writeln!(text, "# no height map: normals or a plane give the relief"),
@@ -101,6 +103,7 @@ fn bake(path: &str, maps: &Maps) -> String {
             "depth = {depth}      # height of white over black, as a share of the width: 95 % of the slopes are below {slopes:.0}°"
         ),
     };
+    // State the physical width.
     let _ = match maps.texel_mm {
         Some(mm) => writeln!(text, "# a texel is {mm:.3} mm wide, as the material says"),
         None => writeln!(text, "# width-mm = 200   # of the maps, where it is known"),

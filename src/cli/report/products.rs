@@ -16,6 +16,9 @@ use crate::format::npz;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::texton::vocabulary;
 
+/// What of a scene is wanted: a quality, and one run of its `[matrix]`.
+type Wanted<'a> = (Quality, Option<&'a str>);
+
 /// Products by their kind; of several the first by name.
 #[derive(Default)]
 pub(super) struct Products {
@@ -45,9 +48,9 @@ pub(super) struct Products {
 
 impl Products {
     /// Those of a scene, of the one scene in a folder, or those that lie in a folder.
-    pub(super) fn find(input: &Path, quality: Quality, session: &Session) -> Result<Self> {
+    pub(super) fn find(input: &Path, wanted: Wanted<'_>, session: &Session) -> Result<Self> {
         if !input.is_dir() {
-            return Self::of_scene(input, quality, session);
+            return Self::of_scene(input, wanted, session);
         }
         let entries = entries(input)?;
         let is_scene = |path: &&PathBuf| {
@@ -65,7 +68,7 @@ impl Products {
                 found.check_any(input)?;
                 Ok(found)
             }
-            [scene] => Self::of_scene(scene, quality, session),
+            [scene] => Self::of_scene(scene, wanted, session),
             _ => Err(Error::data("scenes", format!("{} of them", scenes.len()))
                 .expected("one")
                 .advice("name one of them: mesotex report SCENE.toml -o PAGE.html")
@@ -73,8 +76,8 @@ impl Products {
         }
     }
 
-    fn of_scene(scene: &Path, quality: Quality, session: &Session) -> Result<Self> {
-        let overview = overview(scene, quality, session)?;
+    fn of_scene(scene: &Path, (quality, only): Wanted<'_>, session: &Session) -> Result<Self> {
+        let overview = overview(scene, quality, only, session)?;
         let mut found = Self {
             title: overview.name.clone(),
             ..Self::default()

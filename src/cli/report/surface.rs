@@ -31,6 +31,7 @@ const SIZE: [u32; 2] = [640, 480];
 
 /// Fills both chapters, and the figures.
 pub(super) fn fill(summary: &mut Summary, products: &Products, session: &Session) -> Result<()> {
+    // Note what is not drawn.
     for other in &products.other_maps {
         summary.map.note(format!(
             "{}: atlases and face maps are not drawn here; mesotex view shows them",
@@ -55,6 +56,7 @@ pub(super) fn fill(summary: &mut Summary, products: &Products, session: &Session
             .note(format!("{}: no triangle, nothing to draw", name(path)));
         return Ok(());
     }
+    // State the facts of mesh and map.
     mesh_facts(&mut summary.mesh, &map);
     map_facts(&mut summary.map, &map);
     let field = guarded(path, || field_picture(&map.mesh, &map));

@@ -1,6 +1,7 @@
 //! The whole scene, checked before its first stage: every option by the rules of its command, every
 //! file that must be there, every name that is used twice.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgAction, CommandFactory};
@@ -10,9 +11,10 @@ use crate::cli::failure::likely_names::suggestion;
 use crate::cli::failure::refusal::Refusal;
 use crate::cli::outputs::Files;
 use crate::cli::run::document::Key;
+use crate::cli::run::draft::Draft;
 use crate::cli::run::faults::{Faults, Place};
 use crate::cli::run::record::Record;
-use crate::cli::run::scene::{Draft, Scene};
+use crate::cli::run::scene::Scene;
 use crate::cli::{Command, CommandLine, unused_options};
 use crate::error::Error;
 
@@ -33,28 +35,75 @@ pub struct Stage {
     pub output: PathBuf,
     /// All its outputs.
     pub outputs: Vec<PathBuf>,
+    /// Its seed, where it is not that of the whole run.
+    pub seed: Option<u64>,
+    /// The values of `[matrix]` that reach it; empty where nothing varies.
+    pub variant: String,
+    /// Which stage of its run it is.
+    pub place: usize,
 }
 
-/// The stages of a scene; everything wrong with them goes to `faults`.
-pub fn stages(scene: &Scene, record: &Record, faults: &mut Faults) -> Vec<Stage> {
-    let mut stages = Vec::new();
+impl Stage {
+    /// What the user reads: the name, and the varied values.
+    pub fn title(&self) -> String {
+        title(&self.name, &self.variant)
+    }
+
+    /// Its seed; `whole` is that of the whole run.
+    pub fn seed_or(&self, whole: u64) -> u64 {
+        self.seed.unwrap_or(whole)
+    }
+}
+
+/// What a stage is called with the varied values that reach it.
+pub fn title(name: &str, variant: &str) -> String {
+    match variant {
+        "" => name.to_owned(),
+        variant => format!("{name} {variant}"),
+    }
+}
+
+/// The stages of a scene's runs, and which of them each run has.
+#[derive(Default)]
+pub struct Stages {
+    /// Every stage once, run after run.
+    pub list: Vec<Stage>,
+    /// The places in the list of every run's stages.
+    pub of_runs: Vec<Vec<usize>>,
+}
+
+/// The stages of all runs of a scene; everything wrong with them goes to `faults`. Runs share the stages that the same
+/// values reach.
+pub fn stages(runs: &[Scene], record: &Record, faults: &mut Faults) -> Stages {
+    let mut stages = Stages::default();
     let mut checked = Checked {
         record,
-        made: Vec::new(),
+        made: HashMap::new(),
         read: Vec::new(),
     };
-    for draft in scene.drafts(faults) {
-        let Some(command) = command_of(&draft, faults) else {
-            continue;
-        };
-        let outputs = checked.take(scene, &draft, &command, faults);
-        stages.push(Stage {
-            name: draft.name.clone(),
-            words: draft.words(&[]),
-            command,
-            output: draft.output,
-            outputs,
-        });
+    let mut seen: HashMap<(Vec<String>, Option<u64>), Option<usize>> = HashMap::new();
+    for scene in runs {
+        let mut of_run = Vec::new();
+        for (place, draft) in scene.drafts(faults).into_iter().enumerate() {
+            let words = draft.words(&[]);
+            let at = *seen.entry((words.clone(), draft.seed)).or_insert_with(|| {
+                let command = command_of(&draft, faults)?;
+                let outputs = checked.take(scene, &draft, &command, faults);
+                stages.list.push(Stage {
+                    name: draft.name,
+                    words,
+                    command,
+                    output: draft.output,
+                    outputs,
+                    seed: draft.seed,
+                    variant: draft.variant,
+                    place,
+                });
+                Some(stages.list.len() - 1)
+            });
+            of_run.extend(at);
+        }
+        stages.of_runs.push(of_run);
     }
     checked.check_inputs_are_kept(faults);
     stages
@@ -161,13 +210,14 @@ fn unknown<'a>(draft: &Draft, key: &Key, known: impl Iterator<Item = &'a str>) -
     let command = draft.command;
     if NOT_OF_A_STAGE.contains(&key.name.as_str()) {
         return format!(
-            "not for a stage to say; outputs and seed stand at the top of the scene, the rest is for `mesotex run --{}`",
+            "not for a stage to say; outputs stand at the top of the scene, the rest is for `mesotex run --{}`",
             key.name
         );
     }
     let own = [
         draft.input_key,
         if command == "render" { "name" } else { "" },
+        "seed",
     ];
     let known = known.chain(own.into_iter().filter(|name| !name.is_empty()));
     let meant = suggestion(&key.name, known);
@@ -202,7 +252,7 @@ fn wrong_value(key: &Key, is_flag: bool) -> Option<String> {
 /// What the stages seen so far read and write.
 struct Checked<'a> {
     record: &'a Record,
-    made: Vec<(PathBuf, Place)>,
+    made: HashMap<PathBuf, Place>,
     read: Vec<PathBuf>,
 }
 
@@ -219,7 +269,13 @@ impl Checked<'_> {
         let files = match command.files() {
             Ok(files) => files,
             Err(error) => {
-                faults.error(&head, &error);
+                let place = match &error {
+                    Error::Io { path, .. } => place_of(scene, draft, path),
+                    _ => head,
+                };
+                faults.error(&place, &error);
+                // Later stages are not at fault.
+                self.made.insert(draft.output.clone(), place);
                 return Vec::new();
             }
         };
@@ -243,23 +299,22 @@ impl Checked<'_> {
         }
         let outputs: Vec<PathBuf> = files.writes.into_iter().map(|output| output.path).collect();
         for output in &outputs {
-            let twice = self.made.iter().find(|(path, _)| path == output);
-            if let Some((path, first)) = twice {
+            if let Some(first) = self.made.get(output) {
                 let says = format!(
                     "{} is written by line {} already; choose another name",
-                    path.display(),
+                    output.display(),
                     first.line
                 );
                 faults.data(&head, says);
             }
-            self.made.push((output.clone(), head.clone()));
+            self.made.insert(output.clone(), head.clone());
         }
         outputs
     }
 
     /// Whether an earlier stage writes `path`, or the folder it lies in.
     fn makes(&self, path: &Path) -> bool {
-        self.made.iter().any(|(made, _)| path.starts_with(made))
+        path.ancestors().any(|part| self.made.contains_key(part))
     }
 
     /// The files of a stage without those that earlier stages make.
@@ -271,13 +326,13 @@ impl Checked<'_> {
 
     /// Refuses a scene of which one stage would write over what another reads.
     fn check_inputs_are_kept(&self, faults: &mut Faults) {
-        for (output, place) in &self.made {
-            if self.read.contains(output) {
+        for input in &self.read {
+            if let Some(place) = self.made.get(input) {
                 faults.data(
                     place,
                     format!(
                         "{} would be written, but is an input of the scene",
-                        output.display()
+                        input.display()
                     ),
                 );
             }
@@ -304,7 +359,7 @@ fn place_of(scene: &Scene, draft: &Draft, input: &Path) -> Place {
         .filter(|key| key.name != "output")
         .find(names)
     {
-        Some(key) => Place::new(key.line, &key.name),
+        Some(key) => key.place(),
         None => draft.section.head(),
     }
 }

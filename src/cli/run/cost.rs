@@ -13,11 +13,11 @@ const PARALLEL: f64 = 0.8;
 
 /// What a stage takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Cost {
+pub struct Cost {
     /// Seconds of one thread.
-    pub(super) seconds: f64,
+    pub seconds: f64,
     /// Bytes at the peak.
-    pub(super) bytes: f64,
+    pub bytes: f64,
 }
 
 impl Cost {
@@ -29,7 +29,7 @@ impl Cost {
     }
 
     /// Seconds on so many threads.
-    pub(super) fn seconds_on(self, threads: usize) -> f64 {
+    pub fn seconds_on(self, threads: usize) -> f64 {
         self.seconds / (1.0 + PARALLEL * (threads.max(1) - 1) as f64)
     }
 }
@@ -59,6 +59,27 @@ pub(super) fn bake(sample: SampleSize, samples: f64, bounces: f64, slant: f64) -
     )
 }
 
+/// A bake in so many slices of its views: what each takes, and to join them.
+pub(super) fn slices_of_bake(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
+    let setup = bake(
+        SampleSize {
+            images: 0.0,
+            ..sample
+        },
+        0.0,
+        0.0,
+        USUAL_SLANT,
+    )
+    .seconds;
+    let slice = Cost {
+        seconds: setup + (whole.seconds - setup) / shards,
+        ..whole
+    };
+    // Bytes are copied and hashed.
+    let copied = 6.0 * sample.texels * sample.images;
+    [slice, Cost::new(0.02 + 1e-9 * copied, 10e6)]
+}
+
 /// The most texels of which all products are kept; more are projected first.
 const MOST_DENSE_TEXELS: f64 = 16_384.0;
 
@@ -86,6 +107,15 @@ pub(super) fn textons(
         0.1 + products + choice,
         centroids + values + compared.max(8.0 * dense * dense),
     )
+}
+
+/// Texton analysis shared among so many runs: what each takes, and the reduction.
+pub(super) fn shares_of_textons(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
+    let bytes = whole.bytes / shards;
+    [
+        Cost::new(whole.seconds / shards, bytes.max(4.0 * sample.texels)),
+        whole,
+    ]
 }
 
 /// The dot products of a vocabulary.

@@ -16,6 +16,20 @@ pub struct Key {
     pub line: usize,
     /// What it is set to.
     pub value: Value,
+    /// Where `[matrix]` set it: its key and the value of this run, as a fault names them.
+    pub varied: Option<String>,
+}
+
+impl Key {
+    /// Where it is, as a fault names it; `name` is what the key is called with its section.
+    fn place_as(&self, name: String) -> Place {
+        Place::new(self.line, self.varied.clone().unwrap_or(name))
+    }
+
+    /// Where a key of the top of the scene is.
+    pub fn place(&self) -> Place {
+        self.place_as(self.name.clone())
+    }
 }
 
 /// A `[section]`, or one of several `[[sections]]`.
@@ -41,20 +55,24 @@ impl Section {
     pub fn set(&mut self, name: &str, value: Value) {
         match self.keys.iter_mut().find(|key| key.name == name) {
             Some(key) => key.value = value,
-            None => {
-                self.keys.push(Key {
-                    name: name.to_owned(),
-                    line: self.line,
-                    value,
-                });
-                self.keys.sort_by(|a, b| a.name.cmp(&b.name));
-            }
+            None => self.add(Key {
+                name: name.to_owned(),
+                line: self.line,
+                value,
+                varied: None,
+            }),
         }
     }
 
     /// Where a key of this section is, for a fault.
     pub fn place(&self, key: &Key) -> Place {
-        Place::new(key.line, format!("[{}] {}", self.name, key.name))
+        key.place_as(format!("[{}] {}", self.name, key.name))
+    }
+
+    /// Adds a key that is not there yet.
+    pub fn add(&mut self, key: Key) {
+        self.keys.push(key);
+        self.keys.sort_by(|a, b| a.name.cmp(&b.name));
     }
 
     /// Where the section itself is.
@@ -118,6 +136,7 @@ impl Document {
                     name,
                     line,
                     value: value.clone(),
+                    varied: None,
                 }),
             }
         }
@@ -158,6 +177,7 @@ fn keys_of(
             name: name.to_string(),
             line: line_of(key.span()),
             value: values.get(name.as_ref())?.clone(),
+            varied: None,
         })
     };
     let mut keys: Vec<Key> = spans.iter().filter_map(key).collect();

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::Command;
-use crate::cli::run::check::{self, Stage};
+use crate::cli::failure::likely_names::suggestion;
+use crate::cli::run::check::{self, Stage, Stages};
 use crate::cli::run::faults::Faults;
 use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
@@ -49,48 +50,105 @@ pub(in crate::cli) struct StageOverview {
 pub(in crate::cli) fn overview(
     path: &Path,
     quality: Quality,
+    only: Option<&str>,
     session: &Session,
 ) -> Result<Overview> {
     let text = read_text(path)?;
     enter(path.parent().unwrap_or(Path::new("")))?;
-    let (scene, stages, record) = opened(path, &text, quality)?;
+    let opened = opened(path, &text, quality, only)?;
+    let [scene] = &opened.runs[..] else {
+        let some = opened.runs.iter().take(MOST_NAMED).map(Scene::variant);
+        let advice = format!(
+            "name one of them by --only: {}",
+            some.collect::<Vec<_>>().join(", ")
+        );
+        return Err(
+            Error::data("[matrix]", format!("{} runs", opened.runs.len()))
+                .expected("one")
+                .advice(advice)
+                .in_file(path),
+        );
+    };
     let seed = session.or_seed(scene.seed).seed();
-    let stages = stages
-        .into_iter()
-        .map(|stage| overview_of(stage, &record, seed));
+    let stages = opened.stages.list.into_iter();
+    let stages = stages.map(|stage| overview_of(stage, &opened.record, seed));
     Ok(Overview {
-        name: scene.name,
+        name: scene.title(),
         stages: stages.collect::<Result<_>>()?,
     })
 }
 
+/// Runs that a message names at most.
+const MOST_NAMED: usize = 12;
+
+/// A scene, checked: its runs, their stages, and what is known of earlier ones.
+pub(in crate::cli) struct Opened {
+    /// One scene, or one for every run of its `[matrix]`.
+    pub(in crate::cli) runs: Vec<Scene>,
+    /// The stages of all runs.
+    pub(in crate::cli) stages: Stages,
+    /// What earlier runs have done.
+    pub(in crate::cli) record: Record,
+}
+
 /// The text of a scene.
-pub(super) fn read_text(path: &Path) -> Result<String> {
+pub(in crate::cli) fn read_text(path: &Path) -> Result<String> {
     Ok(text::read(path, LARGEST_SCENE)?.text.into_owned())
 }
 
-/// The scene, its stages, and what is known of earlier runs; all that is wrong with it is one error.
-pub(super) fn opened(
+/// The scene, its stages, and what is known of earlier runs; of a `[matrix]`, all runs or the one named `only`. All
+/// that is wrong with it is one error.
+pub(in crate::cli) fn opened(
     path: &Path,
     text: &str,
     quality: Quality,
-) -> Result<(Scene, Vec<Stage>, Record)> {
+    only: Option<&str>,
+) -> Result<Opened> {
     guarded(path, || {
         let mut faults = Faults::default();
-        let mut scene = Scene::parse(text, &mut faults);
-        quality.apply(&mut scene);
-        let record = Record::open(&scene.output.join("run.json"))?;
-        let mut stages = Vec::new();
-        if !scene.name.is_empty() {
-            stages = check::stages(&scene, &record, &mut faults);
+        let mut runs = Scene::all(text, &mut faults);
+        let Some(first) = runs.first() else {
+            faults.into_result(path)?;
+            return Err(Error::data("scene", "no run").in_file(path));
+        };
+        let record = Record::open(&first.output.join("run.json"))?;
+        if let Some(only) = only {
+            runs = one_of(runs, only)?;
+        }
+        runs.iter_mut().for_each(|run| quality.apply(run));
+        let mut stages = Stages::default();
+        if runs.iter().all(|run| !run.name.is_empty()) {
+            stages = check::stages(&runs, &record, &mut faults);
         }
         faults.into_result(path)?;
-        Ok((scene, stages, record))
+        Ok(Opened {
+            runs,
+            stages,
+            record,
+        })
     })
 }
 
+/// The run of this name.
+fn one_of(mut runs: Vec<Scene>, name: &str) -> Result<Vec<Scene>> {
+    let names: Vec<String> = runs.iter().map(Scene::variant).collect();
+    if names == [""] {
+        let found = format!("`{name}` of a scene without a [matrix]");
+        return Err(Error::option("only", found, "no --only"));
+    }
+    match names.iter().position(|other| other == name) {
+        Some(at) => Ok(vec![runs.swap_remove(at)]),
+        None => {
+            let meant = suggestion(name, names.iter().map(String::as_str));
+            let some: Vec<&str> = names.iter().take(MOST_NAMED).map(String::as_str).collect();
+            let expected = format!("a run of the [matrix], as {}{meant}", some.join(", "));
+            Err(Error::option("only", format!("`{name}`"), expected))
+        }
+    }
+}
+
 /// Makes the paths of a scene relative to its file.
-pub(super) fn enter(folder: &Path) -> Result<()> {
+pub(in crate::cli) fn enter(folder: &Path) -> Result<()> {
     if folder.as_os_str().is_empty() {
         return Ok(());
     }
@@ -99,7 +157,7 @@ pub(super) fn enter(folder: &Path) -> Result<()> {
 
 fn overview_of(stage: Stage, record: &Record, seed: u64) -> Result<StageOverview> {
     let finished = record
-        .finished(&Record::key(&stage.words, seed))
+        .finished(&Record::key(&stage.words, stage.seed_or(seed)))
         .unwrap_or_default();
     let of_output = |output: &PathBuf| {
         let mut written = finished.outputs.iter();
@@ -108,11 +166,11 @@ fn overview_of(stage: Stage, record: &Record, seed: u64) -> Result<StageOverview
     let ids = stage.outputs.iter().filter_map(of_output);
     Ok(StageOverview {
         command_line: command_line(&stage, seed),
-        seed,
+        seed: stage.seed_or(seed),
         reads: stage.command.files()?.reads,
         seconds: finished.seconds,
         ids: ids.map(|(path, id)| (path.clone(), id.clone())).collect(),
-        name: stage.name,
+        name: stage.title(),
         command: stage.command,
         outputs: stage.outputs,
     })
@@ -121,11 +179,12 @@ fn overview_of(stage: Stage, record: &Record, seed: u64) -> Result<StageOverview
 /// The command of a stage as a line for a shell.
 pub(super) fn command_line(stage: &Stage, seed: u64) -> String {
     let words: Vec<_> = stage.words.iter().map(|word| quoted_word(word)).collect();
+    let seed = stage.seed_or(seed);
     format!("mesotex {} --seed {seed}", words.join(" "))
 }
 
 /// A word of a command line as a shell takes it whole; of an option, the value.
-fn quoted_word(word: &str) -> String {
+pub(in crate::cli) fn quoted_word(word: &str) -> String {
     match word.split_once('=') {
         // The names of options are letters and dashes: others are refused before.
         Some((name, value)) if name.starts_with("--") => format!("{name}={}", quoted(value)),
@@ -134,6 +193,6 @@ fn quoted_word(word: &str) -> String {
 }
 
 /// A text as a shell takes it whole.
-pub(super) fn quoted(word: &str) -> String {
+pub(in crate::cli) fn quoted(word: &str) -> String {
     shlex::try_quote(word).map_or_else(|_| word.to_owned(), |word| word.into_owned())
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::btf::sample;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
-use crate::cli::run::check::Stage;
+use crate::cli::run::check::{Stage, title};
 use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
@@ -49,7 +49,7 @@ impl Pages<'_> {
     /// Makes what is not as it would be made now. A page that cannot be made is a warning: the stages are done.
     pub(super) fn make(
         &self,
-        stages: &[Stage],
+        stages: &[&Stage],
         record: &mut Record,
         session: &Session,
     ) -> Result<Vec<PathBuf>> {
@@ -68,7 +68,8 @@ impl Pages<'_> {
         }
         if has_news {
             let seconds = begun.elapsed().as_secs_f64();
-            session.say(&format!("{:<10} {seconds:.1} s", "pages"))?;
+            let name = title("pages", &self.scene.variant());
+            session.say(&format!("{name:<10} {seconds:.1} s"))?;
         }
         Ok(paths)
     }
@@ -78,7 +79,7 @@ impl Pages<'_> {
         &self,
         page: Page,
         path: &PathBuf,
-        (stages, record): (&[Stage], &mut Record),
+        (stages, record): (&[&Stage], &mut Record),
         session: &Session,
     ) -> Result<bool> {
         let files = match page {
@@ -86,7 +87,9 @@ impl Pages<'_> {
             Page::Report => self.files_of_report(path, (stages, record), session.seed()),
         };
         let up = format!("{:?}", self.scene.up());
-        let key = Record::key(&["page".into(), page.name().into(), up], session.seed());
+        let name = path.display().to_string();
+        let words = ["page".into(), page.name().into(), up, name];
+        let key = Record::key(&words, session.seed());
         if record.is_done(&key, &files)? {
             return Ok(false);
         }
@@ -112,11 +115,12 @@ impl Pages<'_> {
     fn files_of_report(
         &self,
         page: &PathBuf,
-        (stages, record): (&[Stage], &Record),
+        (stages, record): (&[&Stage], &Record),
         seed: u64,
     ) -> Files {
         let written = stages.iter().filter_map(|stage| {
-            let finished = record.finished(&Record::key(&stage.words, seed))?;
+            let key = Record::key(&stage.words, stage.seed_or(seed));
+            let finished = record.finished(&key)?;
             Some(finished.outputs.into_keys())
         });
         let mut files = Files {
@@ -147,6 +151,7 @@ impl Pages<'_> {
             input: self.file.clone(),
             output: output.to_path_buf(),
             quality: self.quality,
+            only: Some(self.scene.variant()).filter(|variant| !variant.is_empty()),
             common: self.common.clone(),
         };
         arguments.run(session)

@@ -5,13 +5,12 @@
 //! as large and a quarter as many. Outputs are called NAME-draft, reports and pictures too: neither quality writes
 //! over the other.
 
-use std::path::{Path, PathBuf};
-
 use clap::ValueEnum;
 use toml::Value;
 
 use crate::cli::bake;
 use crate::cli::run::scene::Scene;
+use crate::cli::run::side_outputs::mark_side_outputs;
 use crate::render::options::RenderOptions;
 use crate::texton::TextonOptions;
 
@@ -25,18 +24,6 @@ pub enum Quality {
     Final,
 }
 
-/// Keys that name files beside a stage's product.
-const SIDE_OUTPUTS: [&str; 9] = [
-    "preview",
-    "surface",
-    "report",
-    "montage",
-    "label-map",
-    "pictures",
-    "vertex-colors",
-    "glb",
-    "levels-out",
-];
 /// What a draft adds to names.
 const MARK: &str = "-draft";
 /// Texels a side that a draft leaves at least.
@@ -51,31 +38,11 @@ impl Quality {
             return;
         }
         scene.name.push_str(MARK);
-        rename_side_outputs(scene);
+        let sections = scene.document.sections.iter_mut();
+        sections.for_each(|section| mark_side_outputs(section, MARK));
         thin_surface(scene);
         thin_frames(scene);
     }
-}
-
-fn rename_side_outputs(scene: &mut Scene) {
-    let keys = scene.document.sections.iter_mut();
-    let keys = keys.flat_map(|section| &mut section.keys);
-    for key in keys.filter(|key| SIDE_OUTPUTS.contains(&key.name.as_str())) {
-        if let Value::String(path) = &mut key.value {
-            *path = marked(Path::new(path)).to_string_lossy().into_owned();
-        }
-    }
-}
-
-/// `out/look-draft.png` for `out/look.png`.
-fn marked(path: &Path) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_owned();
-    name.push(MARK);
-    if let Some(ending) = path.extension() {
-        name.push(".");
-        name.push(ending);
-    }
-    path.with_file_name(name)
 }
 
 /// Halves the sample where the mesh can follow it, and quarters the vertices where the texture stays as large.
@@ -112,7 +79,7 @@ fn thin_surface(scene: &mut Scene) {
 fn thin_frames(scene: &mut Scene) {
     for section in scene.renderings() {
         let size = match section.key("size").map(|key| &key.value) {
-            None => Some(RenderOptions::default().size.0),
+            None => Some(RenderOptions::default().image.size.0),
             Some(Value::String(text)) => {
                 let sides = text.split_once('x');
                 sides.and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]))
@@ -145,11 +112,13 @@ fn number(scene: &Scene, section: &str, key: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
+
     use crate::cli::run::faults::Faults;
 
     fn drafted(text: &str) -> Vec<String> {
         let mut faults = Faults::default();
-        let mut scene = Scene::parse(text, &mut faults);
+        let mut scene = Scene::all(text, &mut faults).remove(0);
         Quality::Draft.apply(&mut scene);
         let drafts = scene.drafts(&mut faults);
         faults.into_result(Path::new("scene.toml")).unwrap();

@@ -1,7 +1,8 @@
 //! A scene file (TOML) → the stages it stands for.
 //!
 //! A section is a stage and a key one of its options, so that a scene says just what the command
-//! line would; the files between the stages are named after the scene.
+//! line would; the files between the stages are named after the scene. With a `[matrix]` a text is several
+//! scenes, and a file is named after the values that reach it too.
 
 use std::path::{Path, PathBuf};
 
@@ -10,16 +11,17 @@ use toml::Value;
 
 use crate::cli::endings::check_stem;
 use crate::cli::failure::likely_names::suggestion;
-use crate::cli::run::document::{Document, Key, Section};
+use crate::cli::run::document::{Document, Section};
+use crate::cli::run::draft::Draft;
 use crate::cli::run::faults::{Faults, Place};
+use crate::cli::run::matrix::{self, Matrix};
+use crate::cli::run::sections::SECTIONS;
+use crate::cli::run::side_outputs::mark_side_outputs;
+use crate::cli::run::tag::Tag;
 use crate::render::Axis;
 
 /// Keys at the top of a scene.
 const TOP: [&str; 5] = ["name", "output", "seed", "sample", "surface"];
-/// Sections of a scene, in the order of their stages.
-pub const SECTIONS: [&str; 9] = [
-    "bake", "import", "exemplar", "textons", "gram", "knn", "mesh", "synth", "render",
-];
 /// Sections without effect beside `[exemplar]`, which does their work.
 const DONE_BY_EXEMPLAR: [&str; 3] = ["textons", "gram", "knn"];
 
@@ -38,89 +40,69 @@ pub struct Scene {
     surface: Option<PathBuf>,
     /// The text it was read from.
     pub document: Document,
-}
-
-/// One stage before its options are parsed: a command, its files, and the section of its options.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Draft {
-    /// What the user reads: the command, and for renderings their name.
-    pub name: String,
-    /// The command.
-    pub command: &'static str,
-    /// The key of the section that names the inputs; empty where other stages make them.
-    pub input_key: &'static str,
-    /// Its inputs.
-    pub inputs: Vec<PathBuf>,
-    /// Its output.
-    pub output: PathBuf,
-    /// Its options.
-    pub section: Section,
-}
-
-impl Draft {
-    /// The command line, without the program and without the options in `left_out`.
-    pub fn words(&self, left_out: &[String]) -> Vec<String> {
-        let mut words = vec![self.command.to_owned()];
-        words.extend(self.inputs.iter().map(|path| path_word(path)));
-        words.extend(["-o".into(), path_word(&self.output)]);
-        for key in self.options().filter(|key| !left_out.contains(&key.name)) {
-            push_option(&mut words, &key.name, &key.value);
-        }
-        words
-    }
-
-    /// The keys that are options of the command.
-    pub fn options(&self) -> impl Iterator<Item = &Key> {
-        let own = [
-            self.input_key,
-            if self.command == "render" { "name" } else { "" },
-        ];
-        self.section
-            .keys
-            .iter()
-            .filter(move |key| !own.contains(&key.name.as_str()))
-    }
-}
-
-/// A path as a word of a command line: one that begins with `-` is no option.
-fn path_word(path: &Path) -> String {
-    let text = path.to_string_lossy();
-    match text.starts_with('-') {
-        true => format!("./{text}"),
-        false => text.into_owned(),
-    }
-}
-
-fn push_option(words: &mut Vec<String>, key: &str, value: &Value) {
-    match value {
-        Value::Boolean(true) => words.push(format!("--{key}")),
-        Value::Boolean(false) => {}
-        Value::String(text) => words.push(format!("--{key}={text}")),
-        Value::Array(values) => values
-            .iter()
-            .for_each(|value| push_option(words, key, value)),
-        other => words.push(format!("--{key}={other}")),
-    }
+    /// The values of `[matrix]` that it has.
+    pub tags: Vec<Tag>,
+    /// Whether the seed is one of them.
+    pub has_own_seed: bool,
 }
 
 impl Scene {
-    /// Reads a scene from its text; what is wrong with it goes to `faults`.
-    pub fn parse(text: &str, faults: &mut Faults) -> Self {
-        let mut scene = Self {
-            output: ".".into(),
-            document: Document::parse(text, faults),
-            ..Self::default()
-        };
-        if faults.is_empty() {
+    /// Reads the scenes of a text: one, or one for every run of its `[matrix]`. What is wrong goes to `faults`.
+    pub fn all(text: &str, faults: &mut Faults) -> Vec<Self> {
+        let mut document = Document::parse(text, faults);
+        let matrix = Matrix::take(&mut document, faults);
+        if !faults.is_empty() {
+            return Vec::new();
+        }
+        let variants = matrix.variants(&document).into_iter();
+        let scenes = variants.map(|variant| {
+            let mut scene = Self {
+                output: ".".into(),
+                document: variant.document,
+                tags: variant.tags,
+                has_own_seed: matrix.varies_seed(),
+                ..Self::default()
+            };
             scene.take_top(faults);
             scene.check_sections(faults);
+            scene.tag_side_outputs();
+            scene
+        });
+        scenes.collect()
+    }
+
+    /// The values of `[matrix]` that reach a stage, as names of outputs say them.
+    fn variant_of(&self, stage: &str, rendering: Option<&str>) -> String {
+        let reaching = self.tags.iter().filter(|tag| tag.reaches(stage, rendering));
+        let texts: Vec<&str> = reaching.map(|tag| tag.text.as_str()).collect();
+        texts.join("-")
+    }
+
+    /// All values of `[matrix]`, as names say them; empty where nothing varies.
+    pub fn variant(&self) -> String {
+        let texts: Vec<&str> = self.tags.iter().map(|tag| tag.text.as_str()).collect();
+        texts.join("-")
+    }
+
+    /// What the whole run is called.
+    pub fn title(&self) -> String {
+        dashed(&self.name, &self.variant())
+    }
+
+    /// Names files beside products after the varied values too.
+    fn tag_side_outputs(&mut self) {
+        for at in 0..self.document.sections.len() {
+            let section = &self.document.sections[at];
+            let mark = self.variant_of(&section.name, name_of_rendering(section));
+            if !mark.is_empty() {
+                mark_side_outputs(&mut self.document.sections[at], &format!("-{mark}"));
+            }
         }
-        scene
     }
 
     fn take_top(&mut self, faults: &mut Faults) {
         for key in &self.document.keys {
-            let place = Place::new(key.line, &key.name);
+            let place = key.place();
             match (key.name.as_str(), &key.value) {
                 ("name", Value::String(name)) if is_plain(name) => {
                     self.name.clone_from(name);
@@ -141,7 +123,11 @@ impl Scene {
                     faults.data(&place, format!("`{other}`; expected a path"));
                 }
                 (name, _) => {
-                    let known = TOP.iter().chain(&SECTIONS).copied();
+                    let known = TOP
+                        .iter()
+                        .chain(&SECTIONS)
+                        .copied()
+                        .chain([matrix::SECTION]);
                     faults.data(&place, format!("unknown{}", suggestion(name, known)));
                 }
             }
@@ -158,7 +144,11 @@ impl Scene {
         for section in &self.document.sections {
             let name = section.name.as_str();
             if !SECTIONS.contains(&name) {
-                let known = SECTIONS.iter().chain(&TOP).copied();
+                let known = SECTIONS
+                    .iter()
+                    .chain(&TOP)
+                    .copied()
+                    .chain([matrix::SECTION]);
                 faults.data(
                     &section.head(),
                     format!("unknown{}", suggestion(name, known)),
@@ -248,8 +238,13 @@ impl Scene {
             .find(|section| section.name == name)
     }
 
-    fn file(&self, suffix: &str) -> PathBuf {
-        let name = format!("{}.{suffix}", self.name);
+    /// What a stage writes: NAME.SUFFIX, the varied values that reach the stage after the name.
+    fn file(&self, stage: &str, suffix: &str) -> PathBuf {
+        self.named(&self.variant_of(stage, None), suffix)
+    }
+
+    fn named(&self, variant: &str, suffix: &str) -> PathBuf {
+        let name = format!("{}.{suffix}", dashed(&self.name, variant));
         match self.output.as_os_str() == "." {
             true => name.into(),
             false => self.output.join(name),
@@ -259,13 +254,20 @@ impl Scene {
     /// The sample and the map.
     pub fn sample_and_map(&self) -> [PathBuf; 2] {
         let sample = self.sample.clone();
-        let sample = sample.unwrap_or_else(|| self.file("sample"));
-        [sample, self.file(self.kind_of_map())]
+        let sample = sample.unwrap_or_else(|| self.file(self.source_of_sample(), "sample"));
+        [sample, self.file("synth", self.kind_of_map())]
     }
 
     /// A page: NAME.KIND.html.
     pub fn page(&self, kind: &str) -> PathBuf {
-        self.file(&format!("{kind}.html"))
+        self.named(&self.variant(), &format!("{kind}.html"))
+    }
+
+    /// The section that makes the sample.
+    fn source_of_sample(&self) -> &'static str {
+        let sources = ["bake", "import", "exemplar"];
+        let found = sources.into_iter().find(|section| self.has(section));
+        found.unwrap_or("bake")
     }
 
     /// The axis that points up in the first sequence of frames.
@@ -306,27 +308,28 @@ impl Scene {
         let surface = self
             .surface
             .clone()
-            .unwrap_or_else(|| self.file("mesh.ply"));
-        let (space, table) = (self.file("space.npz"), self.file("knn.npz"));
+            .unwrap_or_else(|| self.file("mesh", "mesh.ply"));
+        let makers = match self.has("exemplar") {
+            true => ["exemplar"; 2],
+            false => ["gram", "knn"],
+        };
+        let space = self.file(makers[0], "space.npz");
+        let table = self.file(makers[1], "knn.npz");
         let mut drafts = Vec::new();
         for (command, key) in [("bake", "material"), ("import", "path")] {
-            drafts.extend(self.source(command, key, self.file("sample"), faults));
+            drafts.extend(self.source(command, key, self.file(command, "sample"), faults));
         }
         if self.has("exemplar") {
-            drafts.extend(self.source(
-                "exemplar",
-                "images",
-                self.file("sample").with_extension(""),
-                faults,
-            ));
+            let stem = self.file("exemplar", "sample").with_extension("");
+            drafts.extend(self.source("exemplar", "images", stem, faults));
         } else {
-            let textons = self.file("textons.npz");
-            drafts.push(self.link("textons", vec![sample.clone()], textons.clone()));
-            drafts.push(self.link("gram", vec![textons], space.clone()));
-            drafts.push(self.link("knn", vec![space.clone()], table.clone()));
+            let textons = self.file("textons", "textons.npz");
+            drafts.push(self.link("textons", vec![sample.clone()], textons.clone(), faults));
+            drafts.push(self.link("gram", vec![textons], space.clone(), faults));
+            drafts.push(self.link("knn", vec![space.clone()], table.clone(), faults));
         }
         drafts.extend(self.source("mesh", "input", surface.clone(), faults));
-        drafts.push(self.link("synth", vec![space, table, surface], map.clone()));
+        drafts.push(self.link("synth", vec![space, table, surface], map.clone(), faults));
         for section in self
             .document
             .sections
@@ -334,31 +337,59 @@ impl Scene {
             .filter(|section| section.name == "render")
         {
             let name = sequence_name(section, faults);
+            let variant = self.variant_of("render", Some(&name));
             drafts.push(Draft {
                 name: format!("render {name}"),
                 command: "render",
                 input_key: "",
                 inputs: vec![sample.clone(), map.clone()],
-                output: self.file(&name),
+                output: self.named(&variant, &name),
                 section: section.clone(),
+                seed: self.seed_of(section, faults),
+                variant,
             });
         }
         drafts
     }
 
     /// A stage whose inputs other stages make.
-    fn link(&self, command: &'static str, inputs: Vec<PathBuf>, output: PathBuf) -> Draft {
+    fn link(
+        &self,
+        command: &'static str,
+        inputs: Vec<PathBuf>,
+        output: PathBuf,
+        faults: &mut Faults,
+    ) -> Draft {
         let empty = || Section {
             name: command.into(),
             ..Section::default()
         };
+        let section = self.section(command).cloned().unwrap_or_else(empty);
         Draft {
             name: command.into(),
             command,
             input_key: "",
             inputs,
             output,
-            section: self.section(command).cloned().unwrap_or_else(empty),
+            seed: self.seed_of(&section, faults),
+            section,
+            variant: self.variant_of(command, None),
+        }
+    }
+
+    /// The seed of a stage: its section's own, or that of a run whose seed varies.
+    fn seed_of(&self, section: &Section, faults: &mut Faults) -> Option<u64> {
+        let of_run = self.seed.filter(|_| self.has_own_seed);
+        let Some(key) = section.key("seed") else {
+            return of_run;
+        };
+        match key.value.as_integer().map(u64::try_from) {
+            Some(Ok(seed)) => Some(seed),
+            _ => {
+                let says = format!("`{}`; expected a number of 0 or more", key.value);
+                faults.data(&section.place(key), says);
+                None
+            }
         }
     }
 
@@ -385,7 +416,7 @@ impl Scene {
         }
         Some(Draft {
             input_key: key,
-            ..self.link(command, inputs, output)
+            ..self.link(command, inputs, output, faults)
         })
     }
 }
@@ -399,15 +430,32 @@ fn is_plain(name: &str) -> bool {
             .all(|c| c.is_alphanumeric() || "-_.".contains(c))
 }
 
+/// A name and what is told apart by, with a dash between them.
+fn dashed(name: &str, variant: &str) -> String {
+    match variant {
+        "" => name.to_owned(),
+        variant => format!("{name}-{variant}"),
+    }
+}
+
+/// What a sequence of frames is called where nothing else is said.
+const FRAMES: &str = "frames";
+
+/// The name of a section's sequence of frames; `None` of other sections.
+fn name_of_rendering(section: &Section) -> Option<&str> {
+    let name = || section.key("name")?.value.as_str();
+    (section.name == "render").then(|| name().unwrap_or(FRAMES))
+}
+
 /// What a sequence of frames is called.
 fn sequence_name(section: &Section, faults: &mut Faults) -> String {
     match section.key("name") {
-        None => "frames".into(),
+        None => FRAMES.into(),
         Some(key) => match &key.value {
             Value::String(name) if is_plain(name) => name.clone(),
             other => {
                 faults.data(&section.place(key), format!("`{other}`; {PLAIN}"));
-                "frames".into()
+                FRAMES.into()
             }
         },
     }
@@ -442,7 +490,9 @@ mod tests {
 
     fn commands(text: &str) -> std::result::Result<Vec<String>, String> {
         let mut faults = Faults::default();
-        let drafts = Scene::parse(text, &mut faults).drafts(&mut faults);
+        let scenes = Scene::all(text, &mut faults);
+        let of_scene = |scene: &Scene| scene.drafts(&mut faults);
+        let drafts: Vec<Draft> = scenes.iter().flat_map(of_scene).collect();
         faults
             .into_result(Path::new("scene.toml"))
             .map_err(|error| error.to_string())?;
@@ -486,6 +536,33 @@ mod tests {
         let commands = commands(&scene).unwrap();
         assert_eq!(commands[0], "bake -o ./-a.sample --preset=weave --size=64");
         assert_eq!(commands[4], "mesh ./--json -o ./-a.mesh.ply");
+    }
+
+    #[test]
+    fn files_are_named_after_the_values_that_reach_them() {
+        let scene = SCENE.replace("input = \"b.obj\"\n", "").replace(
+            "[bake]",
+            "[matrix]\nmesh.input = [\"b.obj\", \"c.obj\"]\nsynth.seed = [4]\n\
+             render.sweep.fill = [0.5]\n[bake]",
+        );
+        let scene = scene.replace("[textons]\n", "[textons]\nreport = \"t.json\"\n");
+        let scene = scene + "[synth]\nreport = \"out/s.json\"\n";
+        let commands = commands(&scene).unwrap();
+        assert_eq!(commands.len(), 16);
+        assert_eq!(
+            commands[8..],
+            [
+                "bake -o out/a.sample --preset=weave --size=64",
+                "textons out/a.sample -o out/a.textons.npz --luminance --report=t.json --textons=20",
+                "gram out/a.textons.npz -o out/a.space.npz",
+                "knn out/a.space.npz -o out/a.knn.npz",
+                "mesh c.obj -o out/a-c.mesh.ply",
+                "synth out/a.space.npz out/a.knn.npz out/a-c.mesh.ply -o out/a-c-seed4.map.ply \
+                 --report=out/s-c-seed4.json",
+                "render out/a.sample out/a-c-seed4.map.ply -o out/a-c-seed4-fill0.5.sweep --fill=0.5 --frames=24",
+                "render out/a.sample out/a-c-seed4.map.ply -o out/a-c-seed4.frames",
+            ]
+        );
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::cli::failure::likely_names::suggestion;
 use crate::cli::run::check::Stage;
 use crate::error::{Error, Result};
 
-/// The stages up to the last of a name: a command, or what a rendering is called.
+/// The stages of every run up to the last of a name: a command, or what a rendering is called.
 pub(super) fn up_to(mut stages: Vec<Stage>, name: Option<&str>) -> Result<Vec<Stage>> {
     let Some(name) = name else {
         return Ok(stages);
@@ -12,9 +12,10 @@ pub(super) fn up_to(mut stages: Vec<Stage>, name: Option<&str>) -> Result<Vec<St
     let is_named = |stage: &Stage| {
         stage.words[0] == name || stage.name == name || rendering(stage) == Some(name)
     };
-    match stages.iter().rposition(is_named) {
+    let named = stages.iter().filter(|stage| is_named(stage));
+    match named.map(|stage| stage.place).max() {
         Some(last) => {
-            stages.truncate(last + 1);
+            stages.retain(|stage| stage.place <= last);
             Ok(stages)
         }
         None => Err(unknown(name, &stages)),

@@ -13,12 +13,9 @@ use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
 use crate::format::image::{Encoding, FloatImage, Precision, encode_srgb8, write_png};
 use crate::format::ours::Format;
-use crate::format::ours::MESH_MARK;
-use crate::format::ply::{self, Column};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::mesh::origin::origin_comment;
-use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::mesh::pictures::write_colored;
 use crate::progress::Progress;
 use crate::render::preview;
 use crate::sites::level::Sites;
@@ -135,7 +132,7 @@ impl PictureArguments {
             written = kinds.par_iter().map(draw).collect::<Result<_>>()?;
         }
         if let (Some(path), Some(colors)) = (&self.vertex_colors, &colors) {
-            write_vertex_colors(path, (&map.mesh, map.header.origin), colors)?;
+            write_colored(path, (&map.mesh, map.header.origin), colors)?;
             written.push(path.clone());
         }
         Ok(written)
@@ -239,28 +236,4 @@ fn shown_image(sample: &Sample) -> usize {
     let best =
         (0..sample.image_count()).max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)));
     best.unwrap_or(0)
-}
-
-/// Writes a mesh with an 8-bit colour per vertex.
-pub(super) fn write_vertex_colors(
-    path: &Path,
-    (mesh, origin): (&TriangleMesh, DVec3),
-    colors: &[[u8; 3]],
-) -> Result<()> {
-    let axis = |axis: usize| -> Vec<f32> { mesh.positions.iter().map(|p| p[axis]).collect() };
-    let channel = |channel: usize| -> Vec<u8> { colors.iter().map(|c| c[channel]).collect() };
-    let positions = [0, 1, 2].map(axis);
-    let channels = [0, 1, 2].map(channel);
-    let mut columns: Vec<(&str, Column<'_>)> = Vec::new();
-    for (name, numbers) in ["x", "y", "z"].into_iter().zip(&positions) {
-        columns.push((name, Column::Float(numbers)));
-    }
-    for (name, numbers) in ["red", "green", "blue"].into_iter().zip(&channels) {
-        columns.push((name, Column::UChar(numbers)));
-    }
-    let comments: Vec<String> = [MESH_MARK.into()]
-        .into_iter()
-        .chain(origin_comment(origin))
-        .collect();
-    ply::write(path, &comments, &columns, &mesh.triangles)
 }

@@ -19,6 +19,24 @@ pub const FORMAT: &str = "mesotex-synthesis-report";
 /// The `--report` file: the same for the same inputs, options and seed.
 #[derive(Debug, Serialize)]
 pub struct Report {
+    #[serde(flatten)]
+    map: MapFigures,
+    /// Of an atlas.
+    #[serde(flatten)]
+    atlas: Option<AtlasFigures>,
+    options: SynthesisOptions,
+    #[serde(flatten)]
+    quality: Quality,
+    metric_agreement: Option<Agreement>,
+    /// Of the progressive method: choices on the finest level for which no texel that neighbours proposed was
+    /// admitted, so that all that are admitted were compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    searched: Option<u64>,
+}
+
+/// What was made, and of what.
+#[derive(Debug, Serialize)]
+struct MapFigures {
     format: &'static str,
     version: u32,
     vertices: usize,
@@ -34,17 +52,6 @@ pub struct Report {
     method: &'static str,
     /// Whether circles were marched, where the method has them.
     circles: Option<&'static str>,
-    /// Of an atlas.
-    #[serde(flatten)]
-    atlas: Option<AtlasFigures>,
-    options: SynthesisOptions,
-    #[serde(flatten)]
-    quality: Quality,
-    metric_agreement: Option<Agreement>,
-    /// Of the progressive method: choices on the finest level for which no texel that neighbours proposed was
-    /// admitted, so that all that are admitted were compared.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    searched: Option<u64>,
 }
 
 /// How the neighbourhoods of an atlas were sampled at the finest level.
@@ -132,7 +139,7 @@ impl Report {
         metric_agreement: Option<Agreement>,
         searched: u64,
     ) -> Self {
-        Self {
+        let figures = MapFigures {
             format: FORMAT,
             version: 1,
             vertices: map.mesh.positions.len(),
@@ -144,6 +151,9 @@ impl Report {
             levels_reason,
             method: options.method.name(),
             circles,
+        };
+        Self {
+            map: figures,
             atlas,
             options: options.clone(),
             quality,
@@ -157,26 +167,29 @@ impl Report {
         let found = &self.quality;
         let [[a, b], [c, d]] = found.drift;
         let Seconds { prepare, synthesis } = seconds;
+        // Tell size and time.
         let mut outcome = Outcome::default()
             .line(format!(
                 "{} {}, {} levels{}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
-                self.vertices,
+                self.map.vertices,
                 match self.atlas {
                     Some(_) => "texels",
                     None => "vertices",
                 },
-                self.levels,
-                self.k.map_or(String::new(), |k| format!(", k {k}"))
+                self.map.levels,
+                self.map.k.map_or(String::new(), |k| format!(", k {k}"))
             ))
+            // Tell how the texture follows the surface.
             .line(format!(
                 "coherence {:.3} within half a texel (good: above 0.4), {:.3} within one (above 0.7); mean edge \
                  {:.2} texels",
                 found.coherence_half, found.coherence_one, found.mean_edge
             ))
             .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"));
-        if let Some(reason) = &self.levels_reason {
-            outcome = outcome.line(format!("{} levels: {reason}", self.levels));
+        if let Some(reason) = &self.map.levels_reason {
+            outcome = outcome.line(format!("{} levels: {reason}", self.map.levels));
         }
+        // Tell what was measured beside.
         if let Some(found) = found.energies {
             outcome = outcome.line(format!(
                 "energy {:.3} of a random map's (good: below 0.3), {:.3} of the best texels' at {} sites (below \
@@ -187,7 +200,7 @@ impl Report {
         if let Some(atlas) = &self.atlas {
             outcome = outcome.line(atlas.line());
         }
-        if let Some(circles) = self.circles {
+        if let Some(circles) = self.map.circles {
             outcome = outcome.line(format!("circles round every vertex: {circles}"));
         }
         if let Some(chi2) = found.histogram_chi2 {
@@ -216,6 +229,7 @@ impl Report {
                 found.embedded, found.embedded_cost, found.whole_spectrum
             ));
         }
+        // Add all figures.
         if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {
             outcome.figures = figures;
         }

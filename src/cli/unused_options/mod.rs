@@ -76,6 +76,7 @@ pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
         | Command::View(_)
         | Command::Report(_)
         | Command::Completions(_)
+        | Command::Plan(_)
         | Command::Man(_) => Ok(()),
     }
 }

@@ -6,31 +6,96 @@ use crate::exemplar::KnnOptions;
 use crate::exemplar::knn_options::Search;
 use crate::texton::options::{ImageCount, Named};
 
-pub(super) const BAKE: &[Rule<bake::Arguments>] = &[Rule {
-    options: &[
-        "height-mm",
-        "width-mm",
-        "depth",
-        "tiling",
-        "normal-y",
-        "normal-kind",
-        "terraces",
-        "albedo-encoding",
-        "alpha",
-        "layer",
-    ],
-    unused: |arguments| found(arguments.preset.is_some(), "given with --preset"),
-    expected: "a material with maps; a preset is as it is",
-}];
+/// What only maps have.
+const OF_MAPS: &[&str] = &[
+    "height-mm",
+    "width-mm",
+    "depth",
+    "tiling",
+    "normal-y",
+    "normal-kind",
+    "terraces",
+    "albedo-encoding",
+    "alpha",
+    "layer",
+];
 
-pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[Rule {
-    options: &["image-grid"],
-    unused: |arguments| {
-        let takes_all = arguments.options.images == Some(ImageCount::Named(Named::All));
-        found(takes_all, "given with --images all")
+pub(super) const BAKE: &[Rule<bake::Arguments>] = &[
+    Rule {
+        options: OF_MAPS,
+        unused: |arguments| found(arguments.preset.is_some(), "given with --preset"),
+        expected: "a material with maps; a preset is as it is",
     },
-    expected: "--images N: representatives are chosen on that grid",
-}];
+    Rule {
+        options: OF_MAPS,
+        unused: given_with_reduce,
+        expected: PARTS_SAY_IT,
+    },
+    Rule {
+        options: &[
+            "preset",
+            "size",
+            "views",
+            "lights",
+            "dtype",
+            "samples",
+            "error",
+            "bounces",
+            "light-diameter",
+            "min-roughness",
+            "angular-filter",
+            "clamp",
+        ],
+        unused: given_with_reduce,
+        expected: PARTS_SAY_IT,
+    },
+    Rule {
+        options: &["preview", "surface"],
+        unused: |arguments| {
+            let is_shared = arguments.shard.is_some() || !arguments.reduce.is_empty();
+            found(is_shared, "given for a bake in parts")
+        },
+        expected: "a bake in one run",
+    },
+];
+
+/// What parts are asked to be made with.
+const PARTS_SAY_IT: &str = "parts baked with it: they say all options";
+
+fn given_with_reduce(arguments: &bake::Arguments) -> Option<String> {
+    found(!arguments.reduce.is_empty(), "given with --reduce")
+}
+
+pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
+    Rule {
+        options: &["image-grid"],
+        unused: |arguments| {
+            let takes_all = arguments.options.images == Some(ImageCount::Named(Named::All));
+            found(takes_all, "given with --images all")
+        },
+        expected: "--images N: representatives are chosen on that grid",
+    },
+    Rule {
+        options: &[
+            "textons",
+            "images",
+            "levels",
+            "luminance",
+            "no-tile",
+            "restarts",
+            "max-iterations",
+            "image-grid",
+            "memory",
+        ],
+        unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
+        expected: "parts made with it: they say all options",
+    },
+    Rule {
+        options: &["report", "montage", "label-map"],
+        unused: |arguments| found(arguments.shard.is_some(), "given with --shard"),
+        expected: "it beside --reduce, which finds the textons",
+    },
+];
 
 pub(super) const KNN: &[Rule<KnnOptions>] = &[Rule {
     options: &["candidates"],
@@ -51,7 +116,12 @@ pub(super) const EXEMPLAR: &[Rule<exemplar::Arguments>] = &[
     },
     Rule {
         options: &["transition-tolerance"],
-        unused: |arguments| found(arguments.transition.is_none(), "given without a transition"),
+        unused: |arguments| {
+            found(
+                arguments.controls.transition.is_none(),
+                "given without a transition",
+            )
+        },
         expected: "--transition FILE beside it",
     },
 ];

@@ -178,6 +178,22 @@ const COMBINATIONS: &[(&str, &str)] = &[
     ("bake --preset weave -o a.sample --alpha refuse", "alpha"),
     ("bake m.toml -o a.sample --error 0.1", "error"),
     ("bake m.toml -o a.sample --clamp --dtype f4", "clamp"),
+    ("bake --reduce a b -o a.sample --depth 0.1", "depth"),
+    ("bake --reduce a b -o a.sample --size 64", "size"),
+    ("bake --reduce a b -o a.sample --preset weave", "preset"),
+    ("bake m.toml --shard 0/2 -o a --preview p.png", "preview"),
+    (
+        "textons a.sample -o a.textons.npz --reduce p.npz --textons 9",
+        "textons",
+    ),
+    (
+        "textons a.sample -o a.textons.npz --reduce p.npz --memory 1GiB",
+        "memory",
+    ),
+    (
+        "textons a.sample -o a.npz --shard 0/2 --montage m.png",
+        "montage",
+    ),
     (
         "textons a.sample -o a.textons.npz --images all --image-grid 4",
         "image-grid",

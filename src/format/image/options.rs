@@ -96,6 +96,16 @@ pub struct Flags {
     pub orientation: &'static str,
 }
 
+impl Flags {
+    /// Those of commands that read images the usual way.
+    pub const USUAL: Self = Self {
+        layer: "--layer",
+        encoding: "--encoding",
+        alpha: "--alpha",
+        orientation: "--orientation",
+    };
+}
+
 /// How an image is to be read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {

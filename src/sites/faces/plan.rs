@@ -56,10 +56,12 @@ impl FacePlan {
         options: &FaceOptions,
         texel: Option<f64>,
     ) -> Result<Self> {
+        // Find how often the sample is subdivided.
         let shortest = width.min(height);
         let subdivisions = subdivisions_of(shortest, levels, options.subdivisions)?;
         let rows = shortest >> subdivisions;
         let of_sample = rows as usize * triangles_per_row(rows) as usize;
+        // Find how many faces the base mesh needs.
         let base_faces = match (options.base_faces, texel) {
             (Some(faces), Some(texel)) => {
                 let found = format!("{texel} beside --base-faces {faces}");

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::random;
 use crate::sites::coloring::color_classes;
 use crate::sites::grid::GridSites;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::{Parent, SiteHierarchy, Sites};
 use crate::sites::order::Order;
 use crate::synthesis::candidates::forward::CandidateList;
@@ -40,8 +40,8 @@ fn preference() -> Preference {
     }
 }
 
-fn grid(side: u32) -> GridTarget {
-    GridTarget {
+fn grid(side: u32) -> SiteGrid {
+    SiteGrid {
         width: side,
         height: side,
         toroidal: true,

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::sites::order::Order;
 use crate::synthesis::option_ranges::{at_least_one, few_rounds, within_factors};
+use crate::synthesis::polish::Effort;
 
 /// Which texels are tried at a site.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
@@ -42,9 +43,10 @@ pub struct KCoherenceOptions {
     #[arg(long, default_value_t = Self::default().repair_rounds)]
     pub repair_rounds: u32,
     /// Rounds at the very end in which whole regions take one copied patch, if that makes seams less visible and the
-    /// use of the exemplar more even
-    #[arg(long, default_value_t = Self::default().polish)]
-    pub polish: u32,
+    /// use of the exemplar more even. auto: one round where texels are repeated, if the sample does not tile, else 0,
+    /// as in the paper
+    #[arg(long, value_name = "ROUNDS", default_value_t = Self::default().polish)]
+    pub polish: Effort,
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
@@ -67,7 +69,7 @@ impl Default for KCoherenceOptions {
             coherence: 1.5,
             distance_floor: 0.001,
             repair_rounds: 2,
-            polish: 0,
+            polish: Effort::Auto,
             start_passes: 2,
             reuse_penalty: 1.0,
             order: Order::default(),
@@ -80,7 +82,7 @@ impl KCoherenceOptions {
     pub fn validate(&self) -> Result<()> {
         at_least_one("k", self.k.map_or(1, |k| k as u64))?;
         few_rounds("repair-rounds", self.repair_rounds, 0)?;
-        few_rounds("polish", self.polish, 0)?;
+        self.polish.validate()?;
         few_rounds("start-passes", self.start_passes, 1)?;
         within_factors("coherence", self.coherence, 1.0)?;
         within_factors("distance-floor", self.distance_floor, 0.0)?;

@@ -6,8 +6,6 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::render::frame_range::Shard;
-
 /// Types that are written as one string, on the command line and in TOML.
 macro_rules! as_string {
     ($($name:ty),*) => {$(
@@ -26,7 +24,7 @@ macro_rules! as_string {
         }
     )*};
 }
-as_string!(Sweep, ImageSize, LightSpec, Point, Shard);
+as_string!(Sweep, ImageSize, LightSpec, Point);
 
 /// What changes from frame to frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

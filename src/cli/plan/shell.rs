@@ -1,0 +1,56 @@
+//! A plan as a list of commands: a line each, step after step. `sh` runs it as it is; GNU parallel runs the lines of a
+//! step side by side.
+
+use std::fmt::Write;
+
+use crate::cli::plan::graph::{Graph, Task};
+use crate::cli::run::overview::{quoted, quoted_word};
+use crate::format::ours::PLAN_MARK;
+
+/// The text of a plan.
+pub(super) fn text(graph: &Graph) -> String {
+    // The first step makes the folders.
+    let steps = graph.steps() + 1;
+    let mut text = format!("{PLAN_MARK}: {}\nset -e\n", graph.describe());
+    let folders = graph.folders.iter();
+    let folders: Vec<String> = folders
+        .map(|folder| quoted(&folder.to_string_lossy()))
+        .collect();
+    let folders = folders.join(" ");
+    let _ = writeln!(text, "# step 1 of {steps}: folders\nmkdir -p {folders}");
+    for step in 0..graph.steps() {
+        let takes = takes(graph, step);
+        let _ = writeln!(text, "# step {} of {steps}: {takes}", step + 2);
+        for task in graph.of_step(step) {
+            let _ = writeln!(text, "{}", line(task));
+        }
+    }
+    text
+}
+
+/// What the tasks of a step take; the largest counts, and what is not known is left out.
+fn takes(graph: &Graph, step: usize) -> String {
+    let largest = |value: &dyn Fn(&Task) -> Option<f64>| {
+        let values = graph.of_step(step).filter_map(value);
+        values.fold(0.0, f64::max).ceil()
+    };
+    format!(
+        "{} tasks, the largest {} s and {} MiB",
+        graph.of_step(step).count(),
+        largest(&|task| graph.seconds_of(task)),
+        largest(&|task| Some(task.cost?.bytes / f64::from(1 << 20))),
+    )
+}
+
+/// The command of a task, run in its folder.
+pub(super) fn line(task: &Task) -> String {
+    let words: Vec<_> = task.words.iter().map(|word| quoted_word(word)).collect();
+    let command = format!("mesotex {}", words.join(" "));
+    match task.folder.as_os_str().is_empty() {
+        true => command,
+        false => {
+            let folder = quoted(&task.folder.to_string_lossy());
+            format!("(cd {folder} && {command})")
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! The sizes of what stages read and write, and what each stage takes by the [`cost`](super::cost) model.
+//!
+//! Sizes come from the options of the stages, and from files that are there. What cannot be known before an earlier
+//! stage has run, as the size of a data set that is not imported yet, is unknown.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use crate::btf::bake::Samples;
+use crate::btf::sample::Sample;
+use crate::cli::exemplar::with_kind;
+use crate::cli::run::check::Stage;
+use crate::cli::run::cost::{self, Cost, SampleSize, Sequence, Synthesis};
+use crate::cli::{Command, bake, exemplar, mesh, render, synth, textons};
+use crate::format::{image, ply};
+use crate::mesh::reading;
+use crate::progress::Progress;
+use crate::render::memory::{frame_count, light_count};
+use crate::render::nearest::Weighting;
+use crate::render::renderer::{Shading, Shadows};
+use crate::synthesis::Effort;
+use crate::texton::image_blocks::ImageBlocks;
+
+/// Rays per texel and image that `--samples auto` takes on average.
+const AUTO_SAMPLES: f64 = 12.0;
+/// Rounds that `--polish auto` amounts to: none of a sample that tiles, about a third of one of others.
+const AUTO_POLISH: f64 = 0.15;
+
+/// What is known of files, made or there.
+pub struct Sizes<'a> {
+    progress: Progress<'a>,
+    /// By file, the size of the sample that it is or was made from.
+    samples: HashMap<PathBuf, SampleSize>,
+    /// By file, the vertices of the mesh that it is or was made for.
+    vertices: HashMap<PathBuf, f64>,
+    /// Whether products of earlier runs tell more than options do.
+    sees_products: bool,
+}
+
+impl<'a> Sizes<'a> {
+    /// Sizes of stages in their order; `sees_products` where earlier runs' products may tell them.
+    pub fn new(progress: Progress<'a>, sees_products: bool) -> Self {
+        Self {
+            progress,
+            samples: HashMap::new(),
+            vertices: HashMap::new(),
+            sees_products,
+        }
+    }
+
+    /// What a stage takes; what it makes is known to later ones.
+    pub fn cost_of(&mut self, stage: &Stage, is_done: bool) -> Option<Cost> {
+        match &stage.command {
+            Command::Bake(arguments) => self.bake(arguments),
+            Command::Import(arguments) => {
+                // The size of a data set is known once it is imported.
+                let size = is_done.then(|| size_of(&arguments.output)).flatten();
+                self.hand_on_sample(size, [&arguments.output]);
+                None
+            }
+            Command::Exemplar(arguments) => self.exemplar(arguments, is_done),
+            Command::Textons(arguments) => self.textons(arguments),
+            Command::Gram(arguments) => {
+                let size = self.samples.get(&arguments.textons).copied();
+                self.hand_on_sample(size, [&arguments.output]);
+                Some(cost::gram())
+            }
+            Command::Knn(arguments) => Some(cost::knn(self.samples.get(&arguments.space)?.texels)),
+            Command::Mesh(arguments) => self.mesh(arguments, is_done),
+            Command::Synth(arguments) => self.synth(arguments),
+            Command::Render(arguments) => self.render(arguments),
+            _ => None,
+        }
+    }
+
+    /// What the pages of a sample and a map take.
+    pub fn cost_of_pages(&self, [sample, map]: &[PathBuf; 2]) -> Option<Cost> {
+        let (sample, vertices) = (self.samples.get(sample)?, self.vertices.get(map)?);
+        Some(cost::pages(*sample, *vertices))
+    }
+
+    fn hand_on_sample<'p>(
+        &mut self,
+        size: Option<SampleSize>,
+        files: impl IntoIterator<Item = &'p PathBuf>,
+    ) {
+        for file in files {
+            match size {
+                Some(size) => self.samples.insert(file.clone(), size),
+                None => self.samples.remove(file),
+            };
+        }
+    }
+
+    /// The size of a sample, made by a stage or there.
+    fn sample_at(&mut self, path: &Path) -> Option<SampleSize> {
+        if let Some(size) = self.samples.get(path) {
+            return Some(*size);
+        }
+        let size = size_of(path)?;
+        self.samples.insert(path.to_path_buf(), size);
+        Some(size)
+    }
+
+    fn bake(&mut self, arguments: &bake::Arguments) -> Option<Cost> {
+        let options = &arguments.options;
+        let views = options.views.directions().ok()?.len() as f64;
+        let directions = options.lights.directions().ok()?;
+        let lights = directions.len() as f64;
+        let steep = directions.iter().map(|light| 1.0 / light.0.z.max(0.01));
+        let slant = steep.sum::<f64>() / lights;
+        let size = f64::from(arguments.size);
+        let sample = SampleSize {
+            texels: size * size,
+            images: views * lights,
+            lights,
+        };
+        let made = self.sees_products.then(|| size_of(&arguments.output));
+        self.hand_on_sample(made.flatten().or(Some(sample)), [&arguments.output]);
+        let samples = match options.samples {
+            Samples::Fixed(count) => f64::from(count),
+            Samples::Auto => AUTO_SAMPLES,
+        };
+        Some(cost::bake(
+            sample,
+            samples,
+            f64::from(options.bounces),
+            slant,
+        ))
+    }
+
+    fn exemplar(&mut self, arguments: &exemplar::Arguments, is_done: bool) -> Option<Cost> {
+        let sample = with_kind(&arguments.output, "sample");
+        let texels = match is_done {
+            true => size_of(&sample)?.texels,
+            false => {
+                let image = image::read(arguments.images.first()?).ok()?;
+                f64::from(image.width) * f64::from(image.height)
+            }
+        };
+        let size = SampleSize {
+            texels,
+            images: 1.0,
+            lights: 1.0,
+        };
+        let space = with_kind(&arguments.output, "space.npz");
+        self.hand_on_sample(Some(size), [&sample, &space]);
+        Some(cost::exemplar(texels))
+    }
+
+    fn textons(&mut self, arguments: &textons::Arguments) -> Option<Cost> {
+        let size = self.sample_at(&arguments.sample);
+        self.hand_on_sample(size, [&arguments.output]);
+        let sample = size?;
+        let options = &arguments.options;
+        let chosen = options.chosen_of(sample.images as usize) as f64;
+        let channels = if options.luminance { 1.0 } else { 3.0 };
+        let (count, grid) = (f64::from(options.textons), f64::from(options.image_grid));
+        Some(cost::textons(sample, chosen, count, grid, channels))
+    }
+
+    /// What slices of a bake take each, and what it takes to join them.
+    pub fn costs_of_slices(
+        &mut self,
+        arguments: &bake::Arguments,
+        shards: u32,
+    ) -> Option<[Cost; 2]> {
+        let whole = self.bake(arguments)?;
+        let sample = self.sample_at(&arguments.output)?;
+        Some(cost::slices_of_bake(whole, sample, f64::from(shards)))
+    }
+
+    /// Among how many runs an analysis can be shared; 1 where that is not known.
+    pub fn shares_of(&self, arguments: &textons::Arguments) -> u32 {
+        let is_factored = Sample::open(&arguments.sample).is_ok_and(|s| s.factors().is_some());
+        let Some(sample) = self.samples.get(&arguments.sample).filter(|_| !is_factored) else {
+            return 1;
+        };
+        let images = sample.images as usize;
+        match arguments.options.chosen_of(images) < images {
+            true => images as u32,
+            false => ImageBlocks::of_all(images).count() as u32,
+        }
+    }
+
+    /// What runs that share an analysis take each, and what their reduction takes.
+    pub fn costs_of_shares(
+        &mut self,
+        arguments: &textons::Arguments,
+        shards: u32,
+    ) -> Option<[Cost; 2]> {
+        let sample = self.sample_at(&arguments.sample)?;
+        let whole = self.textons(arguments)?;
+        Some(cost::shares_of_textons(whole, sample, f64::from(shards)))
+    }
+
+    /// Of a mesh that is made already, the input need not be read.
+    fn mesh(&mut self, arguments: &mesh::Arguments, is_done: bool) -> Option<Cost> {
+        let asked = arguments.options.vertices.map(|count| count as f64);
+        let own = match is_done {
+            true => self.vertices_in(&arguments.output)?,
+            false => self.vertices_in(&arguments.input)?,
+        };
+        let vertices = asked.unwrap_or(own);
+        self.vertices.insert(arguments.output.clone(), vertices);
+        Some(cost::mesh(own, asked, arguments.wants_field()))
+    }
+
+    fn synth(&mut self, arguments: &synth::Arguments) -> Option<Cost> {
+        let vertices = self.vertices_in(arguments.mesh_path()?)?;
+        self.vertices.insert(arguments.output.clone(), vertices);
+        let options = &arguments.options;
+        let is_atlas = arguments.target.is_atlas();
+        let sites = match is_atlas {
+            true => f64::from(arguments.target.atlas.resolution).powi(2),
+            false => vertices,
+        };
+        let synthesis = Synthesis {
+            method: options.method,
+            search: options.k_coherence.search,
+            polish: match options.k_coherence.polish {
+                Effort::Auto => AUTO_POLISH,
+                Effort::Rounds(rounds) => f64::from(rounds),
+            },
+            is_atlas,
+        };
+        let texels = self.samples.get(&arguments.space)?.texels;
+        Some(synthesis.cost(texels, sites))
+    }
+
+    fn render(&mut self, arguments: &render::Arguments) -> Option<Cost> {
+        let frames = frame_count(&arguments.options) as usize;
+        let own = match arguments.options.files.shard {
+            None => frames,
+            Some(shard) => (0..frames).filter(|place| shard.takes(*place)).count(),
+        };
+        self.cost_of_frames(arguments, own)
+    }
+
+    /// What so many frames of a rendering take.
+    pub fn cost_of_frames(&mut self, arguments: &render::Arguments, frames: usize) -> Option<Cost> {
+        let options = &arguments.options;
+        let [width, height] = options.image.size.0.map(f64::from);
+        let sequence = Sequence {
+            frames: frames as f64,
+            pixels: width * height,
+            lights: light_count(options) as f64,
+            by_pixel: options.image.shading == Shading::Pixel,
+            shadows_by_pixel: options.image.shadows == Shadows::Pixel,
+            has_fill: options.lights.fill > 0.0,
+            has_ground: options.lights.ground,
+            reads: match options.image.weights {
+                Weighting::Quadratic => 1.5,
+                Weighting::Continuous | Weighting::InverseAngle => 1.0,
+            },
+            table: (options.files.table_memory as f64) * f64::from(1 << 20),
+        };
+        let vertices = *self.vertices.get(&arguments.map)?;
+        Some(cost::render(
+            self.sample_at(&arguments.sample)?,
+            vertices,
+            sequence,
+        ))
+    }
+
+    /// How many vertices a mesh has, where it is known or can be read.
+    fn vertices_in(&mut self, path: &Path) -> Option<f64> {
+        if let Some(vertices) = self.vertices.get(path) {
+            return Some(*vertices);
+        }
+        let is_ply = path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("ply"));
+        let count = match is_ply {
+            true => ply::vertex_count(path).ok()?,
+            false => {
+                let user = reading::read(path, self.progress).ok()?;
+                user.mesh.positions.len()
+            }
+        };
+        self.vertices.insert(path.to_path_buf(), count as f64);
+        Some(count as f64)
+    }
+}
+
+/// The size of a sample that is there.
+fn size_of(path: &Path) -> Option<SampleSize> {
+    let sample = Sample::open(path).ok()?;
+    Some(SampleSize {
+        texels: sample.grid().len() as f64,
+        images: sample.image_count() as f64,
+        lights: sample.description().lights.len() as f64,
+    })
+}

@@ -1,0 +1,274 @@
+//! `mesotex plan`: the tasks of scenes, and what running them makes.
+
+mod program;
+
+use std::collections::BTreeMap;
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use program::{files, refuse, succeed, write_obj};
+use serde_json::Value;
+use tempfile::TempDir;
+
+const SWEEP: &str = r#"
+name = "small"
+output = "out"
+
+[matrix]
+"mesh.input" = ["k.obj", "bell.obj"]
+
+[bake]
+preset = "weave"
+size = 16
+views = "fibonacci:4"
+lights = "fibonacci:4"
+samples = 1
+
+[textons]
+textons = 8
+levels = 2
+
+[knn]
+k = 3
+neighborhood = 3
+
+[mesh]
+orient = true
+
+[synth]
+levels = 2
+k = 2
+
+[[render]]
+sweep = "light-azimuth"
+frames = 5
+size = "32x24"
+"#;
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    write_obj(&folder.path().join("k.obj"), 300);
+    write_obj(&folder.path().join("bell.obj"), 400);
+    fs::write(folder.path().join("sweep.toml"), SWEEP).unwrap();
+    folder
+}
+
+fn plan(folder: &Path, more: &[&str]) -> Value {
+    let words = [&["plan", "sweep.toml"], more].concat();
+    serde_json::from_str(&succeed(folder, &words)).unwrap()
+}
+
+fn task<'a>(plan: &'a Value, id: &str) -> &'a Value {
+    let tasks = plan["tasks"].as_array().unwrap();
+    tasks
+        .iter()
+        .find(|task| task["id"] == id)
+        .unwrap_or_else(|| {
+            let ids: Vec<_> = tasks.iter().map(|task| &task["id"]).collect();
+            panic!("no {id} among {ids:?}")
+        })
+}
+
+/// Products of a run: everything but what belongs to one machine, pages, and parts.
+fn products(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut made = files(&folder.join("out"));
+    made.retain(|path, _| {
+        let name = path.to_string_lossy();
+        let is_part = name.contains("of2") || name.contains("of3");
+        !name.ends_with(".html") && name != "run.json" && !name.contains("cache") && !is_part
+    });
+    made
+}
+
+fn sh(folder: &Path, script: &str) {
+    let program = Path::new(env!("CARGO_BIN_EXE_mesotex")).parent().unwrap();
+    let mut paths = vec![program.to_path_buf()];
+    paths.extend(env::split_paths(&env::var_os("PATH").unwrap_or_default()));
+    let output = Command::new("sh")
+        .arg(script)
+        .current_dir(folder)
+        .env("PATH", env::join_paths(paths).unwrap())
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{script}: {error}");
+}
+
+#[test]
+fn the_tasks_make_what_a_run_makes() {
+    let whole = folder();
+    succeed(whole.path(), &["run", "sweep.toml", "--no-pages"]);
+    let parted = folder();
+    let words = [
+        "plan",
+        "sweep.toml",
+        "--shards",
+        "3",
+        "--format",
+        "shell",
+        "-o",
+        "plan.sh",
+    ];
+    let said = succeed(parted.path(), &words);
+    assert!(said.contains("wrote plan.sh"), "{said}");
+    sh(parted.path(), "plan.sh");
+    let (expected, found) = (products(whole.path()), products(parted.path()));
+    let names = |made: &BTreeMap<PathBuf, Vec<u8>>| made.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(&found), names(&expected));
+    for (path, bytes) in expected {
+        assert!(found[&path] == bytes, "{} differs", path.display());
+    }
+    // What is finished is known, and nothing is in the way of a second time.
+    sh(parted.path(), "plan.sh");
+}
+
+#[test]
+fn tasks_know_their_files_and_what_comes_before() {
+    let folder = folder();
+    let made = plan(folder.path(), &["--shards", "8", "--threads", "2"]);
+    assert_eq!(made["format"], "mesotex-plan");
+    assert_eq!(made["threads"], 2);
+    let mesh = task(&made, "small.mesh.k");
+    assert_eq!(mesh["inputs"], serde_json::json!(["k.obj"]));
+    assert_eq!(mesh["outputs"], serde_json::json!(["out/small-k.mesh.ply"]));
+    let synth = task(&made, "small.synth.bell");
+    assert_eq!(
+        synth["after"],
+        serde_json::json!(["small.gram", "small.knn", "small.mesh.bell"])
+    );
+    // Five frames are no work for eight tasks.
+    let last = task(&made, "small.render-frames.bell.4of5");
+    assert_eq!(
+        last["after"],
+        serde_json::json!(["small.bake.reduce", "small.synth.bell"])
+            .as_array()
+            .map(|_| last["after"].clone())
+            .unwrap()
+    );
+    assert_eq!(last["frames"]["first"], 5);
+    let command = last["command"].as_array().unwrap();
+    assert!(command.contains(&"--shard=4/5".into()) && command.contains(&"--skip-existing".into()));
+    for task in made["tasks"].as_array().unwrap() {
+        assert!(task["seconds"].as_f64().unwrap() > 0.0, "{task}");
+        assert!(task["bytes"].as_u64().unwrap() > 1_000_000, "{task}");
+        let first = task["after"].as_array().unwrap().is_empty();
+        assert_eq!(task["step"] == 1, first, "{task}");
+    }
+    let few = task(
+        &plan(folder.path(), &["--shards", "2"]),
+        "small.render-frames.k.1of2",
+    )
+    .clone();
+    assert_eq!(few["frames"]["first"], 2);
+    assert_eq!(few["frames"]["last"], 4);
+    assert_eq!(few["frames"]["step"], 2);
+}
+
+#[test]
+fn the_same_scene_gives_the_same_plan() {
+    let folder = folder();
+    for format in ["json", "shell", "snakemake"] {
+        let words = ["plan", "sweep.toml", "--shards", "2", "--format", format];
+        let before = succeed(folder.path(), &words);
+        assert_eq!(before, succeed(folder.path(), &words));
+        // What runs have made says nothing.
+        succeed(folder.path(), &["run", "sweep.toml", "--until", "mesh"]);
+        assert_eq!(before, succeed(folder.path(), &words), "{format}");
+    }
+}
+
+#[test]
+fn a_snakefile_has_a_rule_per_task() {
+    let folder = folder();
+    let words = [
+        "plan",
+        "sweep.toml",
+        "--shards",
+        "2",
+        "--format",
+        "snakemake",
+    ];
+    let text = succeed(folder.path(), &words);
+    for part in [
+        "rule small_mesh_k:\n    input:\n        \"k.obj\",\n    output:\n        \"out/small-k.mesh.ply\",\n    threads: 1\n",
+        "directory(\"out/small.sample\"),",
+        "temp(directory(\"out/small.1of2\")),",
+        "temp(\"out/small.textons.0of2.npz\"),",
+        "[f\"out/small-k.frames/frame.{n:04d}.exr\" for n in range(2, 5, 2)],",
+        "mem_mb=lambda wildcards, attempt: ",
+        "rule all:\n    default_target: True\n    input:\n        rules.small_render_frames_k_0of2.output,",
+    ] {
+        assert!(text.contains(part), "no {part} in\n{text}");
+    }
+}
+
+#[test]
+fn scenes_of_several_folders_make_one_plan() {
+    let folder = folder();
+    let inner = folder.path().join("in ner");
+    fs::create_dir(&inner).unwrap();
+    write_obj(&inner.join("k.obj"), 300);
+    let scene = SWEEP
+        .replace(", \"bell.obj\"", "")
+        .replace("\"small\"", "\"other\"");
+    fs::write(inner.join("scene.toml"), scene).unwrap();
+    let words = [
+        "plan",
+        "sweep.toml",
+        "in ner/scene.toml",
+        "--format",
+        "shell",
+    ];
+    let text = succeed(folder.path(), &words);
+    assert!(text.contains("mkdir -p 'in ner/out' out"), "{text}");
+    assert!(
+        text.contains("(cd 'in ner' && mesotex mesh k.obj -o out/other-k.mesh.ply"),
+        "{text}"
+    );
+    // The same scene twice is the same tasks.
+    let twice = succeed(folder.path(), &["plan", "sweep.toml", "sweep.toml"]);
+    assert_eq!(twice, succeed(folder.path(), &["plan", "sweep.toml"]));
+    let other = SWEEP.replace("size = 16", "size = 32");
+    fs::write(folder.path().join("other.toml"), other).unwrap();
+    let refused = refuse(folder.path(), &["plan", "sweep.toml", "other.toml"], 1);
+    assert!(refused.contains("both make out/small.sample"), "{refused}");
+}
+
+#[test]
+fn a_plan_over_files_that_do_not_exist_is_refused() {
+    let folder = folder();
+    let scene = SWEEP
+        .replace("bell.obj", "gone.obj")
+        .replace("\"k.obj", "\"lost.obj");
+    fs::write(folder.path().join("a.toml"), scene).unwrap();
+    let scene = SWEEP.replace("preset = \"weave\"", "material = \"oak.toml\"");
+    fs::write(folder.path().join("b.toml"), scene).unwrap();
+    let words = [
+        "plan",
+        "a.toml",
+        "b.toml",
+        "c.toml",
+        "sweep.toml",
+        "-o",
+        "p.json",
+    ];
+    let refused = refuse(folder.path(), &words, 1);
+    for part in [
+        "3 scenes: 4 faults",
+        "a.toml: line 6: [matrix] mesh.input = \"gone.obj\": gone.obj does not exist",
+        "lost.obj does not exist",
+        "b.toml: line 9: [bake] material: oak.toml: cannot read",
+        "c.toml: cannot read",
+    ] {
+        assert!(refused.contains(part), "no {part} in\n{refused}");
+    }
+    assert!(!folder.path().join("p.json").exists());
+    let none = refuse(folder.path(), &["plan", "sweep.toml", "--shards", "0"], 2);
+    assert!(none.contains("--shards: 0; expected 1 to"), "{none}");
+    fs::write(folder.path().join("mine.sh"), "echo mine\n").unwrap();
+    let words = ["plan", "sweep.toml", "--format", "shell", "-o", "mine.sh"];
+    let mine = refuse(folder.path(), &words, 2);
+    assert!(mine.contains("no plan of this program"), "{mine}");
+}

@@ -1,0 +1,405 @@
+//! Work shared by several runs: however many shards, the same bytes as one run; parts are kept when they are whole,
+//! and what does not belong together is refused by name.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod program;
+
+use std::fs;
+use std::path::Path;
+
+use program::{files, mesotex, refuse, succeed};
+use tempfile::TempDir;
+
+/// Sixty-four images of 16 × 16 texels, in eight blocks.
+fn sample() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let bake = "bake --preset weave --size 16 --samples 1 --views fibonacci:8 --lights fibonacci:8 -o a.sample";
+    run(folder.path(), bake);
+    folder
+}
+
+/// Runs a line that must succeed; returns its stdout.
+fn run(folder: &Path, line: &str) -> String {
+    succeed(folder, &line.split_whitespace().collect::<Vec<_>>())
+}
+
+/// Runs a line that must be refused; returns its stderr in one line.
+fn refused(folder: &Path, line: &str, code: i32) -> String {
+    let error = refuse(folder, &line.split_whitespace().collect::<Vec<_>>(), code);
+    error.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn bytes(folder: &Path, name: &str) -> Vec<u8> {
+    fs::read(folder.join(name)).unwrap()
+}
+
+/// The names of all parts, once they are made; each by its own run, the last shard first.
+fn parts(folder: &Path, options: &str, count: usize) -> String {
+    let name = |shard: usize| format!("p{shard}of{count}.npz");
+    for shard in (0..count).rev() {
+        let output = name(shard);
+        run(
+            folder,
+            &format!("textons a.sample {options} --shard {shard}/{count} -o {output}"),
+        );
+    }
+    (0..count).map(name).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn textons_of_parts_are_those_of_one_run() {
+    let folder = sample();
+    let folder = folder.path();
+    for options in [
+        "--textons 12 --levels 2 --images 20 --seed 5",
+        "--textons 12 --levels 2 --images all --restarts 2",
+        "--textons 12 --levels 2 --images all --luminance --no-tile",
+    ] {
+        run(
+            folder,
+            &format!("textons a.sample {options} -o whole.textons.npz"),
+        );
+        let whole = bytes(folder, "whole.textons.npz");
+        for count in [1, 2, 3, 7] {
+            let parts = parts(folder, options, count);
+            let montage = "--montage m.png --report r.json --threads 1";
+            run(
+                folder,
+                &format!("textons a.sample --reduce {parts} -o joined.textons.npz {montage}"),
+            );
+            let joined = bytes(folder, "joined.textons.npz");
+            assert!(whole == joined, "{options}: {count} shards");
+        }
+    }
+    assert!(folder.join("m.png").exists() && folder.join("r.json").exists());
+    let leftovers = fs::read_dir(folder).unwrap();
+    let hidden = leftovers.filter(|entry| {
+        let name = entry.as_ref().unwrap().file_name();
+        name.to_string_lossy().starts_with('.')
+    });
+    assert_eq!(hidden.count(), 0);
+}
+
+#[test]
+fn a_part_that_is_whole_is_kept_and_any_other_is_made_anew() {
+    let folder = sample();
+    let folder = folder.path();
+    let line = "textons a.sample --textons 12 --levels 2 --images all --shard 1/3 -o p.npz";
+    let first = run(folder, line);
+    assert!(first.contains("wrote p.npz"), "{first}");
+    let made = bytes(folder, "p.npz");
+    let kept = run(folder, line);
+    assert!(
+        kept.contains("p.npz is there already: shard 1/3") && !kept.contains("wrote"),
+        "{kept}"
+    );
+    // Another shard, other options, and damaged numbers are made anew.
+    for other in ["--shard 1/3 --textons 13", "--shard 2/3"] {
+        let other = line
+            .replace("--shard 1/3", other)
+            .replace("--textons 12 ", "");
+        assert!(run(folder, &other).contains("wrote"), "{other}");
+        assert_ne!(bytes(folder, "p.npz"), made);
+        assert!(run(folder, line).contains("wrote"));
+        assert_eq!(bytes(folder, "p.npz"), made);
+    }
+    let mut damaged = made.clone();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    fs::write(folder.join("p.npz"), &damaged).unwrap();
+    let joined = "textons a.sample --reduce p.npz -o x.textons.npz";
+    assert!(refused(folder, joined, 2).contains("no part of shard 0/3, 2/3"));
+    assert!(run(folder, line).contains("wrote"));
+    assert_eq!(bytes(folder, "p.npz"), made);
+    // What this program did not make is not replaced.
+    fs::write(folder.join("p.npz"), "a letter").unwrap();
+    assert!(refused(folder, line, 2).contains("no .npz archive of this program"));
+    assert_eq!(bytes(folder, "p.npz"), b"a letter");
+}
+
+#[test]
+fn parts_that_do_not_belong_together_are_refused_by_name() {
+    let folder = sample();
+    let folder = folder.path();
+    let part = |options: &str, shard: &str, name: &str| {
+        run(
+            folder,
+            &format!("textons a.sample --levels 2 {options} --shard {shard} -o {name}"),
+        );
+    };
+    part("--textons 12 --images 9", "0/2", "a0.npz");
+    part("--textons 12 --images 9", "1/2", "a1.npz");
+    part("--textons 13 --images 9", "1/2", "b1.npz");
+    part("--textons 12 --images 9", "2/3", "c2.npz");
+    part("--textons 12 --images 9 --seed 4", "1/2", "s1.npz");
+    part("--textons 12 --images all", "1/2", "all1.npz");
+    let joined = |parts: &str, code: i32| {
+        refused(
+            folder,
+            &format!("textons a.sample --reduce {parts} -o x.textons.npz"),
+            code,
+        )
+    };
+    let others = joined("a0.npz b1.npz s1.npz all1.npz", 1);
+    for says in [
+        "b1.npz is made with --textons 13, not 12",
+        "s1.npz is made with --seed 4, not 0",
+        "all1.npz is made with --images all, not 9",
+        "as a0.npz",
+    ] {
+        assert!(others.contains(says), "{others}");
+    }
+    for (parts, says) in [
+        ("a0.npz", "no part of shard 1/2"),
+        ("a0.npz a1.npz a0.npz", "a0.npz and a0.npz are shard 0/2"),
+        ("a0.npz a1.npz c2.npz", "c2.npz is shard 2/3"),
+    ] {
+        let error = joined(parts, 2);
+        assert!(error.contains(says), "{error}");
+    }
+    let whole = bytes(folder, "a1.npz");
+    fs::write(folder.join("cut.npz"), &whole[..whole.len() / 2]).unwrap();
+    let cut = joined("a0.npz cut.npz", 1);
+    assert!(cut.contains("cut.npz") && cut.contains("cut off"), "{cut}");
+    let mut damaged = whole.clone();
+    damaged[whole.len() / 2] ^= 1;
+    fs::write(folder.join("damaged.npz"), damaged).unwrap();
+    let damaged = joined("a0.npz damaged.npz", 1);
+    assert!(
+        damaged.contains("damaged.npz: image_vectors") && damaged.contains("checksum"),
+        "{damaged}"
+    );
+    run(
+        folder,
+        "textons a.sample --levels 2 --textons 12 --images 9 -o v.textons.npz",
+    );
+    let vocabulary = joined("a0.npz v.textons.npz", 1);
+    assert!(vocabulary.contains("mesotex-textons-part"), "{vocabulary}");
+    assert!(!folder.join("x.textons.npz").exists());
+}
+
+#[test]
+fn shards_that_cannot_be_are_refused() {
+    let folder = sample();
+    let folder = folder.path();
+    let textons = |options: &str, code: i32| {
+        refused(
+            folder,
+            &format!("textons a.sample --levels 2 --textons 12 {options} -o p.npz"),
+            code,
+        )
+    };
+    for (options, says) in [
+        ("--images 9 --shard 0/65", "at most 64 shards"),
+        ("--images all --shard 0/9", "at most 8 shards"),
+        ("--shard 3/3", "no shard i/n"),
+        (
+            "--shard 0/2 --reduce a.npz",
+            "cannot be given with --reduce",
+        ),
+    ] {
+        let error = textons(options, 2);
+        assert!(error.contains(says), "{error}");
+    }
+    // Parts of another sample.
+    run(
+        folder,
+        "bake --preset bark --size 16 --samples 1 --views fibonacci:3 --lights fibonacci:3 -o b.sample",
+    );
+    for shard in ["0/2", "1/2"] {
+        let name = format!("b{}.npz", &shard[..1]);
+        let line = "textons b.sample --levels 2 --textons 12 --images 5 --shard";
+        run(folder, &format!("{line} {shard} -o {name}"));
+    }
+    let other = refused(
+        folder,
+        "textons a.sample --reduce b0.npz b1.npz -o x.textons.npz",
+        1,
+    );
+    assert!(
+        other.contains("b0.npz is of the sample") && other.contains("b1.npz is of the sample"),
+        "{other}"
+    );
+    let seed = refused(
+        folder,
+        "textons b.sample --reduce b0.npz b1.npz -o x.textons.npz --seed 3",
+        2,
+    );
+    assert!(seed.contains("--seed: 3, of parts made with 0"), "{seed}");
+    // A factored sample has few planes, which one run reads.
+    run(folder, "factor a.sample -o f.sample --rank 4");
+    let factored = refused(
+        folder,
+        "textons f.sample --levels 2 --textons 12 --shard 0/2 -o p.npz",
+        2,
+    );
+    assert!(factored.contains("rank 4"), "{factored}");
+    assert!(mesotex(folder, &["info", "b0.npz"]).status.success());
+}
+
+/// Bakes all parts of a line's sample; their names.
+fn baked_parts(folder: &Path, line: &str, count: usize) -> String {
+    let name = |shard: usize| format!("bake.{shard}of{count}");
+    for shard in (0..count).rev() {
+        run(
+            folder,
+            &format!("{line} --shard {shard}/{count} -o {}", name(shard)),
+        );
+    }
+    (0..count).map(name).collect::<Vec<_>>().join(" ")
+}
+
+const GLOSSY: &str = "bake --preset scales --size 16 --views fibonacci:7 --lights fibonacci:6";
+
+#[test]
+fn a_bake_of_parts_is_that_of_one_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for options in [
+        "--samples auto --error 0.3 --bounces 1 --seed 9",
+        "--samples 2 --angular-filter on --light-diameter 9 --dtype f4",
+    ] {
+        let line = format!("{GLOSSY} {options}");
+        run(folder, &format!("{line} -o whole.sample"));
+        let whole = files(&folder.join("whole.sample"));
+        assert_eq!(whole.len(), 3);
+        for count in [1, 2, 3, 7] {
+            let parts = baked_parts(folder, &line, count);
+            run(folder, &format!("bake --reduce {parts} -o joined.sample"));
+            let joined = files(&folder.join("joined.sample"));
+            assert!(whole == joined, "{options}: {count} shards");
+        }
+    }
+    assert!(run(folder, "info bake.1of3").contains("shard 1/3"));
+}
+
+#[test]
+fn a_baked_part_is_kept_or_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let line = format!("{GLOSSY} --samples 1 --shard 1/2 -o part");
+    run(folder, &line);
+    let made = files(&folder.join("part"));
+    assert!(run(folder, &line).contains("part is there already: shard 1/2"));
+    // Damaged values are found by their hash and made anew.
+    let array = folder.join("part/radiance.npy");
+    let mut damaged = fs::read(&array).unwrap();
+    let last = damaged.len() - 1;
+    damaged[last] ^= 1;
+    fs::write(&array, damaged).unwrap();
+    assert!(run(folder, &line).contains("wrote part"));
+    assert_eq!(files(&folder.join("part")), made);
+    // What a killed run leaves: some whole images and a torn one.
+    let description = String::from_utf8(fs::read(folder.join("part/btf.json")).unwrap()).unwrap();
+    let id = description.split("\"id\": \"").nth(1).unwrap()[..32].to_owned();
+    let no_id = mesotex::format::ContentId::of_bytes(b"").to_string();
+    let partial = folder.join(".part.partial");
+    fs::rename(folder.join("part"), &partial).unwrap();
+    fs::write(
+        partial.join("unfinished.json"),
+        description.replace(&id, &no_id).trim_end(),
+    )
+    .unwrap();
+    fs::remove_file(partial.join("btf.json")).unwrap();
+    let array = &made[Path::new("radiance.npy")];
+    fs::write(partial.join("radiance.npy"), &array[..array.len() / 2]).unwrap();
+    let gone_on = run(folder, &format!("{line} --json"));
+    let report: serde_json::Value = serde_json::from_str(&gone_on).unwrap();
+    let resumed = report["resumed"].as_u64().unwrap();
+    assert!((1..24).contains(&resumed), "{gone_on}");
+    assert_eq!(files(&folder.join("part")), made);
+    assert!(!partial.exists());
+    // A folder of the user is not replaced.
+    fs::create_dir(folder.join("letters")).unwrap();
+    fs::write(folder.join("letters/one.txt"), "dear").unwrap();
+    let refusal = refused(folder, &line.replace("-o part", "-o letters"), 2);
+    assert!(refusal.contains("one.txt"), "{refusal}");
+}
+
+#[test]
+fn baked_parts_that_do_not_belong_together_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let line = format!("{GLOSSY} --samples 1");
+    let part = |options: &str, output: &str| {
+        run(folder, &format!("{line} {options} -o {output}"));
+    };
+    part("--shard 0/2", "a0");
+    part("--shard 1/2", "a1");
+    part("--shard 1/2 --bounces 1", "b1");
+    part("--shard 1/2 --seed 4", "s1");
+    part("--shard 2/3", "c2");
+    part("", "whole.sample");
+    let joined = |parts: &str, code: i32| {
+        refused(folder, &format!("bake --reduce {parts} -o x.sample"), code)
+    };
+    let others = joined("a0 b1 s1", 1);
+    for says in ["b1 has bounces 1, not 0", "seed 4, not 0", "as a0"] {
+        assert!(others.contains(says), "{others}");
+    }
+    for (parts, code, says) in [
+        ("a0", 2, "no part of shard 1/2"),
+        ("a0 a1 a1", 2, "a1 and a1 are shard 1/2"),
+        ("a0 a1 c2", 2, "c2 is shard 2/3"),
+        (
+            "a0 whole.sample",
+            1,
+            "a part, as `mesotex bake --shard` writes it",
+        ),
+        ("a0 a1 --seed 3", 2, "--seed: 3, of parts made with 0"),
+        ("a0 nothing", 1, "nothing"),
+    ] {
+        let error = joined(parts, code);
+        assert!(error.contains(says), "{error}");
+    }
+    let array = folder.join("a1/radiance.npy");
+    let sound = fs::read(&array).unwrap();
+    fs::write(&array, &sound[..sound.len() - 7]).unwrap();
+    let cut = joined("a0 a1", 1);
+    assert!(cut.contains("a1/radiance.npy"), "{cut}");
+    let mut damaged = sound.clone();
+    *damaged.last_mut().unwrap() ^= 1;
+    fs::write(&array, damaged).unwrap();
+    let damaged = joined("a0 a1", 1);
+    assert!(
+        damaged.contains("a1/radiance.npy: hash") && damaged.contains("damaged"),
+        "{damaged}"
+    );
+    assert!(!folder.join("x.sample").exists());
+    let many = refused(folder, &format!("{line} --shard 0/8 -o p"), 2);
+    assert!(many.contains("at most 7 shards"), "{many}");
+}
+
+#[test]
+fn frames_of_shards_are_those_of_one_run() {
+    let folder = sample();
+    let folder = folder.path();
+    for line in [
+        "textons a.sample -o a.textons.npz --textons 8 --levels 2",
+        "gram a.textons.npz -o a.space.npz",
+        "knn a.space.npz -o a.knn.npz --k 3 --neighborhood 3",
+        "synth a.space.npz a.knn.npz --grid 16x16 -o a.map.ply --k 3 --levels 1",
+    ] {
+        run(folder, line);
+    }
+    let render =
+        "render a.sample a.map.ply --size 24x18 --sweep light-azimuth --frames 8 --skip-existing";
+    run(folder, &format!("{render} -o whole"));
+    let whole = files(&folder.join("whole"));
+    for count in [2, 3, 7] {
+        let output = format!("of{count}");
+        let shard = |index: usize| format!("{render} -o {output} --shard {index}/{count}");
+        for index in (0..count).rev() {
+            run(folder, &shard(index));
+        }
+        let made = files(&folder.join(&output));
+        assert!(whole == made, "{count} shards");
+        let again = run(folder, &shard(0));
+        assert!(
+            again.contains("frames kept") && again.contains("0 frames of"),
+            "{again}"
+        );
+        assert!(files(&folder.join(&output)) == made);
+    }
+}
