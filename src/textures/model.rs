@@ -19,14 +19,14 @@ use crate::textures::relief::{Cut, cut, displace, own_normals};
 use crate::textures::surface_color::SurfaceColor;
 use crate::textures::texture::Texture;
 
-/// What becomes of texels that are not opaque.
+/// What to do with texels that are not opaque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Transparency {
-    /// Texels of less than one half are holes
+    /// Texels with an alpha below one half are holes
     #[default]
     Mask,
-    /// They are mixed with what lies behind; programs may draw surfaces behind each other in the wrong order
+    /// They are blended with what lies behind; programs may draw overlapping surfaces in the wrong order
     Blend,
 }
 
@@ -34,8 +34,8 @@ pub enum Transparency {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ModelOptions {
-    /// Move the surface of the model along its normals by X mesh units per unit of the height channel;
-    /// triangles are cut to about a texel
+    /// Displace the surface of the model along its normals by X mesh units per unit of the height channel; triangles
+    /// are subdivided to about one texel
     #[arg(
         long,
         value_name = "X",
@@ -43,7 +43,7 @@ pub struct ModelOptions {
         help_heading = "Model"
     )]
     pub displace: Option<f64>,
-    /// What becomes of texels that are not opaque
+    /// What to do with texels that are not opaque
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub transparency: Transparency,
     /// A plain colour that shows where the texture is transparent, in place of holes: sRGB, numbers from 0 to 255

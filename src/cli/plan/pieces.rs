@@ -93,7 +93,7 @@ impl Made {
     }
 }
 
-/// The tasks of a stage, split into so many parts at most.
+/// The tasks of a stage, split into this many parts at most.
 pub(super) fn pieces(stage: &Stage, sizes: &mut Sizes<'_>, shards: u32) -> Result<Vec<Piece>> {
     match &stage.command {
         Command::Bake(arguments) => bakes(stage, arguments, sizes, shards),

@@ -185,7 +185,7 @@ impl Report {
                  {:.2} texels",
                 found.coherence_half, found.coherence_one, found.mean_edge
             ))
-            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"));
+            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]] (good: within 0.1 of the identity)"));
         if let Some(reason) = &self.map.levels_reason {
             outcome = outcome.line(format!("{} levels: {reason}", self.map.levels));
         }

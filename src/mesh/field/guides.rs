@@ -32,7 +32,7 @@ pub enum Alignment {
     Uv,
 }
 
-/// What makes one orientation field better than another.
+/// The energy that the orientation field minimises or maximises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum FieldEnergy {

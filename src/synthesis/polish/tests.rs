@@ -124,7 +124,7 @@ fn a_texel_shows_twice_where_it_is_farther_off_than_it_is_wide() {
     let links = Links::new(&flat(40).levels[0], Progress::silent()).unwrap();
     let region = Region::round(&links, 20 * 40 + 20, 8.0, &mut Places::default());
     let grid = fixtures::random_exemplar(8, 40, 1, false).0.levels[0].grid;
-    // Every texel shown by so many rows side by side, and again so many rows on.
+    // Every texel shown by this many rows side by side, and again so many rows on.
     let share = |rows: u32, period: u32| {
         let held = |site: u32| {
             let row = site / 40 / rows % period;
