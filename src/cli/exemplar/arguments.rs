@@ -45,7 +45,7 @@ pub struct Arguments {
     /// [default: 1 each]
     #[arg(long, value_delimiter = ',', value_name = "W,W…")]
     pub weights: Vec<Weight>,
-    /// How each image's numbers encode light; one for all colours, or one for each image
+    /// How each image's numbers stand for light; one for all colours, or one for each image
     #[arg(
         long,
         value_enum,
@@ -56,10 +56,10 @@ pub struct Arguments {
     pub encoding: Vec<ImageEncoding>,
     #[command(flatten)]
     pub controls: ControlImages,
-    /// Whether the orientation tag of images is applied
+    /// Which way up the images are read
     #[arg(long, value_enum, default_value = "upright")]
     pub orientation: Orientation,
-    /// What to do with texels that are not opaque
+    /// What becomes of texels that are not opaque
     #[arg(long, value_enum, default_value = "refuse")]
     pub alpha: AlphaOption,
     /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
