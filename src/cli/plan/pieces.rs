@@ -268,7 +268,11 @@ fn renderings(
     };
     let parts = (0..count).map(|index| {
         let shard = Shard { index, count };
-        let split = arguments.options.files.shard.or((count > 1).then_some(shard));
+        let split = arguments
+            .options
+            .files
+            .shard
+            .or((count > 1).then_some(shard));
         let places = numbers.iter().enumerate();
         let own = places.filter(|(place, _)| split.is_none_or(|shard| shard.takes(*place)));
         let own: Vec<u32> = own.map(|(_, number)| *number).collect();
