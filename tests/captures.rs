@@ -104,7 +104,7 @@ fn lists_of_every_kind_are_read() {
         let report = check_import(folder.path(), &["dirs.lp"], 1.0);
         let warnings = report["warnings"].to_string();
         let expected = match number {
-            7 => "no unit vectors (lengths 250.000 to 250.000)",
+            7 => "not unit vectors (lengths 250.000 to 250.000)",
             9 => "Latin-1",
             _ => "[]",
         };

@@ -320,7 +320,7 @@ fn kinds_that_do_not_fit_are_refused() {
         (
             "a.png c.png --kinds height,color",
             2,
-            "first image is no colour",
+            "first image is not a colour",
         ),
         ("c.png a.png --kinds color,roughness", 2, "roughness"),
         (

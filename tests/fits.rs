@@ -112,7 +112,7 @@ fn export_writes_a_file_and_replaces_only_its_own() {
     let whole = fs::read(folder.join("a.ptm")).unwrap();
     fs::write(folder.join("a.ptm"), &whole[..whole.len() - 8]).unwrap();
     let error = refuse(folder, &export, 2);
-    assert!(error.contains("no PTM of this program"), "{error}");
+    assert!(error.contains("not a PTM of this program"), "{error}");
     let words = "import a.npy --views rings:0:1 --lights fibonacci:40 -o tilted.sample";
     let tilted = words.replace("rings:0:1", "rings:30:1");
     succeed(folder, &tilted.split(' ').collect::<Vec<_>>());
@@ -120,7 +120,7 @@ fn export_writes_a_file_and_replaces_only_its_own() {
     let output = program::mesotex(folder, &words);
     let warned = String::from_utf8(output.stderr).unwrap();
     assert!(
-        output.status.success() && warned.contains("30.0° from straight above"),
+        output.status.success() && warned.contains("30.0° from directly above"),
         "{warned}"
     );
 }

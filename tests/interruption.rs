@@ -93,7 +93,7 @@ fn each_signal_has_its_exit_code_and_says_how_to_go_on() {
         assert_eq!(output.status.code(), Some(code), "{said}");
         assert!(
             said.contains(&format!("interrupted by SIG{signal}"))
-                && said.contains("type the same command to go on")
+                && said.contains("type the same command to continue")
                 && said.matches("interrupted").count() == 1,
             "{said}"
         );

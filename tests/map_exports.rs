@@ -170,7 +170,7 @@ fn rendered_vertex_colors_are_srgb_bytes_and_linear_floats_on_request() {
         }
     }
     assert!(clipped > 0);
-    let said = format!("{clipped} numbers of colours are brighter than white");
+    let said = format!("{clipped} colour values are brighter than white");
     assert!(bright.contains(&said), "{bright}");
     let refused = "render weave.sample grid.map.ply -o c --linear-colors";
     let said = refuse(at, &refused.split(' ').collect::<Vec<_>>(), 2);

@@ -198,7 +198,7 @@ fn wrong_inputs_are_refused(folder: &Path) {
     refused(
         &["report", "scene.toml", "-o", "notes.html"],
         2,
-        &["no page of this program"],
+        &["not a page of this program"],
     );
     let text = fs::read(folder.join("ball.map.ply")).unwrap();
     let without_faces = changed_header(&text, "element face 1280", "element face 0");

@@ -89,7 +89,7 @@ fn a_scene_fits_its_material_and_its_mesh_and_runs_as_it_is() {
     );
     // The user's scene is not replaced.
     let error = refuse(root.path(), &words, 2);
-    assert!(error.contains("a scene is made to be edited"), "{error}");
+    assert!(error.contains("scenes are made to be edited"), "{error}");
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn a_part_that_is_whole_is_kept_and_any_other_is_made_anew() {
     assert_eq!(bytes(folder, "p.npz"), made);
     // What this program did not make is not replaced.
     fs::write(folder.join("p.npz"), "a letter").unwrap();
-    assert!(refused(folder, line, 2).contains("no .npz archive of this program"));
+    assert!(refused(folder, line, 2).contains("not a .npz archive of this program"));
     assert_eq!(bytes(folder, "p.npz"), b"a letter");
 }
 
@@ -161,7 +161,7 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     let whole = bytes(folder, "a1.npz");
     fs::write(folder.join("cut.npz"), &whole[..whole.len() / 2]).unwrap();
     let cut = joined("a0.npz cut.npz", 1);
-    assert!(cut.contains("cut.npz") && cut.contains("cut off"), "{cut}");
+    assert!(cut.contains("cut.npz") && cut.contains("truncated"), "{cut}");
     let mut damaged = whole.clone();
     damaged[whole.len() / 2] ^= 1;
     fs::write(folder.join("damaged.npz"), damaged).unwrap();

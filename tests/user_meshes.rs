@@ -165,5 +165,5 @@ fn a_turned_component_is_named() {
         .for_each(|t| t.swap(1, 2));
     fs::write(folder.path().join("a.obj"), obj_at(&mesh, DVec3::ZERO)).unwrap();
     let text = succeed(folder.path(), &["info", "a.obj"]);
-    assert!(text.contains("triangles turned to face"), "{text}");
+    assert!(text.contains("triangles flipped to face"), "{text}");
 }

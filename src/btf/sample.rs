@@ -1,7 +1,6 @@
-//! A BTF sample on disk, `NAME.sample/`: `btf.json` describes, `radiance.npy` holds one image per
-//! (view, light) pair, read in parts so that a sample larger than memory can be worked on. A
-//! [factored](crate::btf::factored) sample holds factors instead; its images are multiplied out as they
-//! are asked for.
+//! A BTF sample on disk, `NAME.sample/`: `btf.json` describes, `radiance.npy` holds one image per (view, light) pair,
+//! read in parts so that a sample larger than memory can be worked on. A [factored](crate::btf::factored) sample
+//! holds factors instead; its images are expanded as they are asked for.
 //!
 //! Values are linear Rec. 709 radiance for a directional light of unit irradiance at normal
 //! incidence (a white Lambertian plane has cos θ/π).

@@ -1,5 +1,5 @@
-//! Tables of numbers with a header, as spreadsheets write them: columns parted by commas, semicolons or
-//! tabs, decimal commas where the columns are not parted by them, names in any case.
+//! Tables of numbers with a header, as spreadsheets write them: columns separated by commas, semicolons or tabs,
+//! decimal commas where the columns are not separated by them, names in any case.
 
 use crate::error::{Error, Result};
 

@@ -71,7 +71,8 @@ impl Arguments {
             .map_err(|error| error.in_file(&self.sample))?;
         if estimate.agreement.correlation < POOR {
             progress.warn(
-                "the two estimates hardly agree: check the heights before you use them (glossy or plain materials give little information for either)",
+                "the two estimates hardly agree: check the heights before you use them (glossy or plain materials \
+                 give little information for either)",
             );
         }
         // Try the heights: render views that were held out, with and without them.

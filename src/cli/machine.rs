@@ -176,7 +176,7 @@ mod tests {
         let error = need.check_against(Some(ByteSize(1 << 30))).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "--size: frames of 9x9 need about 5.00 GiB; expected at most the 1.00 GiB there is now: a \
+            "--size: frames of 9x9 need about 5.00 GiB; expected at most 1.00 GiB, which is free now: a \
              smaller --size"
         );
     }

@@ -1,4 +1,4 @@
-//! `mesotex mesh`: clean a mesh, retile it, give it an orientation field, see how it stands.
+//! `mesotex mesh`: clean a mesh, retile it, give it an orientation field, measure it.
 
 mod look;
 mod oriented;
@@ -247,7 +247,7 @@ impl Arguments {
         self.options.orient || self.is_measured()
     }
 
-    /// The mesh with so many even vertices, and how near it came to that.
+    /// The mesh with this many even vertices, and how near it came to that.
     fn retiled(
         &self,
         session: &Session,

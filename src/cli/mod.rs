@@ -134,10 +134,10 @@ pub(in crate::cli) enum Command {
     Man(manual::Arguments),
 }
 
-/// How to go on with a chain of stages after an interruption.
+/// How to continue with a chain of stages after an interruption.
 const CHAIN_IF_INTERRUPTED: &str = "type the same command to continue: finished stages are skipped, \
     an unfinished bake continues after its last complete image, any other stage starts over";
-/// How to go on after an interruption of a command that keeps nothing unfinished.
+/// How to continue after an interruption of a command that keeps nothing unfinished.
 const STAGE_IF_INTERRUPTED: &str =
     "type the same command to start over; this command keeps no unfinished work";
 
@@ -232,7 +232,7 @@ impl Command {
         }
     }
 
-    /// What a user types to go on after an interruption.
+    /// What a user types to continue after an interruption.
     fn if_interrupted(&self) -> &'static str {
         match self {
             Self::Bake(arguments) => arguments.if_interrupted(),

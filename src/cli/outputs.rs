@@ -1,4 +1,4 @@
-//! What a command reads and writes, said before it touches anything; and the right to write it.
+//! What a command reads and writes, declared before it touches anything; and the claim of its outputs.
 //!
 //! Nothing that a user owns is replaced: an output must be a free name, an empty file or folder, or
 //! something of its kind that this program made. A folder is never replaced when it holds an input, or
@@ -343,7 +343,7 @@ mod tests {
         fs::write(at("scan.ply"), "ply\nformat ascii 1.0\nend_header\n").unwrap();
         let mesh = Product::File(Format::Mesh);
         let files = Files::default().write("output", [&at("scan.ply")], mesh);
-        assert!(refused(&files).contains("no mesh of this program"));
+        assert!(refused(&files).contains("not a mesh of this program"));
         let twice = Files::default().write("output", [&at("a"), &at("./a")], mesh);
         assert!(refused(&twice).contains("two outputs"));
         let folder = Files::default().write(

@@ -31,7 +31,7 @@ use crate::texton::options::ByteSize;
 use crate::textures::model::ModelOptions;
 use crate::textures::surface_color::SurfaceColor;
 
-/// How to go on after an interruption.
+/// How to continue after an interruption.
 pub const IF_INTERRUPTED: &str =
     "type the same command with --skip-existing to keep the finished frames";
 

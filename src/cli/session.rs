@@ -47,7 +47,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Sets up threads, progress and signals; `hint` says how to go on after an interruption.
+    /// Sets up threads, progress and signals; `hint` says how to continue after an interruption.
     pub fn new(common: &Common, hint: &'static str) -> Result<Self> {
         set_threads(common.threads)?;
         let terminal = Terminal::new(common.quiet, common.verbose);

@@ -52,7 +52,7 @@ use crate::synthesis::{check, quality};
 use crate::textures::channel::SampleChannel;
 use crate::textures::model::ModelOptions;
 
-/// How to go on after an interruption.
+/// How to continue after an interruption.
 pub const IF_INTERRUPTED: &str =
     "type the same command with --resume to continue after the last finished level";
 
@@ -247,7 +247,7 @@ impl Arguments {
         Ok(self.faces.files(self.pictures.files(files)))
     }
 
-    /// How to go on after an interruption.
+    /// How to continue after an interruption.
     pub fn if_interrupted(&self) -> &'static str {
         match self.is_onto_faces() {
             true => faces::IF_INTERRUPTED,
@@ -496,8 +496,8 @@ impl Job<'_> {
         }
     }
 
-    /// Synthesizes level after level, each kept for a run that is interrupted. A level that cannot be
-    /// kept is told: the work goes on.
+    /// Synthesizes level after level, each kept for a run that is interrupted. A level that cannot be kept is told:
+    /// the work continues.
     fn synthesize<const N: usize, S: Sites<N>>(
         &self,
         inputs: Inputs<'_, S>,

@@ -203,7 +203,7 @@ pub(super) fn depth_of(levels: &[SpaceLevel]) -> Result<usize> {
         None => Ok(first),
         Some(at) => Err(Error::data(
             format!("L{}/features", at + 1),
-            "another number of features",
+            "a different number of features",
         )
         .expected(format!("{first} per texel, as on level 0"))),
     }

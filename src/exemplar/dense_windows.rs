@@ -1,5 +1,4 @@
-//! Windows of texels resampled at any positions: round, turned, scaled. Done once for an exemplar
-//! (Chen 2008 §5.3).
+//! Windows of texels resampled at any positions: round, rotated, scaled. Computed once per exemplar (Chen 2008 §5.3).
 //!
 //! In: a vector per texel of a level and a template, which every texel may turn by its own angle (Zhang 2003
 //! §5). Out: for every texel the numbers of its samples one after the other, so that the first rings of a

@@ -25,10 +25,10 @@ const CHEAP_TEXELS: usize = 1 << 14;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Search {
-    /// Exact up to 128 × 128 texels, two-level beyond.
+    /// Exact up to 128 × 128 texels, two-level for larger samples.
     #[default]
     Auto,
-    /// Every texel against every other.
+    /// Every texel is compared with every other.
     Exact,
     /// Through the parent level's nearest (Tong 2002 §5.2); the coarsest level stays exact.
     TwoLevel,
@@ -51,14 +51,14 @@ pub struct KnnOptions {
     /// level. Default: 5 % of the level's shorter side, at least 1.
     #[arg(long, value_name = "N")]
     pub min_separation: Option<u32>,
-    /// Texels nearer than this to the border of a sample that does not tile are neither listed nor picked by synthesis;
-    /// `full`: those whose windows cross the border are not.
+    /// Texels nearer than this to the border of a sample that does not tile are neither listed nor picked by
+    /// synthesis; `full`: nor are those whose windows cross the border.
     #[arg(long, default_value_t = Self::default().margin, value_name = "N|full")]
     pub margin: Margin,
     /// How neighbours are searched.
     #[arg(long, value_enum, default_value_t = Self::default().search)]
     pub search: Search,
-    /// Parents that two-level search considers first (Tong 2002 §5.2: 100).
+    /// Parents that the two-level search considers first (Tong 2002 §5.2: 100).
     #[arg(long, default_value_t = Self::default().candidates, value_name = "N")]
     pub candidates: u32,
     /// List only texels whose transition differs by less than this (Zhang 2003 eq. 1: 0.1), 0 to 1; for a space

@@ -1,10 +1,9 @@
 //! The neighbour table (Tong 2002 §5.2): the k nearest texels of every texel, by the distance of
 //! their neighbourhoods. In: a space. Out: the file `NAME.knn.npz`.
 //!
-//! Neighbours are taken greedily, nearest first, each `min_separation` away from the texel and from
-//! all taken: the nearest of a smooth sample are its own surroundings, and a map made of them
-//! drifts.
-//! Deviation: Tong 2002 §5.2 takes the nearest without separation (`--min-separation 1`).
+//! Neighbours are taken greedily, nearest first, each `min_separation` away from the texel and from all taken: the
+//! nearest of a smooth sample are the texels next to it, and a map made of them drifts. Deviation: Tong 2002 §5.2
+//! takes the nearest without separation (`--min-separation 1`).
 
 use std::path::Path;
 
@@ -93,8 +92,8 @@ const SEARCHED: u64 = 600;
 /// The program.
 const PROGRAM: u64 = 16 << 20;
 
-/// Bytes that the tables of a space take while they are built by so many threads, measured on samples of
-/// 64 × 64 to 256 × 256 texels.
+/// Bytes that the tables of a space take while they are built by this many threads, measured on samples of 64 × 64 to
+/// 256 × 256 texels.
 pub fn bytes_to_build(space: &Space, options: &KnnOptions, threads: usize) -> u64 {
     let levels = space.levels.iter().enumerate();
     let exact = levels.filter(|(at, level)| {

@@ -3,8 +3,8 @@
 //! Every writer writes a temporary file beside the target and renames it; every reader checks
 //! sizes, ranges and versions before it allocates, and says file, field, found and expected.
 //!
-//! Files are not trusted. Readers run inside a [`guard`], what they allocate is in proportion to the
-//! file's own length, and no file that has a name is mapped ([`positioned`]).
+//! Files are not trusted. Readers run inside a [`guard`], what they allocate is proportional to the file's own
+//! length, and no file that has a name is mapped ([`positioned`]).
 //!
 //! | file | what it does |
 //! | --- | --- |

@@ -55,8 +55,8 @@ pub struct FaceMap {
     pub colors: Option<Vec<[f32; 3]>>,
     /// Other channels of the sample.
     pub channels: Vec<FaceChannel>,
-    /// The triangle of the sample that each face shows: triangles of the upright grid row by row from the top,
-    /// then those of the grid turned by 90° in the same order.
+    /// The triangle of the sample that each face shows: triangles of the upright grid row by row from the top, then
+    /// those of the grid rotated by 90° in the same order.
     pub sources: Vec<u32>,
     /// Corner k of a face lies on corner (k + phase) mod 3 of its triangle of the sample.
     pub phases: Vec<u8>,

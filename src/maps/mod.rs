@@ -1,6 +1,6 @@
-//! What synthesis hands on, and rendering reads: [`vertex_map`], a texture coordinate and a texton per
-//! vertex of a mesh; [`atlas_map`], the same per texel of a mesh's texture atlas; [`face_map`], the part of the
-//! sample that each face of a mesh shows. All have a [`header`].
+//! The results of synthesis, which rendering reads: [`vertex_map`], a texture coordinate and a texton per vertex of a
+//! mesh; [`atlas_map`], the same per texel of a mesh's texture atlas; [`face_map`], the part of the sample that each
+//! face of a mesh shows. All have a [`header`].
 
 pub(crate) mod atlas_map;
 pub(crate) mod face_map;

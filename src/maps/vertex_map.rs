@@ -1,5 +1,5 @@
-//! The surface texton map (Tong 2002 §5): per vertex a texton label and a texture coordinate, on
-//! the mesh it was made for. What `synthesis` hands on and `render` reads.
+//! The surface texton map (Tong 2002 §5): per vertex a texton label and a texture coordinate, on the mesh it was made
+//! for. Written by `synthesis`, read by `render`.
 
 use std::ops::RangeInclusive;
 use std::path::Path;

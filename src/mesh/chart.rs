@@ -1,11 +1,10 @@
 //! The (s, t) chart of the surface round a point: the discrete exponential map (Schmidt 2006 §3).
 //!
-//! A front grows from the point in order of distance. A vertex is placed, from each neighbour
-//! already placed, at the neighbour's position plus the edge between them, turned by the rotation
-//! accumulated on the way; the placements that agree are averaged, weighted by inverse edge length
-//! (the upwind average of Schmidt 2013 §3.1). Where the front meets itself behind a narrow part,
-//! placements disagree and the nearer one stands. In: a connection, seeds with known positions.
-//! Out: the placed vertices, nearest first. Folds are the sampler's to find
+//! A front grows from the point in order of distance. A vertex is placed, from each neighbour already placed, at the
+//! neighbour's position plus the edge between them, rotated by the rotation accumulated on the way; the placements
+//! that agree are averaged, weighted by inverse edge length (the upwind average of Schmidt 2013 §3.1). Where the
+//! front meets itself behind a narrow part, placements disagree and the nearer one stands. In: a connection, seeds
+//! with known positions. Out: the placed vertices, nearest first. Folds are the sampler's to find
 //! ([`sampling`](crate::sites::vertices::sampling)).
 
 use std::cmp::Reverse;
@@ -72,7 +71,7 @@ pub struct ChartGrower {
 }
 
 impl ChartGrower {
-    /// For a mesh of so many vertices.
+    /// For a mesh of this many vertices.
     pub fn new(vertices: usize) -> Self {
         Self {
             place: vec![(0, 0); vertices],

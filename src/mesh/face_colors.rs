@@ -147,7 +147,7 @@ fn check_base(mesh: &TriangleMesh, faces: usize) -> Result<()> {
     }
 }
 
-/// The vertices of a mesh of the same shape with so many triangles: V = (F + 2χ + b) / 2 with b boundary edges,
+/// The vertices of a mesh of the same shape with this many triangles: V = (F + 2χ + b) / 2 with b boundary edges,
 /// whose number grows as the square root of the triangles'.
 fn vertices_of(mesh: &TriangleMesh, faces: usize) -> usize {
     let topology = Topology::new(&mesh.triangles);

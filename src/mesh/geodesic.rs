@@ -1,6 +1,6 @@
-//! Straight geodesics: from a point of the surface in a direction over a length. A path that meets an edge
-//! goes on in the next triangle at the same angle to the edge (Ying 2001 §4.1), which is a straight line when
-//! the two triangles are unfolded.
+//! Straight geodesics: from a point of the surface in a direction over a length. A path that meets an edge continues
+//! in the next triangle at the same angle to the edge (Ying 2001 §4.1), which is a straight line when the two
+//! triangles are unfolded.
 
 use glam::{DVec2, DVec3, Vec3};
 

@@ -149,7 +149,7 @@ impl KeyFile {
         match keys.len() {
             0 | 1 => Err(
                 Error::data("keys", format!("{} vertex with a transition", keys.len()))
-                    .expected("two or more: one says no change"),
+                    .expected("two or more: one alone means no change"),
             ),
             _ => Ok(keys),
         }

@@ -103,7 +103,7 @@ pub fn read_with(
     })
 }
 
-/// Parses a mesh file's bytes; the format is told by the file's name (`.gz` set aside).
+/// Parses a mesh file's bytes; the format is recognised by the file's name (`.gz` set aside).
 pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
     let name = path
         .file_name()
@@ -273,7 +273,7 @@ fn refusal(report: &RepairReport) -> Error {
     }
     Error::data("mesh", found)
         .expected("a sound mesh, as --strict asks")
-        .advice("leave --strict away to have it repaired")
+        .advice("leave out --strict to have it repaired")
 }
 
 /// Polygons cut from one look at whether to stop to the next.

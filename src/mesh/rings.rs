@@ -163,8 +163,8 @@ pub fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// Chooses an axis in the tangent plane and turns the ring's angles so that, on the average over
-/// its edges, an edge's angle is that of its projection.
+/// Chooses an axis in the tangent plane and turns the ring's angles so that, on average over its edges, an edge's
+/// angle is that of its projection.
 fn axis(mesh: &TriangleMesh, normal: Vec3, vertex: usize, ring: &[RingEdge]) -> Vec3 {
     if ring.is_empty() {
         return Vec3::X;

@@ -127,8 +127,8 @@ fn direction(
     azimuths.direction(azimuth, (0.5 - v) * std::f64::consts::PI)
 }
 
-/// At most `count` directional lights for an image of linear radiance (3 channels), turned by
-/// `turn` radians and multiplied by `scale`.
+/// At most `count` directional lights for an image of linear radiance (3 channels), rotated by `turn` radians and
+/// multiplied by `scale`.
 pub fn lights(
     image: &FloatImage,
     azimuths: &AzimuthFrame,

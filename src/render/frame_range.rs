@@ -80,7 +80,7 @@ impl FromStr for FrameRange {
         }
         if first == 0 || first > last || step == 0 {
             return Err(format!(
-                "`{text}` is no range: frames count from 1, steps are 1 or more"
+                "`{text}` is not a range: frames count from 1, steps are 1 or more"
             ));
         }
         let count = (last - first) / step + 1;

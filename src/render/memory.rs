@@ -32,7 +32,7 @@ const KEPT_PIXELS: u64 = 1 << 20;
 /// Bytes of a vertex and of a triangle: the file's columns, frames, the hierarchy that rays meet.
 const VERTEX: u64 = 280;
 const TRIANGLE: u64 = 150;
-/// Bytes that a vertex keeps of each light: whether it is reached; and its weights, of so many lights.
+/// Bytes that a vertex keeps of each light: whether it is reached; and its weights, of this many lights.
 const REACHED: u64 = 4;
 const WEIGHTED: u64 = 130;
 const WEIGHTED_LIGHTS: u64 = 8;

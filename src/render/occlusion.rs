@@ -228,7 +228,7 @@ impl Cone {
     }
 }
 
-/// Point `index` of `count` spread evenly over the unit disc (Vogel 1979), turned by a hash.
+/// Point `index` of `count` spread evenly over the unit disc (Vogel 1979), rotated by a hash.
 fn disc_point(index: u32, count: u32, turn: u32) -> [f32; 2] {
     const GOLDEN_ANGLE: f32 = 2.399_963_1;
     let hashed = (turn.wrapping_mul(0x9e37_79b9) ^ (turn >> 16)).wrapping_mul(0x85eb_ca6b);

@@ -90,7 +90,7 @@ impl FromStr for ImageSize {
                 Ok(Self(size))
             }
             _ => Err(format!(
-                "`{text}` is no size WxH of 1 to {LONGEST_SIDE} pixels a side, as 1280x960"
+                "`{text}` is not a size WxH of 1 to {LONGEST_SIDE} pixels per side, as 1280x960"
             )),
         }
     }
@@ -113,7 +113,7 @@ impl FromStr for Point {
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         match numbers(text)?[..] {
             [x, y, z] => Ok(Self([x, y, z])),
-            _ => Err(format!("`{text}` is no point x,y,z")),
+            _ => Err(format!("`{text}` is not a point x,y,z")),
         }
     }
 }
@@ -129,7 +129,7 @@ impl fmt::Display for Point {
 fn numbers(text: &str) -> std::result::Result<Vec<f64>, String> {
     let number = |part: &str| match part.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("`{part}` in `{text}` is no number")),
+        _ => Err(format!("`{part}` in `{text}` is not a number")),
     };
     text.split(',').map(number).collect()
 }

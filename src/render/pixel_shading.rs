@@ -111,7 +111,7 @@ fn shade_point<T: Stored>(
     let (map, lookup, hit) = (scene.map, scene.lookup, &point.hit);
     let ShadingSpace { lights, corners } = work;
     let all = gather_lights(scene, visibility, point, lights);
-    // First what is to be read, for all three, then the reading: so that it goes on at once.
+    // First what is to be read, for all three, then the reading: so that it continues at once.
     let triangle = &map.mesh.triangles[hit.triangle as usize];
     for ((corner, seen), &vertex) in corners.iter_mut().zip(&point.corners).zip(triangle) {
         let vertex = vertex as usize;

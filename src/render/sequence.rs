@@ -74,7 +74,7 @@ pub struct Report {
     pub rendered: usize,
     /// Frames kept from an earlier run.
     pub kept: usize,
-    /// Frames of an earlier run, with other options, that were made anew.
+    /// Frames of an earlier run, with other options, that were made again.
     pub replaced: usize,
     /// All frames of the sweep's range, those of other shards too.
     pub files: Vec<FrameFile>,

@@ -274,7 +274,7 @@ impl<T: Stored> TexelTable<T> {
         let stride = source.stride();
         source
             .progress
-            .begin("laying out the sample", grid.len() as u64);
+            .begin("copying the sample for shading", grid.len() as u64);
         let mut writer = LevelWriter::new(grid, stride, budget)?;
         for slab in writer.slabs() {
             writer.append(slab, |texels, out| {

@@ -39,7 +39,7 @@ pub struct Limits {
     pub error: f64,
     /// The most bytes, compressed; where they do not suffice, the error grows.
     pub bytes: usize,
-    /// The most texels of all images multiplied out; where there are more, grids are halved.
+    /// The most texels of all images expanded; where there are more, grids are halved.
     pub texels: u64,
 }
 

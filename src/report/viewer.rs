@@ -182,7 +182,7 @@ struct PackedSurface {
 }
 
 impl PackedSurface {
-    /// A map's surface, with fewer vertices where a page of so many bytes has no room for all.
+    /// A map's surface, with fewer vertices where a page of this many bytes has no room for all.
     fn fitting(map: &SurfaceTextonMap, page: usize) -> Result<Self> {
         let mut map = Cow::Borrowed(map);
         loop {

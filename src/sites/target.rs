@@ -102,8 +102,8 @@ impl Target {
         })
     }
 
-    /// A flat grid with round neighbourhoods of so many rings at every level; its map is measured in the
-    /// window `square`.
+    /// A flat grid with round neighbourhoods of this many rings at every level; its map is measured in the window
+    /// `square`.
     pub fn round_grid(
         grid: SiteGrid,
         (rings, levels): (u32, usize),

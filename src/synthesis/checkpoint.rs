@@ -1,9 +1,9 @@
 //! The checkpoint of an interrupted run: the last finished level, beside the output, keyed by what
 //! the run was given.
 //!
-//! A checkpoint is checked like any file. One of other inputs or options is an error: the user asked to go
-//! on with another run. One that is damaged, or of another version of the program, is of no use to anyone:
-//! the caller is told and the run begins anew.
+//! A checkpoint is checked like any file. One of other inputs or options is an error: the user asked to continue with
+//! another run. One that is damaged, or of another version of the program, is of no use to anyone: the caller is told
+//! and the run starts over.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -79,12 +79,12 @@ impl LevelChoice {
 }
 
 impl Levels<'_> {
-    /// Sites on the coarsest of so many levels: retiling leaves about a quarter of the vertices.
+    /// Sites on the coarsest of this many levels: retiling leaves about a quarter of the vertices.
     fn coarsest(&self, levels: usize) -> usize {
         self.sites >> (2 * (levels - 1))
     }
 
-    /// The width of the window on the coarsest of so many levels, in texels of the finest.
+    /// The width of the window on the coarsest of this many levels, in texels of the finest.
     fn reach(&self, levels: usize) -> u64 {
         let offsets = &self.table.levels[levels - 1].neighborhood.offsets;
         u64::from(window_width(offsets)) << (levels - 1)

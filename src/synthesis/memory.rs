@@ -65,7 +65,7 @@ pub fn polish_bytes(sites: u64, tileable: bool, options: &SynthesisOptions) -> u
     }
 }
 
-/// Bytes that a flat grid of so many sites takes while it is synthesized on.
+/// Bytes that a flat grid of this many sites takes while it is synthesized on.
 pub fn grid_bytes(width: u32, height: u32) -> u64 {
     GRID_SITE * u64::from(width) * u64::from(height)
 }

@@ -38,7 +38,7 @@ pub const SCALES: std::ops::RangeInclusive<f64> = 0.1..=8.0;
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 #[command(next_help_heading = "Field distortion")]
 pub struct DistortionOptions {
-    /// Size of the texture's elements where the transition is 0; 1 leaves them as they are
+    /// Size of the texture's elements where the transition is 0; 1 is their own size
     #[arg(long, default_value_t = Self::default().scale_from, value_name = "X")]
     pub scale_from: f64,
     /// Size of the texture's elements where the transition is 1

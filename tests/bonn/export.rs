@@ -262,7 +262,7 @@ fn what_cannot_be_exported_is_refused_with_words() {
     assert!(refused(&["--to", "folder", "--rank", "9"], 2).contains("--rank"));
     std::fs::write(folder.path().join("mine.btf"), "!DFMF08FCR of others").unwrap();
     let words = ["export", "a.sample", "--to", "bdi", "-o", "mine.btf"];
-    assert!(refuse(folder.path(), &words, 2).contains("no .btf file of this program"));
+    assert!(refuse(folder.path(), &words, 2).contains("not a .btf file of this program"));
 }
 
 #[test]

@@ -114,8 +114,8 @@ impl Baked {
     }
 }
 
-/// Bakes `material` into the sample folder `target`. An interrupted bake leaves a hidden folder beside
-/// it, from which the same call goes on to the same bytes; any other failure leaves nothing.
+/// Bakes `material` into the sample folder `target`. An interrupted bake leaves a hidden folder beside it, from which
+/// the same call continues to the same bytes; any other failure leaves nothing.
 pub fn bake(
     material: &Material,
     options: &BakeOptions,

@@ -2,8 +2,8 @@
 //!
 //! Behind measurement and directions: u32 width, u32 height, u32 scan lines per chunk, u8 compression (0 all texels,
 //! 1 all texels with bzip2, 2 the texels of the mask), u8 mask \[width\]\[height\], u32 rotations and their numbers.
-//! Then chunks of so many scan lines' texels: u32 bytes, and per texel \[view\]\[light\]\[channel\]. Texels are stored
-//! row by row. The last chunk may be short, or filled up.
+//! Then chunks of this many scan lines' texels: u32 bytes, and per texel \[view\]\[light\]\[channel\]. Texels are
+//! stored row by row. The last chunk may be short, or filled up.
 //!
 //! btflib reads the mask column by column, and writes it row by row; the two agree where no texel is missing. Here it
 //! is read and written column by column, since only the reader has met files of others.
@@ -30,7 +30,7 @@ use crate::format::positioned::PositionedFile;
 
 /// What chunks packed with bzip2 may expand to, in bytes per byte of the file, and besides.
 const EXPANSION: (u64, u64) = (256, 32 << 20);
-/// A mask may leave out all but one of so many texels.
+/// A mask may leave out all but one of this many texels.
 const MOST_MISSING: usize = 256;
 
 /// Which texels a file has, and how.
@@ -262,7 +262,7 @@ impl Chunks {
                 decoder.read_exact(&mut texel).map_err(|error| {
                     Error::data(format!("{place}: bzip2"), error.to_string())
                         .expected(format!("{texels} texels of {} bytes", self.texel_bytes))
-                        .advice("the file is cut off or damaged")
+                        .advice("the file is truncated or damaged")
                 })?;
                 let (words, _) = texel.as_chunks::<2>();
                 let halves: Vec<f16> = words.iter().map(|w| f16::from_le_bytes(*w)).collect();

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 
 /// Texels fitted by one task.
 const BLOCK: usize = 4096;
-/// A view further than this from straight above is worth a warning, in degrees.
+/// A view further than this from directly above is worth a warning, in degrees.
 const TILTED: f64 = 2.0;
 
 /// A fit and how well it repeats its sample. Residuals are root mean squares over all lights, texels and colours, in
@@ -83,7 +83,7 @@ fn lights_of(sample: &Sample, progress: Progress<'_>) -> Result<Vec<Direction>> 
     let tilt = description.views[0].theta().to_degrees();
     if tilt > TILTED {
         progress.warn(format!(
-            "the view is {tilt:.1}° from straight above; readers of the fit take it as straight above"
+            "the view is {tilt:.1}° from directly above; readers of the fit take it as directly above"
         ));
     }
     let light = |image| description.lights[description.view_and_light(image).1];

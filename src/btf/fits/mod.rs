@@ -1,5 +1,5 @@
-//! Fits of reflectance-transformation imaging: per texel a short sum of functions of the light's direction, seen
-//! from straight above (Malzbender 2001: polynomial texture maps; Gautron 2004: hemispherical harmonics).
+//! Fits of reflectance-transformation imaging: per texel a short sum of functions of the light's direction, seen from
+//! directly above (Malzbender 2001: polynomial texture maps; Gautron 2004: hemispherical harmonics).
 //!
 //! | file | what it does |
 //! | --- | --- |

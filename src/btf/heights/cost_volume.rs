@@ -1,4 +1,4 @@
-//! How much views disagree when a texel is taken to be so high (plane sweep: Collins 1996).
+//! How much views disagree for each assumed height of a texel (plane sweep: Collins 1996).
 //!
 //! A point of the surface over the texel at x, of height h, is shown by the view v at x − h·(v_x, v_y)/v_z. For every
 //! height of a list the images are read there, under a few lights. The cost is the mean difference from the median, of

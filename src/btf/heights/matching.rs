@@ -1,4 +1,4 @@
-//! The heights of least disagreement, with few steps between neighbours: semi-global matching (Hirschmüller 2008).
+//! The heights of least cost, with few steps between neighbours: semi-global matching (Hirschmüller 2008).
 //!
 //! Costs are summed along lines of texels in four directions. From one texel to the next a change by one step of the
 //! list costs a little, any other change costs more. Each texel takes the height whose four sums are least.

@@ -1,4 +1,4 @@
-//! Heights of a sample, estimated from its images in two ways that know nothing of each other.
+//! Heights of a sample, estimated from its images in two independent ways.
 //!
 //! *Photometrically*: how a texel's brightness changes with the light gives its normal, and normals are integrated to
 //! heights. These are fine in detail; where walls are too steep to be seen, they are too flat. *By flow*: the images are

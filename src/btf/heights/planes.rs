@@ -137,7 +137,7 @@ fn distinct(directions: &[Direction]) -> usize {
     kept.len()
 }
 
-/// At most so many of a list, evenly spread over it.
+/// At most this many of a list, evenly spread over it.
 fn spread(list: &[usize], most: usize) -> Vec<usize> {
     let count = most.min(list.len());
     (0..count).map(|at| list[at * list.len() / count]).collect()

@@ -1,8 +1,8 @@
 //! An image list becomes a sample: images are decoded side by side and written in order.
 //!
-//! As many images are in memory as threads can use, and no more than a bound allows. When an image cannot be
-//! used, the others are read all the same, so that every fault is told at once; the sample appears when all
-//! images are written.
+//! As many images are in memory as threads can use, and no more than a bound allows. When an image cannot be used,
+//! the others are read all the same, so that every fault is reported together; the sample appears when all images are
+//! written.
 
 use std::path::Path;
 

@@ -14,24 +14,24 @@ use crate::btf::direction::Direction;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, clap::Args)]
 #[serde(rename_all = "kebab-case")]
 pub struct ListOptions {
-    /// Where the images are: a folder, or a pattern in quotes as "photos/*.jpg". Files that have the names
-    /// of the list go with these. Where none has, as with the list of a calibrated dome, they are sorted
-    /// (2 before 10) and taken in the order of the list; there must be as many.
+    /// Where the images are: a folder, or a quoted pattern such as "photos/*.jpg". Images are matched with the list
+    /// by name. If no name matches, as with the list of a calibrated dome, they are sorted (2 before 10) and assigned
+    /// in the order of the list; their number must be the same.
     #[arg(long, value_name = "FOLDER|GLOB")]
     pub images: Option<PathBuf>,
-    /// Which way the list's y axis points where x is image right and z points to the camera: `right`, up
-    /// the image; `left`, down the image. With `left` y changes its sign (φ runs clockwise); x and z stay.
+    /// Direction of the list's y axis, with x to image right and z to the camera: `right`, up the image; `left`, down
+    /// the image. With `left` y changes its sign (φ runs clockwise); x and z do not.
     #[arg(long, value_enum, default_value_t = ListOptions::default().handedness)]
     pub handedness: Handedness,
-    /// The size of the patch in millimetres, for tables of positions: tells how far directions differ over it.
+    /// The size of the patch in millimetres, for tables of positions: reports how much directions differ over it.
     #[arg(long, value_name = "WxH")]
     pub patch_mm: Option<PatchSize>,
     /// Resamples images of near cameras and lamps where directions differ over the patch by more than so many
     /// degrees from those at its centre; with --patch-mm.
     #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "2")]
     pub near_field: Option<f64>,
-    /// The light stands where the camera does, as a flash beside the lens: each view is also the light. Tables
-    /// then have no columns of lights, and positions of a .lp file are those of camera and flash.
+    /// The light is at the camera, like a flash beside the lens: each view is also the light. Tables then have no
+    /// columns of lights, and positions of a .lp file are those of camera and flash.
     #[arg(long)]
     pub collocated: bool,
 }

@@ -105,7 +105,11 @@ pub(crate) fn source_of(path: &Path, set: &SetOptions) -> Result<Source> {
 pub(crate) fn check_unused(given: Option<&str>, wanted: &str) -> Result<()> {
     match given {
         None => Ok(()),
-        Some(flag) => Err(Error::option(flag, "of no use for this source", wanted)),
+        Some(flag) => Err(Error::option(
+            flag,
+            "without effect for this source",
+            wanted,
+        )),
     }
 }
 
@@ -148,7 +152,7 @@ fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
         false => of_table(&text, options)?,
     };
     if encoding == TextEncoding::Latin1 {
-        notes.push("the list is no UTF-8; its names are read as Latin-1".into());
+        notes.push("the list is not UTF-8; its names are read as Latin-1".into());
     }
     // Find its images.
     let folder = path.parent().unwrap_or(Path::new(""));

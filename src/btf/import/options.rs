@@ -23,7 +23,7 @@ pub struct ImportOptions {
     /// How the images' numbers encode light.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().encoding)]
     pub encoding: SourceEncoding,
-    /// The light under which spectral images are seen; D65 by default.
+    /// The illuminant of spectral images; D65 by default.
     #[arg(long, value_enum)]
     pub illuminant: Option<Illuminant>,
     /// How the size line of Radiance files in sets of Bonn is read.
@@ -45,7 +45,7 @@ pub struct ImportOptions {
     /// Side of an image's pixel in millimetres, where known; with --reduce N a texel has N of them.
     #[arg(long)]
     pub texel_mm: Option<f64>,
-    /// What the material is called; the source's own name by default.
+    /// Name of the material; the source's own name by default.
     #[arg(long)]
     pub name: Option<String>,
     /// Number type of the sample.
@@ -112,7 +112,7 @@ impl ImportOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Values {
-    /// As the format has them: without the light's cosine in Bonn's SPECTRAL, else reflectance.
+    /// As the format defines them: without the light's cosine in Bonn's SPECTRAL, else reflectance.
     #[default]
     Auto,
     /// Reflectance times the light's cosine: a white plane facing the light has 1 (divided by π).

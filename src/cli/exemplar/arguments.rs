@@ -1,4 +1,4 @@
-//! What `mesotex exemplar` is told.
+//! Arguments of `mesotex exemplar`.
 
 use std::path::PathBuf;
 
@@ -32,7 +32,7 @@ pub struct Arguments {
     /// Opposite borders of the images continue each other
     #[arg(long)]
     pub tile: bool,
-    /// Side of a texel in millimetres, where known: `synth --mesh-unit` gives it that size on a mesh
+    /// Side of a texel in millimetres, if known, for `synth --mesh-unit`
     #[arg(long, value_name = "X")]
     pub texel_mm: Option<f64>,
     /// Levels of the pyramid, the finest included
@@ -41,8 +41,8 @@ pub struct Arguments {
     /// What each image is, in order [default: auto for each]
     #[arg(long, value_enum, value_delimiter = ',', value_name = "K,K…")]
     pub kinds: Vec<KindOption>,
-    /// What each image weighs in the squared distance, or channels by name as height=0.5; 0 leaves a
-    /// channel out [default: 1 each]
+    /// Weight of each image in the squared distance, or of channels by name as height=0.5; 0 leaves a channel out
+    /// [default: 1 each]
     #[arg(long, value_delimiter = ',', value_name = "W,W…")]
     pub weights: Vec<Weight>,
     /// How each image's numbers stand for light; one for all colours, or one for each image

@@ -8,15 +8,15 @@ use crate::format::image::SourceEncoding;
 /// What an image is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum KindOption {
-    /// The first image is colour; of others the words of file names decide, then grey ones are heights
+    /// The first image is colour; others by the words of their file names, and grey ones are heights
     Auto,
     /// Colour
     Color,
     /// Heights, in any unit
     Height,
-    /// Any other number from 0 to 1: roughness, metal, parts of a pattern
+    /// Any other value from 0 to 1: roughness, metal, parts of a pattern
     Mask,
-    /// How opaque each texel is
+    /// Opacity of each texel
     Alpha,
     /// Normals: red, green and blue are x, y and z
     Normal,
@@ -63,7 +63,7 @@ impl ImageEncoding {
 /// What to do with texels that are not opaque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AlphaOption {
-    /// In colours they are an error, in other images alpha is not used
+    /// They are an error in colours; in other images alpha is not used
     Refuse,
     /// Their numbers are used as stored
     Ignore,

@@ -1,4 +1,4 @@
-//! How far a sample can be trusted between its directions, in words and figures.
+//! The error of a sample between its directions, in words and figures.
 
 use std::path::Path;
 

@@ -23,7 +23,7 @@ pub(super) fn with_header(outcome: Outcome, header: &MapHeader) -> Outcome {
         .figure("sample", header.sample.to_string())
         .figure("space", header.space.to_string());
     match origin_text(header.origin) {
-        Some(origin) => outcome.line(format!("positions count from the origin {origin}")),
+        Some(origin) => outcome.line(format!("positions are relative to the origin {origin}")),
         None => outcome,
     }
 }

@@ -261,7 +261,7 @@ impl Values {
         .collect()
     }
 
-    /// Of images multiplied out, with the values below 0 counted before they become 0.
+    /// Of images expanded, with the values below 0 counted before they become 0.
     fn of_products(sample: &Sample, images: &[u32]) -> Result<Vec<Self>> {
         let texels = sample.grid().len();
         let mut numbers = vec![0.0; images.len() * texels * 3];

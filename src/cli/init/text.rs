@@ -1,4 +1,4 @@
-//! The scene that is written, with a comment at every number.
+//! The text of the scene, with a comment at every number.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -57,7 +57,7 @@ pub(super) fn draw(
     Ok(outcome)
 }
 
-/// What the pictures of a surface of so many levels are called.
+/// What the pictures of a surface of this many levels are called.
 pub(super) fn picture_names(levels: u32) -> Vec<String> {
     let levels = (0..levels).map(|level| format!("level{level}"));
     ["field".to_owned(), "distortion".to_owned()]

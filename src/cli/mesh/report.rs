@@ -1,4 +1,4 @@
-//! What a person and a program are told of a mesh.
+//! What is reported of a mesh, for a person and as JSON.
 
 use std::path::Path;
 
@@ -112,7 +112,7 @@ pub(super) fn warn_of_count(session: &Session, found: usize, wanted: usize) {
 }
 
 fn coordinates([x, y, z]: [f64; 3]) -> String {
-    format!("({x}, {y}, {z})")
+    format!("({x:.6}, {y:.6}, {z:.6})")
 }
 
 fn shape_of(mesh: &TriangleMesh) -> Shape {
@@ -139,13 +139,14 @@ pub fn with_shape(outcome: Outcome, user: &UserMesh) -> Outcome {
             shape.euler_characteristic
         ))
         .line(format!(
-            "from {} to {}{}",
+            "bounds {} to {}{}",
             coordinates(low),
             coordinates(high),
             volume.map_or(String::new(), |volume| format!(", volume {volume:.6}"))
         ))
         .line(format!(
-            "area {:.6}, default texel {texel:.6}; edge lengths vary by {:.3}, 99 % of the triangles have no angle below {:.1}°",
+            "area {:.6}, default texel {texel:.6}; edge lengths vary by {:.3}, 99 % of the triangles have no \
+             angle below {:.1}°",
             mesh.area(),
             even.edge_variation,
             even.smallest_angle_of_99_percent

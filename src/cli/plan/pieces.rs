@@ -93,7 +93,7 @@ impl Made {
     }
 }
 
-/// The tasks of a stage, split into so many parts at most.
+/// The tasks of a stage, split into this many parts at most.
 pub(super) fn pieces(stage: &Stage, sizes: &mut Sizes<'_>, shards: u32) -> Result<Vec<Piece>> {
     match &stage.command {
         Command::Bake(arguments) => bakes(stage, arguments, sizes, shards),
@@ -268,7 +268,11 @@ fn renderings(
     };
     let parts = (0..count).map(|index| {
         let shard = Shard { index, count };
-        let split = arguments.options.files.shard.or((count > 1).then_some(shard));
+        let split = arguments
+            .options
+            .files
+            .shard
+            .or((count > 1).then_some(shard));
         let places = numbers.iter().enumerate();
         let own = places.filter(|(place, _)| split.is_none_or(|shard| shard.takes(*place)));
         let own: Vec<u32> = own.map(|(_, number)| *number).collect();

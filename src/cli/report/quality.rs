@@ -1,4 +1,4 @@
-//! The quality of a finished map, measured once more, each figure with the range that is good (docs/synthesis.md).
+//! The quality of a finished map, measured again, each figure with its good range (docs/synthesis.md).
 
 use std::path::Path;
 

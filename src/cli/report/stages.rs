@@ -1,4 +1,4 @@
-//! What was run: times, options and ids.
+//! The stages that were run: times, options and ids.
 
 use crate::cli::report::products::Products;
 use crate::report::summary::{OutputFacts, StageFacts};

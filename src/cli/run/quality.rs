@@ -1,9 +1,9 @@
 //! The quality of a run: the scene as it stands, or a draft of it.
 //!
-//! A draft is the scene without its finest level. A baked sample has half as many texels a side and a level less, the
-//! mesh a quarter of the vertices, a texel is twice as wide, so that the texture lies as it will. Frames are half as
-//! large and a quarter as many. Outputs are called NAME-draft, reports and pictures too: neither quality writes over
-//! the other.
+//! A draft is the scene without its finest level. A baked sample has half as many texels per side and a level less,
+//! the mesh a quarter of the vertices, a texel is twice as wide, so that the texture lies as it will. Frames are half
+//! as large and a quarter as many. Outputs are called NAME-draft, reports and pictures too: neither quality writes
+//! over the other.
 
 use clap::ValueEnum;
 use toml::Value;

@@ -33,7 +33,7 @@ use crate::synthesis::recipes::choosy::{ChoosyOptions, ChoosyResult, synthesize_
 use crate::textures::channel::SampleChannel;
 use crate::textures::face_channels::carry_onto_faces;
 
-/// How to go on after an interruption.
+/// How to continue after an interruption.
 pub(super) const IF_INTERRUPTED: &str =
     "type the same command to start over; --onto faces keeps no unfinished work";
 

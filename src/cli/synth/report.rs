@@ -181,17 +181,19 @@ impl Report {
             ))
             // Tell how the texture follows the surface.
             .line(format!(
-                "coherence {:.3} within half a texel (good: above 0.4), {:.3} within one (above 0.7); mean edge {:.2} texels",
+                "coherence {:.3} within half a texel (good: above 0.4), {:.3} within one (above 0.7); mean edge \
+                 {:.2} texels",
                 found.coherence_half, found.coherence_one, found.mean_edge
             ))
-            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"));
+            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]] (good: within 0.1 of the identity)"));
         if let Some(reason) = &self.map.levels_reason {
             outcome = outcome.line(format!("{} levels: {reason}", self.map.levels));
         }
         // Tell what was measured beside.
         if let Some(found) = found.energies {
             outcome = outcome.line(format!(
-                "energy {:.3} of a random map's (good: below 0.3), {:.3} of the best texels' at {} sites (below 1.1)",
+                "energy {:.3} of a random map's (good: below 0.3), {:.3} of the best texels' at {} sites (below \
+                 1.1)",
                 found.energy, found.energy_ratio_full, found.energy_sites
             ));
         }

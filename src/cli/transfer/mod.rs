@@ -45,8 +45,8 @@ Examples:
 pub struct Arguments {
     /// What was synthesized: NAME.atlas or NAME.map.ply
     pub input: PathBuf,
-    /// Images aligned with the sample, of its size or a multiple of it. KIND: color, height, mask, alpha or
-    /// normal (green is up); without it the file's name tells, then a grey image is a height
+    /// Images aligned with the sample, of its size or a multiple of it. KIND: color, height, mask, alpha or normal
+    /// (green is up); without it the file's name decides, and a grey image is a height
     #[arg(long, required = true, num_args = 1.., value_name = "[KIND:]FILE")]
     pub maps: Vec<MapFile>,
     /// The folder to write for an atlas, the PLY for a surface texton map

@@ -39,17 +39,17 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
                 options.sweep.kind == Sweep::None && options.camera.camera_path.is_none();
             found(
                 is_still && count > 1,
-                format!("{count} without a sweep, all of them alike"),
+                format!("{count} without a sweep, all of them the same"),
             )
         },
-        expected: "--sweep or --camera-path beside it",
+        expected: "--sweep or --camera-path as well",
     },
     Rule {
         options: &["sweep-length", "sweep-from", "sweep-to"],
         unused: |options| match &options.sweep.kind {
             Sweep::None => Some("given without a sweep".into()),
             Sweep::File(path) => Some(format!(
-                "given with {}, which says all of its rows",
+                "given with {}, which renders all of its rows",
                 path.display()
             )),
             _ => None,
@@ -132,7 +132,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
             true => Some("given without --light-radius".into()),
             false => without_shadows(options),
         },
-        expected: "--light-radius and shadows beside it: sharp edges take one ray",
+        expected: "--light-radius and shadows as well: sharp edges take one ray",
     },
     Rule {
         options: &[
@@ -148,7 +148,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
                 "given without an environment",
             )
         },
-        expected: "--environment FILE beside it",
+        expected: "--environment FILE as well",
     },
     Rule {
         options: &["camera-azimuth"],
@@ -225,7 +225,7 @@ fn light_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
     }
 }
 
-/// An orbit begins at it; a position that is given is turned by what an orbit adds to it.
+/// An orbit begins at it; a position that is given is rotated by what an orbit adds to it.
 fn camera_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
     let starts_apart = options.sweep.kind == Sweep::ViewOrbit && options.sweep.sweep_from.is_some();
     match options.camera.camera_position.is_some() {

@@ -122,6 +122,6 @@ pub(super) const EXEMPLAR: &[Rule<exemplar::Arguments>] = &[
                 "given without a transition",
             )
         },
-        expected: "--transition FILE beside it",
+        expected: "--transition FILE as well",
     },
 ];

@@ -1,4 +1,4 @@
-//! Meshes, and what is carried onto them; scenes.
+//! Meshes, and what is transferred to them; scenes.
 
 use crate::cli::unused_options::rule::{Rule, found};
 use crate::cli::{export, mesh, run, transfer};

@@ -49,13 +49,13 @@ pub struct Arguments {
     /// The masks of the first and the second, from `mesotex mask`
     #[arg(long, num_args = 2, value_names = ["FIRST", "SECOND"])]
     pub masks: Vec<PathBuf>,
-    /// How they become one
+    /// How the two textures are blended
     #[arg(long, value_enum, default_value = "slice")]
     pub by: By,
-    /// The deviation of the Gaussian that blurs the mask between them, in pixels
+    /// Standard deviation of the Gaussian that blurs the common mask, in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = BlendOptions::default().blur)]
     pub blur: f64,
-    /// The share from which on a pixel has the greater label, for masks of two labels
+    /// The blurred value from which on a pixel has the greater label, for masks of two labels
     #[arg(long, value_name = "X", default_value_t = BlendOptions::default().threshold)]
     pub threshold: f64,
     #[command(flatten)]

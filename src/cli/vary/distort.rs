@@ -26,7 +26,7 @@ Examples:
 pub struct Arguments {
     /// The texture: an image, or a sample NAME.sample
     pub texture: PathBuf,
-    /// Its mask, from `mesotex mask`, that what is made is to carry
+    /// The texture's mask, from `mesotex mask`, which the result keeps
     #[arg(long, value_name = "FILE")]
     pub mask: Option<PathBuf>,
     #[command(flatten)]

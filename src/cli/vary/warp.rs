@@ -35,10 +35,10 @@ Examples:
 pub struct Arguments {
     /// The texture: an image, or a sample NAME.sample
     pub texture: PathBuf,
-    /// Its mask, from `mesotex mask`
+    /// The texture's mask, from `mesotex mask`
     #[arg(long, value_name = "FILE")]
     pub mask: PathBuf,
-    /// What is done with the mask; one or more
+    /// A warp of the mask; may be given several times
     #[arg(long, required = true, value_name = "WARP")]
     pub warp: Vec<Warp>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! The numbers that accessors stand for, checked against their buffers first.
+//! The numbers that accessors refer to, checked against their buffers first.
 
 use std::borrow::Cow;
 use std::rc::Rc;

@@ -1,4 +1,4 @@
-//! Where the meshes of a scene stand: the tree of nodes, in double precision, with instances.
+//! The positions of the meshes of a scene: the tree of nodes, in double precision, with instances.
 
 use glam::{DMat4, DQuat, DVec3, Vec3};
 use gltf::{Gltf, Mesh, Node, Scene};
@@ -47,11 +47,10 @@ impl<'a> Nodes<'a> {
         while let Some((node, parent)) = waiting.pop() {
             let visited = visited.get_mut(node.index());
             if visited.is_none_or(|visited| std::mem::replace(visited, true)) {
-                return Err(Error::data(
-                    format!("node {}", node.index()),
-                    "stands in the tree twice",
-                )
-                .expected("a tree of nodes"));
+                return Err(
+                    Error::data(format!("node {}", node.index()), "is in the tree twice")
+                        .expected("a tree of nodes"),
+                );
             }
             let described = &self.described[node.index()];
             let world = parent * transform(described);

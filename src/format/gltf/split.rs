@@ -1,4 +1,4 @@
-//! Vertices repeated so that each has one texture coordinate and one tangent, as glTF wants them.
+//! Vertices repeated so that each has one texture coordinate and one tangent, as glTF requires.
 
 use std::collections::HashMap;
 

@@ -174,7 +174,7 @@ impl Frame {
                 ));
         }
         if without_value > 0 {
-            notes.push(Note::new("windows", format!("{text}; taken as black")));
+            notes.push(Note::new("windows", format!("{text}; read as black")));
         }
         claim(header, self.display.size)
             .check(STRONGEST_COMPRESSION, file_length)
@@ -340,7 +340,7 @@ fn of_interop_id(id: &str) -> Statement {
         "lin_ciexyzd65_scene" | "lin_ciexyzd65" => Statement::tristimulus(text),
         "srgb_rec709_scene" | "srgb_rec709_display" | "srgb_rec709" => Statement::srgb(text),
         "data" | "unknown" | "raw" => Statement::default(),
-        _ => Statement::unusable(text, format!("its colour space `{id}` is not known here")),
+        _ => Statement::unusable(text, format!("its colour space `{id}` is not known")),
     }
 }
 

@@ -12,8 +12,8 @@ use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// For every texel outside charts within `reach` texels of one: (it, a texel inside that stands for it).
 ///
-/// Where the surface goes on across the chart's border, that is the texel nearest to the place on the surface
-/// that lies as far beyond the border; elsewhere the nearest texel of the chart.
+/// Where the surface continues across the chart's border, that is the texel nearest to the place on the surface that
+/// lies as far beyond the border; elsewhere the nearest texel of the chart.
 pub fn padding(
     points: &TexelPoints,
     atlas: &Atlas,
@@ -99,7 +99,7 @@ impl<'a> Across<'a> {
         self.nearest_texel(&self.beyond(&start, self.points.centre(place))?)
     }
 
-    /// The surface point at a texture coordinate of the chart of `start`, were the chart to go on: along a
+    /// The surface point at a texture coordinate of the chart of `start`, were the chart to continue: along a
     /// straight line, with the texture's scale at `start`.
     pub fn beyond(&self, start: &SurfacePoint, uv: glam::DVec2) -> Option<SurfacePoint> {
         let step = uv - self.atlas.uv(start);
@@ -170,7 +170,7 @@ mod tests {
                 (NONE, false)
             );
             let uv = points.centre(outside).as_vec2() * 32.0;
-            // The lower half goes on to the right, the upper one to the left.
+            // The lower half continues to the right, the upper one to the left.
             let lower = uv.y < 16.0;
             let right = lower && uv.x > 12.0 && (4.0..12.0).contains(&uv.y);
             let left = !lower && uv.x < 4.0 && (20.0..28.0).contains(&uv.y);

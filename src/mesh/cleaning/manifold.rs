@@ -89,7 +89,7 @@ fn pair_up(mesh: &TriangleMesh, by_plane: bool, report: &mut RepairReport) -> (P
     (pairing, crowds.concat())
 }
 
-/// The triangles that hang together across paired half-edges, as a union–find forest.
+/// The triangles that are connected across paired half-edges, as a union–find forest.
 fn sheets(pairing: &Pairing) -> Vec<u32> {
     let mut sheets: Vec<u32> = (0..pairing.len() as u32 / 3).collect();
     for (half_edge, &twin) in pairing.iter().enumerate() {

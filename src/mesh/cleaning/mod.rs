@@ -1,8 +1,8 @@
-//! One pass that makes a manifold mesh of what a file holds, and says what it changed.
+//! One pass that makes a manifold mesh of a file's content, and reports what it changed.
 //!
-//! Steps, in order: polygons to triangles; vertices at the same place made one; triangles without
-//! area or said twice dropped; specks dropped; triangles turned to face one way; edges and vertices
-//! where more than one surface meets split. Holes are not filled; self-intersections are kept.
+//! Steps, in order: polygons are triangulated; vertices at the same position are merged; triangles without area and
+//! repeated triangles are removed; specks are removed; triangles are flipped to face one way; edges and vertices
+//! where more than one surface meets are split. Holes are not filled; self-intersections are kept.
 
 mod manifold;
 mod orientation;

@@ -5,9 +5,9 @@
 //! In: a field to start from and what it should heed. Out: unit vectors. The sum has many local maxima; the
 //! one that the start leads to is found.
 //!
-//! Each step turns one vertex. With all others held, its terms are |S| cos(θ_i − arg S), where S sums the
-//! neighbours' vectors carried to it, so that a turn of 0 to 2 times the angle to S never makes them less.
-//! Turning by more than 1 times that angle (successive overrelaxation) brings news across the mesh sooner.
+//! Each step turns one vertex. With all others held, its terms are |S| cos(θ_i − arg S), where S sums the neighbours'
+//! vectors carried to it, so that a turn of 0 to 2 times the angle to S never makes them less. Turning by more than 1
+//! times that angle (successive overrelaxation) converges faster.
 
 use glam::DVec2;
 

@@ -250,7 +250,7 @@ impl Part<'_> {
             return Err(indefinite());
         }
         self.turn_upright(free, &mut vectors);
-        // Of unit length on the average, as wanted directions are.
+        // Of unit length on average, as wanted directions are.
         let area: f64 = mass.iter().sum();
         Ok(vectors.into_iter().map(|u| u * area.sqrt()).collect())
     }

@@ -1,4 +1,4 @@
-//! How the quadrilaterals of a mesh hang together.
+//! How the quadrilaterals of a mesh are connected.
 
 use crate::mesh::compressed_rows::Rows;
 use crate::mesh::topology::NONE;

@@ -155,8 +155,8 @@ impl DirectionSet {
         }
     }
 
-    /// The share of negative weights that a fit keeps: all of a quadratic one and none of a linear one,
-    /// but for lights below the lowest sampled one, where shadows go on growing as they grow above it.
+    /// The share of negative weights that a fit keeps: all of a quadratic one and none of a linear one, but for
+    /// lights below the lowest sampled one, where shadows continue growing as they grow above it.
     #[inline(always)]
     fn share_of_negative<const N: usize, const AS_LIGHTS: bool>(&self, cosine: f32) -> f32 {
         match (N, AS_LIGHTS) {

@@ -1,8 +1,8 @@
 //! Parallel rays from points near each other: which of them meet nothing.
 //!
-//! The rays go down the hierarchy together. A box is entered where it is met by the ray from the points' middle, once it is
-//! widened by how far the points lie apart; so none is passed over that one of the rays meets. Four rays from a pixel cost
-//! about as much as two.
+//! The rays go down the hierarchy together. A box is entered where it is met by the ray from the points' middle, once
+//! it is widened by how far the points lie apart; so none is skipped that one of the rays meets. Four rays from a
+//! pixel cost about as much as two.
 
 use std::ops::Range;
 

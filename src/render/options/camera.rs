@@ -29,29 +29,29 @@ pub struct CameraOptions {
     /// Elevation of the camera in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = CameraOptions::default().camera_elevation, allow_negative_numbers = true)]
     pub camera_elevation: f64,
-    /// Viewpoint, in place of one fitted to the mesh.
+    /// Position of the camera, in place of one fitted to the mesh.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera_position: Option<Point>,
-    /// Point in the picture's middle. Default: the middle of what is seen; the centre of the mesh's bounding box where the
-    /// camera moves or is given.
+    /// Point in the middle of the image. Default: the middle of what is seen; the centre of the mesh's bounding box
+    /// if the camera moves or its position is given.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera_target: Option<Point>,
     /// How the camera projects.
     #[arg(long, value_enum, default_value_t)]
     pub projection: ProjectionKind,
-    /// How many times as large the picture shows its middle. At 1 a fitted camera sees the whole mesh.
+    /// Magnification of the middle of the image. At 1 a fitted camera sees the whole mesh.
     #[arg(long, value_name = "X", default_value_t = CameraOptions::default().zoom)]
     pub zoom: f64,
     /// Vertical field of view in degrees, at zoom 1.
     #[arg(long, value_name = "DEGREES", default_value_t = CameraOptions::default().fov)]
     pub fov: f64,
-    /// Focal length in mm for a picture 24 mm high, in place of --fov.
+    /// Focal length in mm for an image 24 mm high, in place of --fov.
     #[arg(long, value_name = "MM", conflicts_with = "fov")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub focal_length: Option<f64>,
-    /// Height of an orthographic picture in mesh units. Default: fitted.
+    /// Height of an orthographic image in mesh units. Default: fitted.
     #[arg(long, value_name = "UNITS")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_height: Option<f64>,

@@ -31,28 +31,28 @@ pub struct FileOptions {
     /// Names of the frames' files; #### becomes the number.
     #[arg(long, default_value_t)]
     pub pattern: FramePattern,
-    /// Keep frames that are there already and were made with the same options and inputs.
+    /// Keep existing frames that were made with the same options and inputs.
     #[arg(long)]
     pub skip_existing: bool,
-    /// Make only the i-th of every n frames, so that n runs share a sweep.
+    /// Make only every n-th frame, starting with the i-th (from 0), so that n runs share a sweep.
     #[arg(long, value_name = "I/N")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// How previews show what is bright; frames keep it as it is.
+    /// How previews show bright values; frames are not affected.
     #[arg(long, value_enum, default_value_t)]
     pub tone: ToneCurve,
     /// Stops by which previews are brightened.
     #[arg(long, value_name = "STOPS", default_value_t = FileOptions::default().exposure, allow_negative_numbers = true)]
     pub exposure: f32,
-    /// What is behind the surface in previews: a linear grey from 0 to 1, or a colour as sRGB, R,G,B with numbers from 0 to
-    /// 255 or #RRGGBB.
+    /// Background of previews: a linear grey from 0 to 1, or an sRGB colour, as R,G,B with numbers from 0 to 255 or
+    /// as #RRGGBB.
     #[arg(long, value_name = "GREY|COLOR", default_value_t = FileOptions::default().background)]
     pub background: Background,
     /// A moving preview.
     #[arg(long, value_enum, default_value_t)]
     pub animation: Animation,
-    /// Memory in MiB that the sample laid out for shading may take; more is mapped from a
-    /// temporary file in the output's folder.
+    /// Memory in MiB for the copy of the sample that shading reads; a larger copy is kept in a temporary file in the
+    /// output's folder.
     #[arg(long, value_name = "MIB", default_value_t = FileOptions::default().table_memory)]
     pub table_memory: u64,
 }

@@ -20,21 +20,22 @@ pub struct ImageOptions {
     /// Samples per pixel for antialiasing.
     #[arg(long, value_enum, default_value_t)]
     pub samples: Samples,
-    /// Where colour is computed.
+    /// Where colours are evaluated.
     #[arg(long, value_enum, default_value_t)]
     pub shading: Shading,
     /// Where cast shadows are computed.
     #[arg(long, value_enum, default_value_t)]
     pub shadows: Shadows,
-    /// How the nearest images are weighted.
+    /// How images of nearby directions are weighted.
     #[arg(long, value_enum, default_value_t)]
     pub weights: Weighting,
-    /// How values between texels are found. [default: bilinear with pixel shading, nearest with vertex shading]
+    /// How the sample is interpolated between texels. [default: bilinear with pixel shading, nearest with vertex
+    /// shading]
     #[arg(long, value_enum)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub texels: Option<Texels>,
-    /// Read each view's images where they show the point that is seen, over the sample's heights, before they are
-    /// blended.
+    /// Correct parallax before views are blended: read each view at the texel that shows the visible point, by the
+    /// sample's heights.
     #[arg(long, value_enum, default_value_t)]
     pub parallax: Parallax,
     /// Coarser levels of the sample for distant surfaces.

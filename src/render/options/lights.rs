@@ -28,7 +28,7 @@ pub struct LightOptions {
     /// Elevation of the light in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = LightOptions::default().light_elevation, allow_negative_numbers = true)]
     pub light_elevation: f64,
-    /// Lights in place of the one above, as `sun:AZIMUTH,ELEVATION[,IRRADIANCE]` or
+    /// Light in place of --light-azimuth and --light-elevation, as `sun:AZIMUTH,ELEVATION[,IRRADIANCE]` or
     /// `point:X,Y,Z[,IRRADIANCE]`; repeat for more.
     #[arg(long, value_name = "LIGHT", allow_hyphen_values = true)]
     pub light: Vec<LightSpec>,
@@ -36,25 +36,26 @@ pub struct LightOptions {
     /// With π a white Lambertian surface facing the light shows as 1.
     #[arg(long, default_value_t = LightOptions::default().irradiance)]
     pub irradiance: f64,
-    /// Angle in degrees that the radius of each light's disc spans: soft shadow edges.
+    /// Angular radius in degrees of each light's disc, for soft shadow edges.
     #[arg(long, value_name = "DEGREES", default_value_t = LightOptions::default().light_radius)]
     pub light_radius: f64,
     /// Shadow rays per point and light when --light-radius is not 0.
     #[arg(long, value_name = "N", default_value_t = LightOptions::default().shadow_rays)]
     pub shadow_rays: u32,
-    /// Radiance of a dim environment that fills the shade, brighter from above than from below: with X, white surfaces show
-    /// about as X where no light falls.
+    /// Radiance of a dim environment that lightens shaded parts, brighter from above than from below: white surfaces
+    /// in shadow show about as X.
     #[arg(long, value_name = "X", default_value_t = LightOptions::default().fill)]
     pub fill: f64,
-    /// A level ground below the mesh that catches its shadow: black in the frames, as opaque as it is dark.
+    /// A horizontal ground below the mesh that shows only its shadow: black in the frames, with the shadow as
+    /// coverage.
     #[arg(long)]
     pub ground: bool,
-    /// A latitude-longitude image (OpenEXR, Radiance HDR) whose light falls in from all around, in
-    /// place of the light above; its middle lies at azimuth 180.
+    /// A latitude-longitude image (OpenEXR, Radiance HDR) that lights the scene from all directions, in place of the
+    /// single light; its middle lies at azimuth 180.
     #[arg(long, value_name = "FILE")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<PathBuf>,
-    /// How the environment's numbers stand for light. [default: as its file says]
+    /// How the environment's numbers encode light. [default: as its file says]
     #[arg(long, value_enum)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_encoding: Option<SourceEncoding>,
@@ -62,13 +63,13 @@ pub struct LightOptions {
     #[arg(long, value_name = "NAME")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_layer: Option<String>,
-    /// Directional lights that stand for the environment.
+    /// Directional lights that represent the environment.
     #[arg(long, value_name = "N", default_value_t = LightOptions::default().environment_lights)]
     pub environment_lights: u32,
-    /// What the environment's radiance is multiplied by.
+    /// Factor on the environment's radiance.
     #[arg(long, value_name = "X", default_value_t = LightOptions::default().environment_scale)]
     pub environment_scale: f64,
-    /// Degrees by which the environment is turned, counter-clockwise seen from above.
+    /// Rotation of the environment in degrees, counter-clockwise seen from above.
     #[arg(long, value_name = "DEGREES", default_value_t = LightOptions::default().environment_azimuth, allow_negative_numbers = true)]
     pub environment_azimuth: f64,
 }

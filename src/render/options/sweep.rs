@@ -26,13 +26,12 @@ pub struct SweepOptions {
     #[arg(long, value_name = "N")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep_length: Option<u32>,
-    /// Where the sweep begins, in degrees. Default: the light's azimuth, elevation 0, elevation 90
-    /// (spiral), orbit 0.
+    /// Start of the sweep in degrees. Default: the light's azimuth, elevation 0, elevation 90 (spiral), orbit 0.
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep_from: Option<f64>,
-    /// Where the sweep ends, in degrees. Default: 360 further, elevation 180, elevation 10 (spiral).
-    /// A full turn ends one step before where it began.
+    /// End of the sweep in degrees. Default: 360 further, elevation 180, elevation 10 (spiral). A full turn ends one
+    /// step before its start.
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep_to: Option<f64>,

@@ -47,7 +47,7 @@ impl Trial {
     /// Both errors, in words.
     pub fn describe(&self) -> String {
         format!(
-            "prediction error of {} left-out views: {:.1} % with it, {:.1} % without",
+            "prediction error of {} left-out views: {:.1} % with parallax, {:.1} % without",
             self.views,
             100.0 * self.parallax.relative(),
             100.0 * self.plain.relative()

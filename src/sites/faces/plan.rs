@@ -46,8 +46,8 @@ pub struct FacePlan {
 }
 
 impl FacePlan {
-    /// Plans a surface on a mesh, for a sample of `[width, height]` texels in a space of so many levels. `texel` is what is
-    /// asked for, in mesh units.
+    /// Plans a surface on a mesh, for a sample of `[width, height]` texels in a space of this many levels. `texel` is
+    /// what is asked for, in mesh units.
     ///
     /// Errors: options that exclude each other, a sample too small for the levels, a surface smaller than the sample.
     pub fn new(

@@ -36,7 +36,7 @@ pub struct TriangularGrid {
 }
 
 impl TriangularGrid {
-    /// The grid of a square sample of `side` × `side` pixels with so many levels.
+    /// The grid of a square sample of `side` × `side` pixels with this many levels.
     ///
     /// Errors: `levels` of 0, a side that 2^(levels − 1) does not divide, more than 2³² half-edges.
     pub fn new(side: u32, levels: u32) -> Result<Self> {

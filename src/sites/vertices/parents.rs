@@ -47,8 +47,8 @@ pub fn parent_points(
         .collect()
 }
 
-/// The corners of a parent point's triangle as seeds of a chart round the point, in the frame of
-/// the child carried there: turned by the least rotation that lays its normal on the triangle's.
+/// The corners of a parent point's triangle as seeds of a chart round the point, in the frame of the child carried
+/// there: rotated by the least rotation that lays its normal on the triangle's.
 pub fn seeds(
     coarse: &TriangleMesh,
     connection: &Connection,

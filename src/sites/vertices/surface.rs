@@ -142,7 +142,7 @@ fn oriented_levels(
     Ok(levels)
 }
 
-/// The angles of the finest frames: the field, turned by the user's rotation.
+/// The angles of the finest frames: the field, rotated by the user's rotation.
 pub fn guided_angles(
     canvas: Canvas<'_>,
     guides: &GuideOptions,

@@ -1,10 +1,10 @@
 //! Polishing: a discrete optimisation over a finished map, after Kwatra 2003 and Boykov 2001.
 //!
-//! Neighbourhood search changes one site at a time. Where two copied patches meet out of step no single site can
-//! mend it, and where a feature of the sample is missing no single site can bring it. Here all sites of a region are
-//! offered one copied patch at once: a patch of the region [continued](proposals::Patches::continued) over all of
-//! it, or one [laid anew](proposals::laid_anew). A smallest [cut](max_flow) tells which of them take it, so that
-//! the seam runs where it costs least. A move is made only if all that it changes costs less in sum.
+//! Neighbourhood search changes one site at a time. Where two copied patches do not line up no single site can mend
+//! it, and where a feature of the sample is missing no single site can bring it. Here all sites of a region are
+//! offered one copied patch at once: a patch of the region [continued](proposals::Patches::continued) over all of it,
+//! or one [placed anew](proposals::laid_anew). A smallest [cut](max_flow) tells which of them take it, so that the
+//! seam runs where it costs least. A move is made only if all that it changes costs less in sum.
 //!
 //! | file | what it does |
 //! | --- | --- |

@@ -13,7 +13,7 @@ use crate::synthesis::tests::fixtures;
 
 const SIDE: u32 = 16;
 
-/// A flat grid of so many sites a side with windows 5 texels wide.
+/// A flat grid of this many sites per side with windows 5 texels wide.
 fn flat(side: u32) -> SiteHierarchy<GridSites> {
     let grid = SiteGrid {
         width: side,
@@ -124,7 +124,7 @@ fn a_texel_shows_twice_where_it_is_farther_off_than_it_is_wide() {
     let links = Links::new(&flat(40).levels[0], Progress::silent()).unwrap();
     let region = Region::round(&links, 20 * 40 + 20, 8.0, &mut Places::default());
     let grid = fixtures::random_exemplar(8, 40, 1, false).0.levels[0].grid;
-    // Every texel shown by so many rows side by side, and again so many rows on.
+    // Every texel shown by this many rows side by side, and again so many rows on.
     let share = |rows: u32, period: u32| {
         let held = |site: u32| {
             let row = site / 40 / rows % period;

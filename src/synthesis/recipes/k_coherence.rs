@@ -1,5 +1,5 @@
-//! The rule of k-coherence (Tong 2002 §5.2): of the texels that a site's neighbours propose by forward shift,
-//! and the nearest of each in the neighbour table, the one whose neighbourhood is most alike.
+//! The rule of k-coherence (Tong 2002 §5.2): of the texels that a site's neighbours propose by forward shift, and the
+//! nearest of each in the neighbour table, the one whose neighbourhood is most similar.
 //!
 //! Where no candidate is whole, and with [`Search::Full`] always, every whole texel is tried.
 

@@ -1,9 +1,9 @@
 //! Ying 2001 §4, *Texture and Shape Synthesis on Surfaces*: multiscale synthesis, after Wei and Levoy 2000.
 //!
 //! The coarsest level grows along [scan lines](crate::sites::scan_order): every site takes the texel whose
-//! Gaussian-weighted window is most alike, as far as the window is synthesized. On every finer level the first
-//! pass compares windows on the coarser level alone, the second windows on both; one of the nearest
-//! `--matches` is drawn at random, of those within `--match-margin` of the smallest distance.
+//! Gaussian-weighted window is most similar, as far as the window is synthesized. On every finer level the first pass
+//! compares windows on the coarser level alone, the second windows on both; one of the nearest `--matches` is drawn
+//! at random, of those within `--match-margin` of the smallest distance.
 //!
 //! Deviations: exact bounds replace the paper's approximate search, so the nearest are always found. The first
 //! pass is parallel, as no site reads another; the second goes by colour classes, so that a class is searched in

@@ -2,9 +2,9 @@
 //!
 //! The exemplar has a transition value, an orientation and a mask at every texel; the surface has a transition value
 //! and an orientation at every site. A site takes only texels whose value is near its own ([`band`]), in windows
-//! turned by the exemplar's orientation ([`exemplar`]). First it gets a label, then a texel ([`rule`]). The coarsest
-//! level grows along the field; finer levels begin with their parents' coordinates. The finest level ends with a
-//! pass over small windows.
+//! rotated by the exemplar's orientation ([`exemplar`]). First it gets a label, then a texel ([`rule`]). The coarsest
+//! level grows along the field; finer levels begin with their parents' coordinates. The finest level ends with a pass
+//! over small windows.
 //!
 //! Deviations: the distances of texels that no neighbour proposes itself count κ times, as in
 //! [`tong`](super::tong), so that patches are copied. Candidates come from neighbours at most 3 texels away, for speed. Finer levels are visited by colour

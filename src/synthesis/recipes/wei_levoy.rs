@@ -1,5 +1,5 @@
-//! Wei and Levoy 2001, *Texture Synthesis over Arbitrary Manifold Surfaces*: at every site the whole exemplar
-//! is searched for the texel whose neighbourhood is most alike, level after level.
+//! Wei and Levoy 2001, *Texture Synthesis over Arbitrary Manifold Surfaces*: at every site the whole exemplar is
+//! searched for the texel whose neighbourhood is most similar, level after level.
 //!
 //! The coarsest level starts from random texels, a finer one from its parents; then every site chooses anew,
 //! `--passes` − 1 times, with windows on its own and on the coarser level (their §3.3). The plainest
@@ -100,7 +100,7 @@ impl<const N: usize, S: Sites<N>> WithMetric for Passes<'_, N, S> {
     }
 }
 
-/// The rule: the texel whose neighbourhood is most alike, of all that are whole.
+/// The rule: the texel whose neighbourhood is most similar, of all that are whole.
 struct BestOfAll<'a, const N: usize, S, M> {
     exemplar: &'a ExemplarLevel<'a>,
     sites: &'a S,

@@ -399,7 +399,7 @@ fn seam_repair_mends_a_copy_and_lowers_what_k_coherence_leaves() {
     let copy = Texels::of_texels(&exemplar, (0..4096).map(copied));
     let broken = (0..4096).map(|site| if site == 500 { 3 } else { copied(site) });
     assert_eq!(repaired(Texels::of_texels(&exemplar, broken), 0), copy);
-    // A part of the copy out of step: what k-coherence alone leaves at its seam is not the best there is.
+    // A part of the copy not lined up: what k-coherence alone leaves at its seam is not the best there is.
     let apart = |site: u32| (20..30).contains(&(site / 64)) && (20..30).contains(&(site % 64));
     let split = |site: u32| copied(site + if apart(site) { 5 * 64 + 3 } else { 0 });
     let left = |rounds: u32| -> f64 {

@@ -10,8 +10,8 @@
 //! | [`options`] | what can be asked |
 //!
 //! Level after level, the coarsest first, pixels are visited along scan lines. Each takes the source pixel whose
-//! windows are most alike: the mask in the full window, colours as far as they are synthesized. Rows are
-//! worked on side by side, each far enough behind the one above to see the same as along scan lines.
+//! windows are most similar: the mask in the full window, colours as far as they are synthesized. Rows are worked on
+//! side by side, each far enough behind the one above to see the same as along scan lines.
 //!
 //! Of equally good source pixels a coherent one is taken, first of all the pixel's own place: with its own
 //! mask a texture comes back as it is.

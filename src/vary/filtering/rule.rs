@@ -1,6 +1,6 @@
-//! How one pixel is decided: for each source the pixel whose windows are most alike, coherent ones preferred.
+//! How one pixel is decided: for each source the pixel whose windows are most similar, coherent ones preferred.
 //!
-//! Coherent pixels are the pixel's own place, the child of what its parent holds, and those that go on from what
+//! Coherent pixels are the pixel's own place, the child of what its parent holds, and those that continue from what
 //! the pixels before it hold.
 
 use ndarray::Array2;
@@ -54,7 +54,7 @@ pub struct Filtered {
 }
 
 impl Filtered {
-    /// Nothing yet, in so many pixels, of so many sources, with so many colour numbers.
+    /// Nothing yet, in so many pixels, of this many sources, with this many colour numbers.
     pub fn nothing(pixels: usize, sources: usize, depth: usize) -> Self {
         Self {
             texels: vec![vec![0; pixels]; sources],
@@ -72,7 +72,7 @@ pub struct MostAlike<'a> {
     pub sources: &'a [Source],
     /// The output.
     pub target: &'a TextureLevel,
-    /// How each source goes on beyond its borders.
+    /// How each source continues beyond its borders.
     pub extension: Vec<Extension>,
     /// The second source's share at each pixel.
     pub shares: Option<&'a Array2<f32>>,

@@ -46,7 +46,7 @@ pub enum WarpKind {
         /// Along which axes.
         along: Axis,
     },
-    /// Features grow or shrink by so many pixels where the transition is 1.
+    /// Features grow or shrink by this many pixels where the transition is 1.
     Morph {
         /// Which.
         operation: Operation,

@@ -152,7 +152,7 @@ impl MapOptions {
             Some(("height-mm", _)) if recipe.width_of(1)?.is_none() => Err(Error::option(
                 "height-mm",
                 "given without the map's size",
-                "--width-mm beside it",
+                "--width-mm as well",
             )),
             _ => Ok(()),
         }?;

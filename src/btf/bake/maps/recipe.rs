@@ -313,11 +313,11 @@ impl Recipe {
         }
         if self.surface.packed.is_none() && self.surface.packed_order != PackedOrder::default() {
             return Err(Error::data("packed-order", "given without packed")
-                .expected("the packed image beside it"));
+                .expected("the packed image as well"));
         }
         if self.relief.normal.is_none() && self.relief.normal_kind != NormalKind::Auto {
             return Err(Error::data("normal-kind", "given without a normal map")
-                .expected("`normal` beside it"));
+                .expected("`normal` as well"));
         }
         Ok(())
     }

@@ -105,7 +105,7 @@ fn depth(recipe: &Recipe, columns: u32, progress: &Progress) -> Result<f64> {
     match (recipe.relief.height_mm, recipe.width_of(columns)?) {
         (Some(height), Some(width)) => Ok(height / width),
         (Some(_), None) => Err(Error::data("height-mm", "given without the map's size")
-            .expected("width-mm or texel-mm beside it")),
+            .expected("width-mm or texel-mm as well")),
         (None, _) => Ok(recipe.relief.depth.unwrap_or_else(|| {
             progress.warn(format!(
                 "the material does not say how deep it is; taken as {DEFAULT_DEPTH} of its width \

@@ -1,5 +1,5 @@
-//! Where the images of a list are: captures are moved, their lists keep old folders, and the list of a
-//! calibrated dome names other images altogether.
+//! Where the images of a list are: captures are moved, their lists have outdated folders, and the list of a
+//! calibrated dome names other images.
 
 mod found;
 mod given;

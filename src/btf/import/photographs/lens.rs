@@ -1,4 +1,4 @@
-//! A lens that bends lines (Brown 1966, as OpenCV has it): a point at (x, y) of an ideal picture, in focal lengths from
+//! The distortion of a lens (Brown 1966, as in OpenCV): a point at (x, y) of an ideal picture, in focal lengths from
 //! the centre, is seen at x(1 + k₁r² + k₂r⁴) + 2p₁xy + p₂(r² + 2x²), and y likewise.
 
 use crate::error::{Error, Result};
@@ -50,7 +50,7 @@ impl LensOptions {
             Some(_) if self.distortion.is_empty() => Err(Error::option(
                 "focal",
                 "given without --distortion",
-                "both or none: a lens that bends no lines needs no focal length",
+                "both or none: a lens without distortion needs no focal length",
             )),
             None if !self.distortion.is_empty() => Err(Error::option(
                 "distortion",

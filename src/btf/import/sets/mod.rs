@@ -161,7 +161,7 @@ fn without_angles(listing: &Listing) -> Error {
     {
         return Error::data(
             "set",
-            "a STAF folder (tvBTF): its files do not say where camera and lamps stood",
+            "a STAF folder (tvBTF): its files do not state the positions of camera and lamps",
         )
         .expected("the directions of each image")
         .advice(
@@ -176,14 +176,14 @@ fn without_angles(listing: &Listing) -> Error {
     let count = listing.images.len();
     Error::data(
         "names",
-        format!("none of {count} images says its angles, as `{}`", listing.example()),
+        format!("none of {count} images states its angles, as `{}`", listing.example()),
     )
     .expected(
         "`tl000 pl000 tv030 pv030` (UBO2003, ATRIUM), `tl000_pl000_tv030_pv030` (UTIA), \
          `tv30.0_pv0.0_tl15.0_pl60.0` (SPECTRAL), or the 205 images of CUReT",
     )
     .advice(
-        "say where the angles stand (--pattern \"…tl{tl}_pl{pl}_tv{tv}_pv{pv}\"), or write a table of angles (.csv)",
+        "say where the angles are (--pattern \"…tl{tl}_pl{pl}_tv{tv}_pv{pv}\"), or write a table of angles (.csv)",
     )
 }
 
@@ -192,8 +192,9 @@ fn note_of_left_out(names: &[&str]) -> Option<String> {
     let more = if names.len() > NAMED { " …" } else { "" };
     let named = names[..names.len().min(NAMED)].join(", ");
     let count = names.len();
-    (count > 0)
-        .then(|| format!("{count} images whose names say no angles are left out: {named}{more}"))
+    (count > 0).then(|| {
+        format!("{count} images without angles in their names are left out: {named}{more}")
+    })
 }
 
 /// Refuses directions below the horizon, all of them named.

@@ -1,4 +1,4 @@
-//! Patches under near lamps, by calculation.
+//! Computed patches under near lamps.
 
 use std::f64::consts::FRAC_1_PI;
 

@@ -98,7 +98,7 @@ pub fn prepare(
     sites(surface, frames, &texels, options, cache, progress)
 }
 
-/// The frames of the orientation field, turned by the user's rotation.
+/// The frames of the orientation field, rotated by the user's rotation.
 fn oriented(
     user: &UserMesh,
     rings: &Rings,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 
-/// Rings at most: a neighbourhood of so many texels each way.
+/// Rings at most: a neighbourhood of this many texels each way.
 const MOST_RINGS: u32 = 8;
 /// The widest range of pixel links, in texels.
 const WIDEST_LINKS: u32 = 8;

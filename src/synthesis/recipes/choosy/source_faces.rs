@@ -23,7 +23,7 @@ const BATCH: usize = 1 << 10;
 pub struct Source {
     /// The face, by its number on its level of the grid.
     pub face: u32,
-    /// The grid: 0 for the upright one, 1 for the one turned by 90°.
+    /// The grid: 0 for the upright one, 1 for the one rotated by 90°.
     pub turn: u8,
     /// Corner k of the face that took it lies on corner k + phase of the source.
     pub phase: u8,
@@ -59,9 +59,9 @@ impl Source {
 
 /// The faces of a level, on both grids; all of them can be chosen.
 ///
-/// Deviation: in the paper neighbourhoods that reach the border cannot be chosen, which leaves out 2,752 of the 30,720
-/// faces of 96 × 96 pixels, and a larger share on coarser levels. Here the sample goes on beyond its border as its
-/// mirror image.
+/// Deviation: in the paper neighbourhoods that reach the border cannot be chosen, which leaves out 2,752 of the
+/// 30,720 faces of 96 × 96 pixels, and a larger share on coarser levels. Here the sample continues beyond its border
+/// as its mirror image.
 #[derive(Clone, Debug)]
 pub struct SourceFaces<'a> {
     /// The values of the level on both grids.

@@ -252,7 +252,7 @@ fn textons_are_compared_by_their_vectors() {
             .iter()
             .all(|&at| exemplar.texel_holding(at).is_some())
     );
-    // Patches: most sites go on from the one on their left.
+    // Patches: most sites continue from the one on their left.
     let goes_on = |site: &usize| {
         let (ds, dt) = exemplar.difference(coords[site - 1], coords[*site]);
         (ds - 1.0).abs() < 1e-3 && dt.abs() < 1e-3

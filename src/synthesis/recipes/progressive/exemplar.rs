@@ -1,5 +1,5 @@
 //! A level of a progressively-variant exemplar (T, M, F, V) as the method reads it: colours and masks in windows
-//! turned by the orientation, and texels by transition (Zhang 2003 §3).
+//! rotated by the orientation, and texels by transition (Zhang 2003 §3).
 
 use glam::Vec2;
 

@@ -50,7 +50,7 @@ pub fn by_rings(width: u32) -> Template {
     }
 }
 
-/// Samples of the square window of so many rings.
+/// Samples of the square window of this many rings.
 pub fn samples_within(rings: u32) -> usize {
     (2 * rings as usize + 1).pow(2)
 }

@@ -1,4 +1,4 @@
-//! The rule: of the texels that may stand at a site, first the label of the one whose mask is most alike round it,
+//! The rule: of the texels that may stand at a site, first the label of the one whose mask is most similar round it,
 //! then the one whose colours and mask are (Zhang 2003 §5.1).
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,7 +16,7 @@ use crate::synthesis::state::Texels;
 
 /// How many times the distance of a texel counts that no neighbour proposes itself.
 const COHERENCE: f64 = 1.5;
-/// Neighbours propose texels from at most so many texels away.
+/// Neighbours propose texels from at most this many texels away.
 const NEAR: f32 = 3.0;
 
 /// What the sites of a level hold.
@@ -169,7 +169,7 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         (!self.level.labels.is_empty()).then(|| u32::from(mask[site]))
     }
 
-    /// The label of a site: the painted one, else that of the candidate whose mask is most alike round it.
+    /// The label of a site: the painted one, else that of the candidate whose mask is most similar round it.
     fn label(&self, state: &State, site: usize, scratch: &mut Scratch) -> u32 {
         let Some(masks) = &self.level.own.masks else {
             return 0;
@@ -197,7 +197,7 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         self.level.labels[texel as usize]
     }
 
-    /// The candidate whose colours and mask are most alike round a site, of which the mask has a label.
+    /// The candidate whose colours and mask are most similar round a site, of which the mask has a label.
     fn texel(&self, state: &State, site: usize, label: u32, scratch: &mut Scratch) -> u32 {
         let Windows { colors, masks } = &self.level.own;
         let rings = self.pass.color_window.rings(self.controls.transition[site]);
