@@ -20,11 +20,11 @@
 //!
 //! ```
 //! use mesotex::exemplar::{ChannelImage, ChannelKind, Controls, KnnOptions, neighbor_table, space_of_images};
-//! use mesotex::format::id::ContentId;
+//! use mesotex::format::ContentId;
 //! use mesotex::format::image::{Encoding, FloatImage, Precision};
 //! use mesotex::mesh::{UserMesh, builtin::kettlebell};
 //! use mesotex::progress::Progress;
-//! use mesotex::sites::{GridTarget, SurfaceOptions, Target};
+//! use mesotex::sites::{SiteGrid, SurfaceOptions, Target};
 //! use mesotex::synthesis::{SynthesisOptions, synthesize_map};
 //!
 //! # fn main() -> mesotex::error::Result<()> {
@@ -39,7 +39,7 @@
 //! let mesh = UserMesh::from(kettlebell(2000));
 //! let options = SurfaceOptions::default().with_neighborhoods(&table.neighborhoods());
 //! let on_mesh = Target::mesh(&mesh, &options, None, quiet)?;
-//! let flat = GridTarget { width: 48, height: 48, toroidal: true };
+//! let flat = SiteGrid { width: 48, height: 48, toroidal: true };
 //! let on_grid = Target::grid(flat, &table.neighborhoods())?;
 //!
 //! let folder = std::env::temp_dir().join(format!("mesotex-{}", std::process::id()));
@@ -60,7 +60,7 @@ pub mod index;
 pub mod matrix;
 pub mod neighborhood;
 pub mod progress;
-pub mod radial_basis;
+pub(crate) mod radial_basis;
 pub mod random;
 pub mod shard;
 

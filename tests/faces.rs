@@ -5,18 +5,15 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::exemplar::space::Space;
+use mesotex::exemplar::Space;
 use mesotex::format::image::{
     Alpha, FloatImage, ReadOptions, decode_srgb, encode_srgb8, read_with, write_png,
 };
-use mesotex::format::npz;
-use mesotex::format::ply;
-use mesotex::maps::face_map::FaceMap;
-use mesotex::mesh::shapes;
-use mesotex::mesh::triangle_mesh::TriangleMesh;
-use mesotex::mesh::writing::write_mesh;
-use mesotex::synthesis::faces::decorated::at_centers;
-use mesotex::textures::channel::SampleChannel;
+use mesotex::format::{npz, ply};
+use mesotex::maps::FaceMap;
+use mesotex::mesh::{TriangleMesh, shapes, write_mesh};
+use mesotex::synthesis::faces::at_centers;
+use mesotex::textures::SampleChannel;
 use ndarray::{Ix2, Ix3};
 use program::{files, mesotex, refuse, succeed};
 use serde_json::Value;
@@ -384,7 +381,7 @@ fn samples_are_cropped_and_meshes_without_two_colours_subdivided_and_both_are_sa
     let again = ["--subdivisions=1", "--crease=5"];
     let text = succeed(folder.path(), &[&SYNTH[..], &again].concat());
     assert!(
-        text.contains("for want of two colours") && text.contains("next: mesotex render"),
+        text.contains("because no two colours were found") && text.contains("next: mesotex render"),
         "{text}"
     );
     assert!(text.contains("histogram distance"), "{text}");

@@ -5,11 +5,9 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::btf::direction::Direction;
-use mesotex::btf::direction_set::DirectionSet;
-use mesotex::btf::fits::hsh::{self, Lists};
-use mesotex::btf::fits::{Basis, Colors, Fit, fit_sample, ptm};
-use mesotex::btf::sample::Sample;
+use mesotex::btf::fits::hsh::Lists;
+use mesotex::btf::fits::{Basis, Colors, Fit, fit_sample, hsh, ptm};
+use mesotex::btf::{Direction, DirectionSet, Sample};
 use mesotex::format::image::{decode_srgb, encode_srgb};
 use mesotex::format::npy;
 use mesotex::progress::Progress;

@@ -6,10 +6,8 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::btf::direction::Direction;
-use mesotex::btf::direction_set::DirectionSet;
 use mesotex::btf::image_sets::{export_folder, export_ubo2003, export_utia};
-use mesotex::btf::sample::Sample;
+use mesotex::btf::{Direction, DirectionSet, Sample};
 use serde_json::Value;
 
 use image_set_files::{

@@ -149,7 +149,7 @@ fn hints_name_what_the_command_keeps() {
     for (words, lock, hint) in [
         (synth, ".b.map.ply.lock", "--resume"),
         (render, ".b.lock", "--skip-existing"),
-        (knn, ".b.textons.npz.lock", "begin anew"),
+        (knn, ".b.textons.npz.lock", "start over"),
     ] {
         let words: Vec<&str> = words.split(' ').collect();
         let child = command(at, &words).spawn().unwrap();

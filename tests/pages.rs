@@ -28,7 +28,7 @@ fn scene() -> TempDir {
 
 fn write_ball(path: &Path) {
     let mesh = mesotex::mesh::shapes::icosphere(3);
-    mesotex::mesh::writing::write_mesh(path, &mesh).unwrap();
+    mesotex::mesh::write_mesh(path, &mesh).unwrap();
 }
 
 /// The text of a script element.
@@ -133,7 +133,7 @@ fn missing_parts_are_said(folder: &Path) {
     let html = page(at, &["report", "."]);
     for note in [
         "times and options are known of scenes only",
-        "no figures of quality",
+        "no quality figures",
         "no relief to show",
     ] {
         assert!(html.contains(note), "{note}");

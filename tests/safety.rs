@@ -106,7 +106,7 @@ fn a_sample_within_or_around_an_input_is_not_replaced() {
     write_capture(&root.path().join("cap"));
     bake(root.path(), "cap/x.sample");
     let error = refuse_unchanged(root.path(), &["import", "cap", "-o", "cap/x.sample"]);
-    assert!(error.contains("lies in the input"), "{error}");
+    assert!(error.contains("is inside the input"), "{error}");
     // A list inside the very sample.
     let list = fs::read_to_string(root.path().join("cap/dirs.lp")).unwrap();
     fs::write(root.path().join("cap/x.sample/dirs.lp"), list).unwrap();

@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use mesotex::format::lock::OutputLock;
+use mesotex::format::OutputLock;
 use program::{files, mesotex, refuse, succeed};
 use tempfile::TempDir;
 
@@ -297,7 +297,7 @@ fn a_baked_part_is_kept_or_gone_on_with() {
     // What a killed run leaves: some whole images and a torn one.
     let description = String::from_utf8(fs::read(folder.join("part/btf.json")).unwrap()).unwrap();
     let id = description.split("\"id\": \"").nth(1).unwrap()[..32].to_owned();
-    let no_id = mesotex::format::id::ContentId::of_bytes(b"").to_string();
+    let no_id = mesotex::format::ContentId::of_bytes(b"").to_string();
     let partial = folder.join(".part.partial");
     fs::rename(folder.join("part"), &partial).unwrap();
     fs::write(

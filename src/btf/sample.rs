@@ -205,12 +205,14 @@ impl Sample {
         texels: Range<usize>,
         pixels: &mut [Pixels],
     ) -> Result<()> {
+        // Make the buffers of the sample's type.
         for pixels in pixels.iter_mut() {
             let is_half = matches!(pixels, Pixels::F2(_));
             if is_half != (self.description.dtype == DType::F2) {
                 *pixels = Pixels::of_type(self.description.dtype);
             }
         }
+        // Multiply factors for all images at once.
         if let Radiance::Factored(factors) = &self.radiance {
             let mut numbers = vec![0.0; images.len() * texels.len() * 3];
             factors.multiply(images, texels.clone(), Values::Radiance, &mut numbers);
@@ -221,6 +223,7 @@ impl Sample {
                 .for_each(|(pixels, part)| pixels.assign(part));
             return Ok(());
         }
+        // Read stored images one by one.
         for (&image, pixels) in images.iter().zip(pixels) {
             let first = (image as usize * self.grid().len() + texels.start) * 3;
             let count = texels.len() * 3;

@@ -27,6 +27,7 @@ pub(in crate::btf) struct Row {
 impl Table {
     /// Reads a table. Empty lines, lines that begin with `#` and a first line `sep=…` are left out.
     pub(in crate::btf) fn parse(text: &str) -> Result<Self> {
+        // Find the delimiter.
         let (text, skipped, given) = after_sep_line(text.trim_start_matches('\u{feff}'));
         let is_content = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
         let header = text.lines().find(is_content).unwrap_or_default();

@@ -134,6 +134,7 @@ pub(in crate::cli) struct PlainSample<'a> {
 impl PlainSample<'_> {
     /// Writes the sample; `name` is what the outputs are named after.
     pub(in crate::cli) fn write(self, path: &Path, name: &Path) -> Result<ContentId> {
+        // Check that the colours can be radiance, and make it of them.
         let colors = self.colors;
         let mut radiance = colors.clone().into_linear().into_rgb().data;
         if let Some(below) = radiance.iter().find(|value| **value < 0.0) {
@@ -141,6 +142,7 @@ impl PlainSample<'_> {
                 .expected("0 or more: it is rendered as light"));
         }
         radiance.iter_mut().for_each(|value| *value /= PI);
+        // Write a sample of one view and one light, both from above.
         let above = Direction(DVec3::Z);
         let name = name.file_name().unwrap_or_default().to_string_lossy();
         let mut writer = SampleWriter::create(

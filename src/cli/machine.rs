@@ -32,7 +32,7 @@ impl Need {
             Some(available) if self.bytes > available.0 => Err(Error::option(
                 self.option,
                 format!("{} need about {}", self.work, ByteSize(self.bytes)),
-                format!("at most the {available} there is now: {}", self.advice),
+                format!("at most {available}, which is free now: {}", self.advice),
             )),
             _ => Ok(()),
         }

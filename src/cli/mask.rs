@@ -30,7 +30,7 @@ use crate::vary::morphology::Edit;
 /// The grey of label 1; label n is n times as bright.
 const GREY: u8 = 255 / (MASK_LABELS - 1);
 
-/// Mark the features of a texture: a mask of the labels 0 to 3, by colours or painted.
+/// Make a mask of a texture's features, labels 0 to 3, by picked colours or from a painted image.
 ///
 /// The mask is a grey PNG: black, 85, 170 and 255 are the labels 0, 1, 2 and 3. `exemplar --mask` and `vary` read
 /// it.
@@ -61,7 +61,7 @@ pub struct Arguments {
     /// Also write a picture of the mask over the image, with contours and centres
     #[arg(long, value_name = "FILE")]
     pub overlay: Option<PathBuf>,
-    /// Which way up the images are read
+    /// Whether the orientation tag of images is applied
     #[arg(long, value_enum, default_value = "upright")]
     pub orientation: Orientation,
     /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them

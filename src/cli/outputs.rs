@@ -176,13 +176,13 @@ impl Files {
                 }
                 if format == Format::Scene {
                     return Err(output.refusal(
-                        "a file is there, and a scene is made to be edited",
+                        "the file exists, and scenes are made to be edited",
                         "a free name (or delete the file first)",
                     ));
                 }
                 let name = format.name();
                 Err(output.refusal(
-                    format!("a file is there that is no {name} of this program"),
+                    format!("an existing file, not a {name} of this program"),
                     "a free name (or delete the file first)",
                 ))
             }
@@ -205,13 +205,13 @@ impl Files {
                 continue;
             };
             let found = if read.starts_with(&folder) {
-                format!("holds the input {}", input.display())
+                format!("contains the input {}", input.display())
             } else if folder.starts_with(&read) {
-                format!("lies in the input {}", input.display())
+                format!("is inside the input {}", input.display())
             } else {
                 continue;
             };
-            return Err(output.refusal(found, "a folder apart from all inputs"));
+            return Err(output.refusal(found, "a folder that is separate from all inputs"));
         }
         Ok(())
     }
@@ -319,10 +319,10 @@ mod tests {
             )
         };
         into(at("elsewhere.lp")).claim().unwrap();
-        assert!(refused(&into(at("x.sample/btf.json"))).contains("holds the input"));
-        assert!(refused(&into(root.path().to_path_buf())).contains("lies in the input"));
+        assert!(refused(&into(at("x.sample/btf.json"))).contains("contains the input"));
+        assert!(refused(&into(root.path().to_path_buf())).contains("is inside the input"));
         let roundabout = at("x.sample/../x.sample/btf.json");
-        assert!(refused(&into(roundabout)).contains("holds the input"));
+        assert!(refused(&into(roundabout)).contains("contains the input"));
     }
 
     #[test]

@@ -53,7 +53,7 @@ use crate::textures::model::ModelOptions;
 
 /// How to go on after an interruption.
 pub const IF_INTERRUPTED: &str =
-    "type the same command with --resume to go on after the last finished level";
+    "type the same command with --resume to continue after the last finished level";
 
 /// Synthesize the surface texton map.
 #[derive(Debug, Args)]
@@ -94,7 +94,7 @@ pub struct Arguments {
     pub faces: FaceOutputs,
     #[command(flatten)]
     pub model: ModelOptions,
-    /// Take a table that was made from another space of the same size
+    /// Accept a table that was made from another space of the same size
     #[arg(long)]
     pub force: bool,
     /// Continue an interrupted run after its last finished level
@@ -385,18 +385,21 @@ impl WithSites for Job<'_> {
             controls: self.target.controls.as_ref(),
         };
         let options = self.options;
+        // Synthesize, level after level.
         let prepared = self.started.elapsed();
         let checkpoint = Checkpoint::new(&self.arguments.output, inputs, options)?;
         let LevelMap {
             coords, searched, ..
         } = self.synthesize(inputs, &checkpoint)?;
         let seconds = Seconds::new(prepared, self.started.elapsed());
+        // Make the map, and turn its edges by the exemplar's orientation.
         let (map, mut edges) = rayon::join(
             || surface_map(self.space, self.target, coords, options),
             || self.target.surface.edges(),
         );
         let pattern = PatternControls::of(self.space, options.method);
         pattern.turn_edges(&mut edges, &map.coords);
+        // Measure on the sites of the table's window.
         let measured = self.target.with_measured(Measure {
             job: &self,
             map: &map,
@@ -448,11 +451,13 @@ impl WithSites for Measure<'_> {
             sites,
             controls: None,
         };
+        // Measure edges alone where the sites have another window.
         let (coords, progress) = (&self.map.coords, session.progress());
         let window = table.levels[0].neighborhood.offsets.len();
         if sites.levels[0].samples_per_site() != window {
             return Ok(self.job.measure_edges(self.map, self.edges, sites));
         }
+        // Measure the figures, and beside them what pictures need.
         let (quality, energies) = rayon::join(
             || quality::measure(inputs, coords, self.edges, options.seed, progress),
             || arguments.pictures.energies(inputs, coords, progress),

@@ -107,9 +107,11 @@ impl DenseWindows {
         turns: Option<&[Vec2]>,
     ) -> Self {
         let (dimensions, grid) = (picture.dimensions, picture.grid);
+        // Turn the template once where all texels share a direction.
         let upright = samples(template, Vec2::X);
         let stride = dimensions * template.positions.len();
         let mut numbers = vec![0.0; stride * grid.len()];
+        // Resample window by window, in parallel.
         let tasks = numbers.par_chunks_mut(stride.max(1) * CHUNK).enumerate();
         tasks.for_each(|(task, windows)| {
             for (at, window) in windows.chunks_exact_mut(stride).enumerate() {

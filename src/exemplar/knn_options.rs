@@ -38,7 +38,7 @@ pub enum Search {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct KnnOptions {
-    /// Neighbours a texel, itself included (Tong 2002 §5.2: 11).
+    /// Neighbours per texel, itself included (Tong 2002 §5.2: 11).
     #[arg(long, default_value_t = Self::default().k, value_name = "N")]
     pub k: u32,
     /// Width of the window on the level itself, in texels; odd.
@@ -86,6 +86,7 @@ impl Default for KnnOptions {
 impl KnnOptions {
     /// Refuses numbers no table can have.
     pub fn validate(&self) -> Result<()> {
+        // Check the counts.
         for (name, value, least, most, why) in [
             (
                 "k",
@@ -118,6 +119,7 @@ impl KnnOptions {
             }
         }
         check_tolerance(self.transition_tolerance)?;
+        // Check the widths.
         for (name, width) in [
             ("neighborhood", self.neighborhood),
             ("coarse-neighborhood", self.coarse_neighborhood),

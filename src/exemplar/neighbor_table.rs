@@ -25,12 +25,12 @@ use crate::exemplar::square_window::check_square;
 use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::two_level::TwoLevelSearch;
 use crate::format::id::ContentId;
+use crate::format::json::as_map;
 use crate::format::npz;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::neighborhood::Neighborhood;
 use crate::progress::Progress;
-use crate::texton::vocabulary::as_map;
 
 /// `format` in the file's `meta.json`.
 pub const FORMAT: &str = "mesotex-knn";
@@ -117,6 +117,7 @@ pub fn build_and_measure(
     options: &KnnOptions,
     progress: Progress<'_>,
 ) -> Result<(NeighborTable, Vec<LevelSearch>)> {
+    // Refuse options that the space cannot meet.
     options.validate()?;
     if let Some(finest) = space.levels.first() {
         options.margin.check(finest.grid)?;
@@ -134,6 +135,7 @@ pub fn build_and_measure(
             return Err(too_few(at, level.grid, k, level.grid.len(), separation));
         }
     }
+    // Find the neighbours of each level.
     let built = (0..space.levels.len())
         .map(|at| build_level(space, at, options, progress))
         .collect::<Result<Vec<_>>>()?;
@@ -156,12 +158,14 @@ fn build_level(
     options: &KnnOptions,
     progress: Progress<'_>,
 ) -> Result<(TableLevel, LevelSearch)> {
+    // Lay out the windows, and find which texels are whole.
     let grid = space.levels[at].grid;
     let (fine_width, coarse_width) = options.widths(at + 1 < space.levels.len());
     let neighborhood = Neighborhood::square(fine_width, coarse_width);
     let min_separation = options.separation(grid, at);
     let fits = |texel| neighborhood.fits(grid, texel);
     let whole = options.margin.whole_texels(grid, options.k as usize, fits);
+    // Search, and keep as many neighbours per texel as were asked for.
     let search = options.search_at(grid, at + 1 < space.levels.len());
     progress.begin(format!("neighbours, level {at}"), 0);
     let task = LevelTask {
@@ -351,6 +355,7 @@ impl NeighborTable {
 
     /// Reads a file and checks that its parts belong together.
     pub fn read(path: &Path) -> Result<Self> {
+        // Check what the file is.
         let mut file = npz::Reader::open(path)?;
         let head: Value = file.meta()?;
         let format = head.get("format").and_then(Value::as_str).unwrap_or("none");
@@ -365,6 +370,7 @@ impl NeighborTable {
                 .fault("meta.json: version", meta.version.to_string())
                 .expected(VERSION.to_string()));
         }
+        // Check the numbers that hold for all levels.
         let Some(id) = meta.id else {
             return Err(file.fault("meta.json: id", "missing"));
         };
@@ -380,6 +386,7 @@ impl NeighborTable {
                 .fault("meta.json", format!("{count} levels, k {}", meta.k))
                 .expected(format!("1 to {MOST_LEVELS} levels, k 1 or more")));
         }
+        // Read level after level.
         let levels = meta
             .levels
             .into_iter()
@@ -486,6 +493,7 @@ fn check_window(field: &str, offsets: &[[i32; 2]], weights: &[f32]) -> Result<()
 }
 
 fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> Result<TableLevel> {
+    // Check the shapes.
     let (neighbors_name, distances_name) = (format!("L{at}/neighbors"), format!("L{at}/distances"));
     let neighbors = file.array::<u32, Ix2>(&neighbors_name)?;
     let distances = file.array::<f32, Ix2>(&distances_name)?;
@@ -498,6 +506,7 @@ fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> R
             )
             .expected(format!("[texels, {k}] both, as meta.json's k says")));
     }
+    // Check that each entry is a texel, each distance a number, and the texel itself first.
     if let Some((place, index)) = neighbors
         .indexed_iter()
         .find(|(_, i)| **i as usize >= texels)

@@ -3,7 +3,7 @@
 //! One file per format: PNG (`portable`), JPEG, GIF and BMP (`raster`), TIFF (`tagged`), Radiance HDR and
 //! OpenEXR. Each hands on what the file stores and says; `decoded` does the rest, the same for all: alpha,
 //! orientation, colour. What a file says of its colours holds, an option of the caller holds more, and where
-//! nobody says anything integers are sRGB and floats linear. [`read`] is for callers without wishes,
+//! nobody says anything integers are sRGB and floats linear. [`read`] is for callers without options,
 //! [`read_with`] takes [`ReadOptions`], [`read_bytes`] reads from memory, [`inspect`] also tells what the file
 //! says. [`exr_content`] and [`read_planes`] are for OpenEXR files whose channels are no picture.
 //!
@@ -71,7 +71,7 @@ pub struct Inspection {
     pub read: Result<ReadImage>,
 }
 
-/// Reads an image file as colour, without wishes; its format is known by its first bytes, not its name.
+/// Reads an image file as colour, without options; its format is known by its first bytes, not its name.
 pub fn read(path: &Path) -> Result<FloatImage> {
     read_with(path, &ReadOptions::default()).map(|read| read.image)
 }

@@ -98,6 +98,7 @@ impl ChartGrower {
     /// Every vertex no farther than `radius` from the point is placed, and so are the neighbours of
     /// those; nearest first, ties by index.
     pub fn grow(&mut self, connection: &Connection, seeds: &[Placed], radius: f32) -> &[Placed] {
+        // Place the seeds.
         self.clear();
         for seed in seeds {
             let local = self.reach(seed.vertex);
@@ -108,6 +109,7 @@ impl ChartGrower {
             tentative.placed = true;
             self.placed.push(*seed);
         }
+        // Spread from them, the nearest vertex first.
         for index in 0..seeds.len() {
             self.pass(connection, self.placed[index]);
         }
@@ -127,6 +129,7 @@ impl ChartGrower {
                 self.pass(connection, placed);
             }
         }
+        // Sort by distance.
         let key = |p: &Placed| (p.position.length_squared(), p.vertex);
         self.placed.sort_unstable_by(|a, b| {
             key(a)

@@ -141,13 +141,13 @@ fn flattened([a, b, c]: [DVec3; 3]) -> (f64, DVec2) {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::mesh::surface_bvh::SurfaceTree;
+    use crate::mesh::surface_bvh::SurfaceBvh;
     use crate::random;
     use rand::Rng;
 
     fn traced(mesh: &TriangleMesh, from: Vec3, direction: Vec3, length: f32) -> Option<Vec3> {
         let topology = Topology::new(&mesh.triangles);
-        let from = SurfaceTree::new(mesh).nearest(from).unwrap();
+        let from = SurfaceBvh::new(mesh).nearest(from).unwrap();
         let geodesics = Geodesics {
             mesh,
             topology: &topology,

@@ -121,6 +121,7 @@ fn walk(
     if first == NONE {
         return;
     }
+    // Walk round the vertex until a border or the first edge.
     let begin = ring.len();
     let origin = mesh.positions[vertex].as_dvec3();
     let arm = |target: u32| mesh.positions[target as usize].as_dvec3() - origin;
@@ -140,6 +141,7 @@ fn walk(
             onward => half_edge = onward,
         }
     };
+    // Stretch the angles of a closed ring to a full turn.
     if closed && angle > 0.0 {
         let stretch = TAU / angle;
         ring[begin..].iter_mut().for_each(|e| e.angle *= stretch);

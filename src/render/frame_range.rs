@@ -79,6 +79,7 @@ impl FromStr for FrameRange {
                 .parse::<u32>()
                 .map_err(|_| format!("`{text}` is neither a count nor a range as 1-240 or 1-240x2"))
         };
+        // Read the range and its step.
         let (range, step) = match text.split_once('x') {
             Some((range, step)) => (range, number(step)?),
             None => (text, 1),
@@ -87,6 +88,7 @@ impl FromStr for FrameRange {
             Some((first, last)) => (number(first)?, number(last)?, false),
             None => (1, number(range)?, true),
         };
+        // Check them.
         if last == 0 {
             return Err("no frame is asked for".into());
         }

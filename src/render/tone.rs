@@ -11,10 +11,10 @@ use crate::format::image::{SrgbColor, encode_srgb8};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ToneCurve {
-    /// As it is up to 0.6; what is brighter comes ever nearer to 1.
+    /// Unchanged up to 0.6; brighter values approach 1 smoothly.
     #[default]
     Soft,
-    /// As it is up to 1, where it is cut off.
+    /// Unchanged up to 1, then clipped.
     Clip,
 }
 

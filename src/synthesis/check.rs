@@ -172,12 +172,14 @@ fn round_levels(space: &Space, options: &SynthesisOptions) -> Result<usize> {
 /// Checks that a space and a table are sound and describe the same texels; ids are for
 /// [`NeighborTable::check_belongs_to`].
 pub fn exemplar(space: &Space, table: &NeighborTable) -> Result<()> {
+    // Check that both have the same levels.
     if space.levels.is_empty() || space.levels.len() != table.levels.len() {
         return Err(differ(
             format!("{} levels", table.levels.len()),
             format!("{} levels, as the space has", space.levels.len()),
         ));
     }
+    // Check that they have the same texels.
     for (index, (level, listed)) in space.levels.iter().zip(&table.levels).enumerate() {
         space_level(level, index)?;
         let (texels, k) = listed.neighbors.dim();
@@ -197,6 +199,7 @@ pub fn exemplar(space: &Space, table: &NeighborTable) -> Result<()> {
                 format!("{}, as the space is", level.grid.tileable),
             ));
         }
+        // Check that the neighbours are texels.
         let out = listed
             .neighbors
             .iter()

@@ -48,10 +48,12 @@ impl LevelChoice {
             fitting: fitting_levels(space, table).max(1),
             feature: space.levels.first().map_or(1, feature_size),
         };
+        // Take as many levels as have enough sites, but enough to hold the features.
         let (possible, populous) = (of.possible(), of.populous());
         let least = LEAST_LEVELS.max(of.holding_features()).min(possible);
         let levels = populous.max(least);
         let coarsest = of.coarsest(levels);
+        // Say why.
         let reason = match levels {
             _ if levels == table.levels.len() => {
                 format!("all of the table; {coarsest} sites on the coarsest")

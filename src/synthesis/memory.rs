@@ -58,8 +58,8 @@ fn window_bytes(level: &SpaceLevel, options: &SynthesisOptions) -> u64 {
 }
 
 /// Bytes that polishing so many sites takes.
-pub fn polish_bytes(sites: u64, options: &SynthesisOptions) -> u64 {
-    match options.k_coherence.polish {
+pub fn polish_bytes(sites: u64, tileable: bool, options: &SynthesisOptions) -> u64 {
+    match options.k_coherence.polish.rounds(tileable) {
         0 => 0,
         _ => POLISHED_SITE * sites,
     }

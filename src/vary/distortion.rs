@@ -128,6 +128,7 @@ pub fn distorted(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<Vec<u32>> {
+    // Check what is given.
     options.validate()?;
     let output = check(material.grid(), transition, orientation)?;
     let controls = Controls {
@@ -137,6 +138,7 @@ pub fn distorted(
     };
     controls.check(output)?;
     let levels = options.distortion_levels;
+    // Make an exemplar of the material.
     let none = ContentId::of_bytes(&[]);
     let space = space_of_images(
         &material.images,
@@ -147,6 +149,7 @@ pub fn distorted(
     );
     let space = space.map_err(named_as_here)?;
     let table = neighbor_table::build(&space, &options.table(), progress)?;
+    // Synthesize on a grid of turned and scaled sites.
     let sites = hierarchy(controls, output, &table.neighborhoods(), options);
     let inputs = Inputs {
         space: &space,

@@ -2,11 +2,9 @@
 
 use std::path::Path;
 
-use mesotex::btf::bonn::color::{Color, ColorModel};
-use mesotex::btf::description::{Description, Layout};
-use mesotex::btf::sample::DType;
-use mesotex::btf::{HeightMap, Sample, SampleWriter};
-use mesotex::format::id::ContentId;
+use mesotex::btf::bonn::{Color, ColorModel};
+use mesotex::btf::{DType, Description, HeightMap, Layout, Sample, SampleWriter};
+use mesotex::format::ContentId;
 use serde_json::Value;
 
 use crate::files::{Dfmf, directions};

@@ -102,6 +102,7 @@ pub(super) fn read(
     folder: &Path,
     notes: &mut Vec<String>,
 ) -> Result<(Header, Bdi)> {
+    // Read the header.
     let meta = Meta::read(fields)?;
     let rgb = meta.rgb_channels()?;
     let sampling = Sampling::read(fields, notes)?;
@@ -116,8 +117,10 @@ pub(super) fn read(
         height,
         rotations: read_rotations(fields)?,
     };
+    // Find which texels are stored, and where their chunks lie.
     let stored = stored_texels(&mask, &header, compression, notes)?;
     let chunks = Chunks::of(&header, lines, stored.len())?;
+    // Unpack compressed chunks once; others stay in the file.
     let store = match compression {
         Compression::Bzip => Store::Unpacked(chunks.unpack(fields, folder)?),
         Compression::Full | Compression::Sparse => {
@@ -236,6 +239,7 @@ impl Chunks {
     /// Unpacks all chunks into a file without a name.
     fn unpack(&self, fields: &mut Fields, folder: &Path) -> Result<Nameless<f16>> {
         let io = |action| Error::io(folder, action);
+        // Refuse chunks that would expand beyond all reason.
         let most = fields
             .file()
             .length()
@@ -246,6 +250,7 @@ impl Chunks {
             return Err(Error::data("bzip2", "chunks that expand too far")
                 .expected(format!("at most {most} bytes for a file of this length")));
         }
+        // Unpack chunk after chunk, a texel at a time.
         let mut writer = NamelessWriter::create_in(folder).map_err(io("write"))?;
         for (chunk, texels) in self.texels().enumerate() {
             let place = format!("chunk {chunk}");

@@ -166,6 +166,7 @@ impl Color {
             true => part.signum() * (part.abs() / EPSILON).ln(),
             false => 0.0,
         };
+        // Undo the model; those with a matrix share one way.
         Some(match self.model {
             ColorModel::Rgb | ColorModel::Yuv | ColorModel::YCoCg | ColorModel::Pca => {
                 let (matrix, mean) = self.linear()?;

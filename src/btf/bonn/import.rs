@@ -92,10 +92,12 @@ impl BonnImport<'_> {
         file.notes()
             .iter()
             .for_each(|note| self.progress.warn(note.as_str()));
+        // Describe the sample.
         let frames = LocalFrames::of(file.header())?;
         let description = self.describe(&file, &frames);
         description.check()?;
         let is_turned = matches!(frames, LocalFrames::PerTexel(_));
+        // Choose the way: copy the factors, factor anew, or expand to images.
         let way = Way::of(&file, self.bonn.expand || is_turned);
         self.check_rank(way)?;
         let heights = self.heights(&file, &description)?;
@@ -110,6 +112,7 @@ impl BonnImport<'_> {
             };
             return Ok((copy.write(description, self.target)?, Told::default()));
         }
+        // Write the sample from images, turned where every texel has a frame of its own.
         let components = file.factors().map_or(1, |(_, rank)| rank as u32);
         let sampling = file.header().sampling.clone();
         let images = self.images(file, description, heights)?;

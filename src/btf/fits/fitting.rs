@@ -37,6 +37,7 @@ pub fn fit_sample(
     colors: Colors,
     progress: Progress<'_>,
 ) -> Result<Fitted> {
+    // Solve for the coefficients of every texel.
     let lights = lights_of(sample, &progress)?;
     let equations = NormalEquations::new(basis, &lights)?;
     let white = match basis {
@@ -44,6 +45,7 @@ pub fn fit_sample(
         Basis::Hemispherical(_) => 1.0,
     };
     let solved = solve(sample, &equations, white, &progress)?;
+    // Round them to what the format stores.
     let fit = Fit {
         width: sample.grid().width,
         height: sample.grid().height,
@@ -59,6 +61,7 @@ pub fn fit_sample(
         Colors::Rgb => round_colors(fit, &solved, &equations)?,
         Colors::Lrgb => round_luminance(fit, &solved, &equations)?,
     };
+    // Measure both errors in steps of 8-bit values.
     errors.fitted += solved.error;
     errors.stored += solved.error;
     let count = (3 * lights.len() * sample.grid().len()) as f64;
@@ -133,6 +136,7 @@ fn solve_block(
     progress: &Progress<'_>,
 ) -> Result<Solved> {
     let (terms, numbers) = (equations.terms, 3 * block.len());
+    // Sum the products of values and basis functions over the images.
     let mut moments = vec![0.0; numbers * terms];
     let mut squares = 0.0;
     let mut pixels = Pixels::of_type(sample.description().dtype);
@@ -150,6 +154,7 @@ fn solve_block(
                 .for_each(|(moment, term)| *moment += value * term);
         }
     }
+    // Solve for the coefficients; what they explain of the squares is not left as error.
     let mut explained = 0.0;
     let mut of_number = |number: usize| {
         let moments = &moments[number * terms..][..terms];

@@ -37,7 +37,7 @@ use crate::progress::Progress;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct HeightOptions {
-    /// Heights that are looked for: from −N to N texels.
+    /// Range of heights: from −N to N texels.
     #[arg(long, value_name = "N", default_value_t = HeightOptions::default().range)]
     pub range: f64,
 }

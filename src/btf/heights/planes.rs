@@ -42,6 +42,7 @@ pub(super) struct LitPlane {
 impl Planes {
     /// Chooses images of a sample of every view with every light.
     pub fn choose(description: &Description) -> Result<Self> {
+        // Check that there are enough directions.
         if description.pairs.is_some() {
             return Err(Error::data("layout", "a list of (view, light) pairs")
                 .expected("every view with every light"));
@@ -55,6 +56,7 @@ impl Planes {
                 ));
             }
         }
+        // Take the views near the normal and the lights that shade well; without any, all.
         let degrees = |direction: &Direction| direction.theta().to_degrees();
         let highest = views.iter().map(degrees).fold(f64::INFINITY, f64::min);
         let all = |of: &[Direction], from: f64, to: f64| -> Vec<usize> {

@@ -39,15 +39,18 @@ pub fn assemble(
     target: &Path,
     progress: Progress<'_>,
 ) -> Result<Description> {
+    // Check the options against each other and against the list.
     let preparation = &options.preparation;
     preparation.check()?;
     check_grey_card(list, options)?;
     check_resampling(list, options)?;
+    // Arrange the images by direction.
     let arrangement = Arrangement::of(list, preparation)?;
     arrangement
         .notes
         .iter()
         .for_each(|note| progress.warn(note.as_str()));
+    // Prepare the steps that every image goes through.
     let reader = ImageReader::new(list, options);
     let used = arrangement.read_images();
     let rectification = options.photographs.rectification()?;
@@ -66,6 +69,7 @@ pub fn assemble(
         reader: &reader,
         steps: &steps,
     };
+    // Read, process and write image after image.
     progress.begin("importing images", arrangement.slots.len() as u64);
     let (writer, notes) = work.write(target, &progress)?;
     progress.end();
@@ -321,10 +325,12 @@ impl Work<'_> {
 
     /// Where the sample comes from: what is said of every import, then what is said where it was used.
     fn source(&self) -> Value {
+        // Collect what is said of every import.
         let (list, options, preparation) = (self.list, self.options, &self.options.preparation);
         let mut source = json!({ "kind": list.kind, "handedness": list.handedness,
             "values": options.values.of_family(list.family), "encoding": options.encoding,
             "orientation": options.orientation, "layer": options.layer });
+        // Add what was used of the rest.
         let given = [
             ("illuminant", json!(options.illuminant)),
             ("crop", json!(preparation.crop)),

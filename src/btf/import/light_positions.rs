@@ -36,6 +36,7 @@ struct Entry<'a> {
 
 /// Reads the text of a `.lp` file.
 pub(super) fn parse(text: &str) -> Result<Lights> {
+    // Read the lines, the announced count first.
     let text = text.trim_start_matches('\u{feff}');
     let mut lines = text
         .lines()
@@ -50,6 +51,7 @@ pub(super) fn parse(text: &str) -> Result<Lights> {
     if entries.is_empty() {
         return Err(Error::data("list", "no image").expected("a line `file x y z` per image"));
     }
+    // Check the count and the lights.
     if let Some((line, text)) = announced {
         let number = count(text).unwrap_or(0);
         if number != entries.len() as u64 {

@@ -20,7 +20,7 @@ pub struct ImportOptions {
     /// What the images' numbers mean.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().values)]
     pub values: Values,
-    /// How the images' numbers stand for light.
+    /// How the images' numbers encode light.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().encoding)]
     pub encoding: SourceEncoding,
     /// The light under which spectral images are seen; D65 by default.
@@ -29,11 +29,11 @@ pub struct ImportOptions {
     /// How the size line of Radiance files in sets of Bonn is read.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().size_line)]
     pub size_line: SizeLine,
-    /// Which way up images are read. A camera's orientation tag may differ from shot to shot of one
-    /// capture, and lights are stated in the stored image's frame: so rows are read as stored.
+    /// Whether the orientation tag of images is applied. By default it is not: a camera's tag may differ from shot to
+    /// shot of one capture, and lights are stated in the frame of the stored image.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().orientation)]
     pub orientation: Orientation,
-    /// What becomes of texels that are not opaque.
+    /// What to do with texels that are not opaque.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().alpha)]
     pub alpha: Alpha,
     /// The layer, part or view of OpenEXR images that have several; `mesotex info IMAGE` lists them.
@@ -102,12 +102,7 @@ impl ImportOptions {
             orientation: self.orientation,
             alpha: self.alpha,
             layer: self.layer.clone(),
-            flags: Flags {
-                layer: "--layer",
-                encoding: "--encoding",
-                alpha: "--alpha",
-                orientation: "--orientation",
-            },
+            flags: Flags::USUAL,
             ..ReadOptions::default()
         }
     }

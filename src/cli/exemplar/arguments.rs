@@ -54,16 +54,8 @@ pub struct Arguments {
         value_name = "E,E…"
     )]
     pub encoding: Vec<ImageEncoding>,
-    /// Grey image of the labels 0 to 3 of each texel: as they stand, or as grey 0, 85, 170, 255
-    #[arg(long, value_name = "FILE")]
-    pub mask: Option<PathBuf>,
-    /// Grey image of each texel's place in a transition, 0 to 1
-    #[arg(long, value_name = "FILE")]
-    pub transition: Option<PathBuf>,
-    /// Image of the pattern's direction at each texel: red is s (right), green is t (up); integers 0 to
-    /// their greatest stand for −1 to 1, floats as they stand
-    #[arg(long, value_name = "FILE")]
-    pub orientation_map: Option<PathBuf>,
+    #[command(flatten)]
+    pub controls: ControlImages,
     /// Which way up the images are read
     #[arg(long, value_enum, default_value = "upright")]
     pub orientation: Orientation,
@@ -77,4 +69,19 @@ pub struct Arguments {
     pub knn: KnnOptions,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// Images that say how the pattern varies.
+#[derive(Debug, Args)]
+pub struct ControlImages {
+    /// Grey image of the labels 0 to 3 of each texel: as they stand, or as grey 0, 85, 170, 255
+    #[arg(long, value_name = "FILE")]
+    pub mask: Option<PathBuf>,
+    /// Grey image of each texel's place in a transition, 0 to 1
+    #[arg(long, value_name = "FILE")]
+    pub transition: Option<PathBuf>,
+    /// Image of the pattern's direction at each texel: red is s (right), green is t (up); integers 0 to
+    /// their greatest stand for −1 to 1, floats as they stand
+    #[arg(long, value_name = "FILE")]
+    pub orientation_map: Option<PathBuf>,
 }

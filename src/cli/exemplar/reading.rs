@@ -35,12 +35,7 @@ impl ImageReader {
                     AlphaOption::Keep => Alpha::Keep,
                 },
                 layer,
-                flags: Flags {
-                    layer: "--layer",
-                    encoding: "--encoding",
-                    alpha: "--alpha",
-                    orientation: "--orientation",
-                },
+                flags: Flags::USUAL,
                 ..ReadOptions::default()
             },
             notes: Notes::default(),

@@ -72,8 +72,7 @@ impl Surface {
             false => format!(", retiled to {vertices}"),
         };
         format!(
-            "a mesh of {own} vertices{retiled}; a texel covers {texel} mesh units, so that the sample lies {repeats:.1} \
-             times across"
+            "a mesh of {own} vertices{retiled}; a texel covers {texel} mesh units, so that the sample repeats {repeats:.1} times across the surface"
         )
     }
 }

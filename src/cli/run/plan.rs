@@ -21,9 +21,12 @@ use crate::progress::Progress;
 use crate::render::memory::{frame_count, light_count};
 use crate::render::nearest::Weighting;
 use crate::render::renderer::{Shading, Shadows};
+use crate::synthesis::Effort;
 
 /// Rays per texel and image that `--samples auto` takes on average.
 const AUTO_SAMPLES: f64 = 12.0;
+/// Rounds that `--polish auto` amounts to: none of a sample that tiles, about a third of one of others.
+const AUTO_POLISH: f64 = 0.15;
 
 /// A stage of a plan.
 pub(super) struct PlannedStage {
@@ -268,7 +271,10 @@ impl Sizes<'_> {
         let synthesis = Synthesis {
             method: options.method,
             search: options.k_coherence.search,
-            polish: f64::from(options.k_coherence.polish),
+            polish: match options.k_coherence.polish {
+                Effort::Auto => AUTO_POLISH,
+                Effort::Rounds(rounds) => f64::from(rounds),
+            },
             is_atlas,
         };
         Some(synthesis.cost(self.sample?.texels, sites))
@@ -276,20 +282,20 @@ impl Sizes<'_> {
 
     fn render(&self, arguments: &render::Arguments) -> Option<Cost> {
         let options = &arguments.options;
-        let [width, height] = options.size.0.map(f64::from);
+        let [width, height] = options.image.size.0.map(f64::from);
         let sequence = Sequence {
             frames: frame_count(options) as f64,
             pixels: width * height,
             lights: light_count(options) as f64,
-            by_pixel: options.shading == Shading::Pixel,
-            shadows_by_pixel: options.shadows == Shadows::Pixel,
-            has_fill: options.fill > 0.0,
-            has_ground: options.ground,
-            reads: match options.weights {
+            by_pixel: options.image.shading == Shading::Pixel,
+            shadows_by_pixel: options.image.shadows == Shadows::Pixel,
+            has_fill: options.lights.fill > 0.0,
+            has_ground: options.lights.ground,
+            reads: match options.image.weights {
                 Weighting::Quadratic => 1.5,
                 Weighting::Continuous | Weighting::InverseAngle => 1.0,
             },
-            table: (options.table_memory as f64) * f64::from(1 << 20),
+            table: (options.files.table_memory as f64) * f64::from(1 << 20),
         };
         Some(cost::render(self.sample?, self.vertices?, sequence))
     }

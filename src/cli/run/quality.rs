@@ -112,7 +112,7 @@ fn thin_surface(scene: &mut Scene) {
 fn thin_frames(scene: &mut Scene) {
     for section in scene.renderings() {
         let size = match section.key("size").map(|key| &key.value) {
-            None => Some(RenderOptions::default().size.0),
+            None => Some(RenderOptions::default().image.size.0),
             Some(Value::String(text)) => {
                 let sides = text.split_once('x');
                 sides.and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]))

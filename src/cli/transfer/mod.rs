@@ -31,7 +31,7 @@ use crate::textures::memory;
 use crate::textures::model::ModelOptions;
 use crate::textures::transfer::{Canvas, check_finer};
 
-/// Carry other aligned maps of the sample onto a synthesized surface.
+/// Transfer other aligned maps of the sample to a synthesized surface.
 ///
 /// Onto an atlas: a folder of texture maps and surface.glb that shows them. Onto a surface texton map: a
 /// PLY whose vertices have the maps' values, colours as red, green and blue.
@@ -53,20 +53,20 @@ pub struct Arguments {
     /// The folder to write for an atlas, the PLY for a surface texton map
     #[arg(long, short)]
     pub output: PathBuf,
-    /// Opposite borders of the maps continue each other (for a surface texton map; an atlas knows)
+    /// Opposite borders of the maps continue each other (for a surface texton map; an atlas states it itself)
     #[arg(long)]
     pub tile: bool,
-    /// Texture maps with N times the columns and rows of the atlas, so that maps larger than the sample keep their
-    /// detail
+    /// Make texture maps with N times the columns and rows of the atlas, so that maps larger than the sample keep
+    /// their detail
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub finer: u32,
-    /// How the numbers of colours stand for light
+    /// How the numbers of colours encode light
     #[arg(long, value_enum, default_value = "auto")]
     pub encoding: ImageEncoding,
-    /// Which way up the images are read
+    /// Whether the orientation tag of images is applied
     #[arg(long, value_enum, default_value = "upright")]
     pub orientation: Orientation,
-    /// What becomes of texels that are not opaque
+    /// What to do with texels that are not opaque
     #[arg(long, value_enum, default_value = "refuse")]
     pub alpha: AlphaOption,
     /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them

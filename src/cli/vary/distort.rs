@@ -61,6 +61,7 @@ impl Arguments {
 
     /// Runs the command; its outputs are claimed.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Read texture, mask and fields.
         let progress = session.progress();
         let mut reader = self.inputs.reader();
         let material = self.inputs.material(&self.texture, &mut reader, progress)?;
@@ -75,6 +76,7 @@ impl Arguments {
             .read(output, self.outputs.tolerance(), &mut reader)?;
         reader.finish(&progress)?;
         let read = (&fields.transition, &fields.orientation);
+        // Distort, the mask with the texture.
         let texels = distorted(&material, read, &self.distortion, session.seed(), progress)?;
         let label = |mask: &Array2<u8>, pixel: usize| {
             let texel = texels[pixel] as usize;
@@ -83,6 +85,7 @@ impl Arguments {
         let mask = mask.map(|mask| {
             Array2::from_shape_fn(output, |(row, col)| label(&mask, row * output.1 + col))
         });
+        // Write what was made.
         let made = Made {
             picks: Picks {
                 output,

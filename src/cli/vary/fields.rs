@@ -131,6 +131,7 @@ impl FieldOptions {
         tolerance: f64,
         reader: &mut ImageReader,
     ) -> Result<Fields> {
+        // Refuse an output that is too large.
         if rows.saturating_mul(cols) > MOST_OUTPUT {
             let expected = format!("at most {MOST_OUTPUT} pixels");
             return Err(Error::option("size", format!("{cols}x{rows}"), expected));
@@ -143,6 +144,7 @@ impl FieldOptions {
             height: rows as u32,
             tileable: false,
         };
+        // Take the transition from a file, from keys, or as a ramp.
         let transition = match &self.transition {
             Some(path) => read_transition(path, grid, reader)?,
             None if self.transition_key.is_empty() => {
@@ -154,6 +156,7 @@ impl FieldOptions {
             Some(path) => error.in_file(path),
             None => error,
         })?;
+        // Take the orientation from a file or from keys, else straight up.
         let orientation = match &self.orientation_map {
             Some(path) => read_orientation(path, [grid.width, grid.height], reader)?,
             None if self.orientation_key.is_empty() => straight_orientation(size),

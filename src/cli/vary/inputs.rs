@@ -12,7 +12,7 @@ use crate::cli::exemplar::reading::ImageReader;
 use crate::error::{Error, Result};
 use crate::format::image::{Orientation, SourceEncoding};
 use crate::progress::Progress;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::vary::material::{MOST_IMAGES, Material};
 
 /// How textures are read.
@@ -25,7 +25,7 @@ pub struct InputOptions {
     /// Columns and rows of what is made [default: the texture's]. Where it is larger, a texture that tiles is
     /// repeated, another mirrored
     #[arg(long, value_name = "WxH")]
-    pub size: Option<GridTarget>,
+    pub size: Option<SiteGrid>,
     /// Images of a sample that are compared, beside the mean of all, with directions far from each other
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub compare_images: usize,

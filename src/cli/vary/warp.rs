@@ -73,6 +73,7 @@ impl Arguments {
 
     /// Runs the command; its outputs are claimed.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Read texture, mask and fields.
         let progress = session.progress();
         let mut reader = self.inputs.reader();
         let material = self.inputs.material(&self.texture, &mut reader, progress)?;
@@ -82,11 +83,13 @@ impl Arguments {
             .fields
             .read(output, self.outputs.tolerance(), &mut reader)?;
         reader.finish(&progress)?;
+        // Warp the mask.
         let mut mask = extended(&source, material.tileable, output);
         for warp in &self.warp {
             progress.check()?;
             mask = warp.apply(&mask, &fields.transition)?;
         }
+        // Refuse a warp that leaves nothing to filter with.
         let first = mask.first().copied().unwrap_or(0);
         if mask.iter().all(|&label| label == first) {
             let found = format!("leaves label {first} alone");
@@ -96,6 +99,7 @@ impl Arguments {
                 "a warp that leaves features somewhere",
             ));
         }
+        // Filter the texture with the warped mask.
         let numbers = material.numbers();
         let texture = Texture {
             grid: material.grid(),
@@ -113,6 +117,7 @@ impl Arguments {
             texels: filter(work, &self.filter, progress)?,
             shares: Vec::new(),
         };
+        // Write what was made.
         let made = Made {
             picks,
             mask: Some(mask),

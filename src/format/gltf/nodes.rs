@@ -99,6 +99,7 @@ fn instances(node: &Value, file: &Gltf, accessors: &Accessors<'_>) -> Result<Vec
     if attributes.is_null() {
         return Ok(vec![DMat4::IDENTITY]);
     }
+    // Find the accessors of the three parts.
     let accessor = |name: &str| {
         let Some(index) = attributes[name].as_u64() else {
             return Ok(None);
@@ -114,6 +115,7 @@ fn instances(node: &Value, file: &Gltf, accessors: &Accessors<'_>) -> Result<Vec
         accessor("ROTATION")?,
         accessor("SCALE")?,
     );
+    // Read their values.
     let moves = moves
         .map(|found| accessors.numbers::<3>(&found))
         .transpose()?;
@@ -123,6 +125,7 @@ fn instances(node: &Value, file: &Gltf, accessors: &Accessors<'_>) -> Result<Vec
     let sizes = sizes
         .map(|found| accessors.numbers::<3>(&found))
         .transpose()?;
+    // Check that all parts have as many.
     let counts = [
         moves.as_ref().map(Vec::len),
         turns.as_ref().map(Vec::len),
@@ -134,6 +137,7 @@ fn instances(node: &Value, file: &Gltf, accessors: &Accessors<'_>) -> Result<Vec
             Error::data(INSTANCING, format!("{counts:?} values")).expected("as many of each")
         );
     }
+    // Compose a transform per instance.
     let vector = |list: &Option<Vec<[f32; 3]>>, instance: usize, missing: f32| {
         let found = list.as_ref().map_or([missing; 3], |list| list[instance]);
         Vec3::from_array(found).as_dvec3()

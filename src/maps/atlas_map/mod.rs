@@ -4,7 +4,7 @@
 //! In memory an [`AtlasMap`]. On disk a folder `NAME.atlas/` (docs/formats.md): [`description`] is
 //! `atlas.json`, [`surface`] is `surface.npz`, and [`files`] puts them together with the coordinates.
 
-pub mod description;
+pub(crate) mod description;
 mod files;
 mod map;
 mod surface;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::charts::Atlas;
 use super::texel_points::{TexelPoints, ring};
 use crate::mesh::geodesic::Geodesics;
-use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
+use crate::mesh::surface_bvh::{SurfaceBvh, SurfacePoint};
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
@@ -62,7 +62,7 @@ pub struct Across<'a> {
     geodesics: Geodesics<'a>,
     /// The texels inside charts, and a small piece of the surface at each.
     inside: Vec<u32>,
-    tree: SurfaceTree,
+    tree: SurfaceBvh,
 }
 
 /// The size of the piece of surface that stands for a texel, as a share of the mean texel's.
@@ -88,7 +88,7 @@ impl<'a> Across<'a> {
             atlas,
             geodesics: Geodesics { mesh, topology },
             inside,
-            tree: SurfaceTree::of_corners(&pieces),
+            tree: SurfaceBvh::of_corners(&pieces),
         }
     }
 

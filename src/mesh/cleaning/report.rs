@@ -77,6 +77,7 @@ impl RepairReport {
 
     /// One line for every kind of change.
     pub fn lines(&self) -> Vec<String> {
+        // Count each kind of change.
         let counts = [
             (
                 self.welded_vertices,
@@ -105,6 +106,7 @@ impl RepairReport {
         let mut lines: Vec<String> = told
             .map(|(count, what)| format!("{count} {what}"))
             .collect();
+        // Name the components that were turned, as far as there is room.
         let named = self.turned_components.iter().take(NAMED);
         lines.extend(named.map(TurnedComponent::line));
         if let Some(more @ 1..) = self.turned_components.len().checked_sub(NAMED) {

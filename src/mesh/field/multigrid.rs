@@ -34,14 +34,14 @@ struct Aggregates {
 }
 
 /// One level of the hierarchy.
-struct Level {
+struct MultigridLevel {
     matrix: Hermitian,
     aggregates: Option<Aggregates>,
 }
 
 /// The hierarchy over a positive definite Hermitian matrix.
 pub struct Multigrid {
-    levels: Vec<Level>,
+    levels: Vec<MultigridLevel>,
     coarsest: nalgebra::Cholesky<Complex<f64>, nalgebra::Dyn>,
 }
 
@@ -60,14 +60,14 @@ impl Multigrid {
                 return None;
             }
             let coarse = galerkin(&matrix, &aggregates);
-            levels.push(Level {
+            levels.push(MultigridLevel {
                 matrix,
                 aggregates: Some(aggregates),
             });
             matrix = coarse;
         }
         let coarsest = nalgebra::Cholesky::new(dense(&matrix))?;
-        levels.push(Level {
+        levels.push(MultigridLevel {
             matrix,
             aggregates: None,
         });

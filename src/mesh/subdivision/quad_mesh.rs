@@ -119,11 +119,11 @@ impl Fans {
 }
 
 #[cfg(test)]
-mod tests {
+pub(in crate::mesh::subdivision) mod tests {
     use super::*;
 
     /// The six faces of a cube.
-    fn cube() -> QuadMesh {
+    pub(in crate::mesh::subdivision) fn cube() -> QuadMesh {
         let quads = vec![
             [0, 3, 2, 1],
             [4, 5, 6, 7],

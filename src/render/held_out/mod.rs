@@ -58,8 +58,10 @@ pub fn measure(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<HeldOutReport> {
+    // Read the texels that are compared.
     let texels = ComparedTexels::read(sample, seed, &progress)?;
     let mut parts = Vec::new();
+    // Leave views out, then lights.
     for &held in Held::of(sample.description()) {
         let distinct = held.distinct(sample.description())?;
         if distinct.len() < 2 {

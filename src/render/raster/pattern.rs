@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// Fixed-point steps in a pixel.
 pub const SUBPIXEL: i32 = 256;
 
-/// Samples a pixel for antialiasing.
+/// Samples per pixel for antialiasing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 pub enum Samples {
     /// The centre alone: no antialiasing.

@@ -2,7 +2,7 @@
 //!
 //! A plain image has a short vector a texel, three numbers of colour mostly. They are kept side by side
 //! as the texels are, on an image with a border as wide as the windows reach, so that a line of a
-//! window is a run of numbers: of 7 texels in colour two blocks of lanes, where a block a texel would be
+//! window is a run of numbers: of 7 texels in colour two blocks of lanes, where one block per texel would be
 //! seven, mostly empty. A site's pattern has the same blocks, and a weight for each number, 0 where none
 //! belongs to a sample that counts. Sums run over fixed lanes in fixed order: the same distances
 //! everywhere.
@@ -12,17 +12,18 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use multiversion::multiversion;
 
-use crate::exemplar::embedding::{Block, Embedding, LANES};
+use crate::exemplar::embedding::{Embedding, LANES, LaneBlock};
 use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::windows::Windows;
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Keep, Pick, smallest};
-use crate::synthesis::metric::lower_bounds::{
-    MANY, ProjectedWindows, search_within, smallest_within,
-};
+use crate::synthesis::keep::{Keep, Pick};
+use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::lower_bounds::{MANY, ProjectedWindows};
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
-use crate::synthesis::metric::{Metric, search_texels};
+use crate::synthesis::metric::window_metric::{
+    WindowMetric, best_bounded, best_candidate, distance, search_all, search_bounded,
+};
 
 /// Numbers of a vector that are copied at once.
 const STEP: usize = 4;
@@ -34,8 +35,8 @@ const RUN: usize = 8;
 #[derive(Debug)]
 pub struct FeatureMetric<'a> {
     exemplar: &'a ExemplarLevel<'a>,
-    fine: Picture,
-    coarse: Option<Picture>,
+    fine: BorderedImage,
+    coarse: Option<BorderedImage>,
     /// Where the numbers of each texel's windows begin, of the fine one and the coarse one.
     corners: Vec<[u32; 2]>,
     projected: Option<ProjectedWindows>,
@@ -43,7 +44,7 @@ pub struct FeatureMetric<'a> {
 
 /// A level's image, and how a window lies in it.
 #[derive(Debug)]
-struct Picture {
+struct BorderedImage {
     /// Steps a vector.
     steps: usize,
     /// The vector of every feature row, filled up to whole steps; the default's last.
@@ -62,7 +63,7 @@ struct Picture {
 /// A pair of blocks, aligned as processors load them fastest.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-struct Pair([Block; 2]);
+struct Pair([LaneBlock; 2]);
 
 /// What a site's neighbourhood holds, on its own level and on the coarser one.
 #[derive(Clone, Debug, Default)]
@@ -94,9 +95,9 @@ impl<'a> FeatureMetric<'a> {
         let coarse = coarse.zip(exemplar.coarse.as_ref());
         Self {
             exemplar,
-            fine: Picture::new(fine, &exemplar.fine, &neighborhood.weights),
+            fine: BorderedImage::new(fine, &exemplar.fine, &neighborhood.weights),
             coarse: coarse.map(|(embedding, coarse)| {
-                Picture::new(embedding, &coarse.windows, &neighborhood.coarse_weights)
+                BorderedImage::new(embedding, &coarse.windows, &neighborhood.coarse_weights)
             }),
             corners: corners(exemplar, fine.dimensions),
             projected: None,
@@ -129,31 +130,6 @@ impl<'a> FeatureMetric<'a> {
             coarse.read_window(corners[1], &mut pattern.coarse);
         }
     }
-
-    /// The distance, or infinity once it exceeds `limit`; both windows are summed together.
-    #[inline(always)]
-    fn distance_inline(&self, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
-        let corners = self.corners[texel as usize];
-        let mut sums = [[0.0; LANES]; 2];
-        if let Some(coarse) = &self.coarse {
-            let pairs = 0..coarse.blocks.len();
-            coarse.add_squares(&pattern.coarse, pairs, corners[1], &mut sums);
-        }
-        let (mut done, all) = (0, self.fine.blocks.len());
-        loop {
-            let pairs = done..(done + RUN).min(all);
-            done = pairs.end;
-            self.fine
-                .add_squares(&pattern.fine, pairs, corners[0], &mut sums);
-            let sum = sum_of_both(&sums);
-            if sum > limit {
-                return f32::INFINITY;
-            }
-            if done == all {
-                return sum;
-            }
-        }
-    }
 }
 
 /// Where the numbers of each texel's windows begin on the bordered images, `depth` numbers a texel.
@@ -178,7 +154,7 @@ impl FeaturePattern {
     }
 }
 
-impl Picture {
+impl BorderedImage {
     fn new(embedding: &Embedding, windows: &Windows, weights: &[f32]) -> Self {
         let depth = embedding.dimensions;
         let vector = |row: usize| -> Vec<f32> {
@@ -312,7 +288,7 @@ impl Picture {
         part: &PatternPart,
         pairs: Range<usize>,
         corner: u32,
-        sums: &mut [Block; 2],
+        sums: &mut [LaneBlock; 2],
     ) {
         let numbers = &self.numbers[corner as usize..];
         let pattern = part.values[pairs.clone()].iter();
@@ -335,7 +311,7 @@ impl Picture {
 
 /// The sum of all lanes, as a tree.
 #[inline(always)]
-fn sum_of_both(sums: &[Block; 2]) -> f32 {
+fn sum_of_both(sums: &[LaneBlock; 2]) -> f32 {
     let (mut both, mut eight, mut four) = ([0.0; LANES], [0.0; 8], [0.0; 4]);
     for lane in 0..LANES {
         both[lane] = sums[0][lane] + sums[1][lane];
@@ -347,6 +323,43 @@ fn sum_of_both(sums: &[Block; 2]) -> f32 {
         four[lane] = eight[lane] + eight[lane + 4];
     }
     (four[0] + four[2]) + (four[1] + four[3])
+}
+
+impl WindowMetric for FeatureMetric<'_> {
+    type Pattern = FeaturePattern;
+
+    /// The distance, or infinity once it exceeds `limit`; both windows are summed together.
+    #[inline(always)]
+    fn distance_inline(&self, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
+        let corners = self.corners[texel as usize];
+        let mut sums = [[0.0; LANES]; 2];
+        if let Some(coarse) = &self.coarse {
+            let pairs = 0..coarse.blocks.len();
+            coarse.add_squares(&pattern.coarse, pairs, corners[1], &mut sums);
+        }
+        let (mut done, all) = (0, self.fine.blocks.len());
+        loop {
+            let pairs = done..(done + RUN).min(all);
+            done = pairs.end;
+            self.fine
+                .add_squares(&pattern.fine, pairs, corners[0], &mut sums);
+            let sum = sum_of_both(&sums);
+            if sum > limit {
+                return f32::INFINITY;
+            }
+            if done == all {
+                return sum;
+            }
+        }
+    }
+
+    fn parts(pattern: &FeaturePattern) -> [&[f32]; 2] {
+        pattern.parts()
+    }
+
+    fn whole_texels(&self) -> &[u32] {
+        &self.exemplar.whole_texels
+    }
 }
 
 impl Metric for FeatureMetric<'_> {
@@ -405,81 +418,6 @@ fn read_pattern<const N: usize, S: Sites<N>>(
         picture.read(site.parent().map(Some), &mut pattern.coarse);
     }
     pattern.complete = site.done.is_none();
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn distance(metric: &FeatureMetric<'_>, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
-    metric.distance_inline(pattern, texel, limit)
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn best_candidate(
-    metric: &FeatureMetric<'_>,
-    pattern: &FeaturePattern,
-    candidates: &[Candidate],
-    first: Option<Pick>,
-    floor: f64,
-) -> Option<Pick> {
-    smallest(candidates, first, floor, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
-}
-
-/// As [`best_candidate`], skipping those whose lower bound is above the best so far.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn best_bounded(
-    metric: &FeatureMetric<'_>,
-    windows: &ProjectedWindows,
-    pattern: &FeaturePattern,
-    candidates: &[Candidate],
-    first: Option<Pick>,
-    floor: f64,
-) -> Option<Pick> {
-    let parts = pattern.parts();
-    smallest_within(windows, parts, candidates, first, floor, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
-}
-
-/// Compares every whole texel.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_all<K: Keep>(metric: &FeatureMetric<'_>, pattern: &FeaturePattern, keep: &mut K) {
-    search_texels(&metric.exemplar.whole_texels, keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
-}
-
-/// Compares the whole texels that lower bounds do not rule out.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_bounded<K: Keep>(
-    metric: &FeatureMetric<'_>,
-    windows: &ProjectedWindows,
-    pattern: &FeaturePattern,
-    keep: &mut K,
-) {
-    search_within(windows, pattern.parts(), keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
 }
 
 #[cfg(test)]

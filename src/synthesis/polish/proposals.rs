@@ -63,10 +63,12 @@ impl Patches {
         coords: &[TexCoord],
         first: usize,
     ) -> usize {
+        // Begin with the first site's shift.
         let patch = self.sizes.len() as u32;
         let (at, place) = (coords[first], region.places[first]);
         self.of_site[first] = patch;
         self.shifts[first] = [at.s - place[0], at.t - place[1]];
+        // Spread over links that copy without a tear.
         let mut queue = vec![first];
         let mut visited = 0;
         while let Some(&at) = queue.get(visited) {

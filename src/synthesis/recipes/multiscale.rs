@@ -58,6 +58,7 @@ pub fn multiscale<const N: usize, S: Sites<N>>(
             };
             pass.run(windows)
         };
+        // Grow the coarsest level; refine the others in two passes.
         let state = match coarser {
             None => run(Kind::Coarsest, windows, None, None)?,
             Some(map) => {
@@ -169,6 +170,7 @@ impl<const N: usize, S: Sites<N>> WithMetric for Visit<'_, N, S> {
         let sites = &pass.inputs.sites.levels[level];
         let asked = &pass.options.multiscale;
         let draw = (pass.options.seed, level as u32);
+        // Set up the rule of this pass.
         let (matches, purpose) = match pass.kind {
             Kind::Coarsest => (1, "coarsest level"),
             Kind::First => (asked.matches, "first pass"),
@@ -184,6 +186,7 @@ impl<const N: usize, S: Sites<N>> WithMetric for Visit<'_, N, S> {
             factor: asked.factor(),
             draw: (pass.options.seed, purpose, level as u32),
         };
+        // Visit in the order that suits the start.
         match (pass.start, pass.coarser) {
             (Some(mut state), _) => {
                 let classes = color_classes(sites, progress)?;

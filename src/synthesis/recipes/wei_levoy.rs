@@ -36,14 +36,17 @@ pub fn wei_levoy<const N: usize, S: Sites<N>>(
 ) -> Result<LevelMap> {
     let plan = check::plan(inputs, options)?;
     coarse_to_fine(plan.levels, begun, finished, |level, coarser| {
+        // Prepare the exemplar.
         let (space, sites) = (inputs.space, &inputs.sites.levels[level]);
         let two_level = level + 1 < plan.levels;
         let exemplar = ExemplarLevel::new(space, inputs.table, level, 1, two_level);
         let coarser = coarser.map(|map| Texels::on(&space.levels[level + 1], map.coords));
+        // Start at random, or from the parents.
         let start = match &coarser {
             None => Texels::random(&exemplar, sites.count(), (options.seed, level as u32)),
             Some(coarser) => Texels::of_parents(&exemplar, sites.parents(), coarser),
         };
+        // Visit every site as often as asked for; a level that another follows saves one pass.
         let passes = options.passes - u32::from(two_level);
         progress.begin(
             format!("synthesis, level {level}"),
@@ -57,6 +60,7 @@ pub fn wei_levoy<const N: usize, S: Sites<N>>(
             passes,
             progress,
         };
+        // Search with the metric of the options.
         let choice = MetricChoice {
             kind: options.metric,
             spectrum: options.spectrum,

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::random;
 use crate::sites::coloring::color_classes;
 use crate::sites::grid::GridSites;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::{Parent, SiteHierarchy, Sites};
 use crate::sites::order::Order;
 use crate::synthesis::candidates::forward::CandidateList;
@@ -40,8 +40,8 @@ fn preference() -> Preference {
     }
 }
 
-fn grid(side: u32) -> GridTarget {
-    GridTarget {
+fn grid(side: u32) -> SiteGrid {
+    SiteGrid {
         width: side,
         height: side,
         toroidal: true,
@@ -210,7 +210,7 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
     };
     let parallel = refined(8);
     assert_eq!(parallel, refined(1));
-    // One class a site: strictly sequential.
+    // One class per site: strictly sequential.
     let one_by_one: Vec<Vec<u32>> = classes.iter().flatten().map(|&site| vec![site]).collect();
     let mut sequential = start.clone();
     for _ in 0..2 {

@@ -33,6 +33,7 @@ impl LensOptions {
 
     /// Refuses what is no lens.
     pub fn check(&self) -> Result<()> {
+        // Check the numbers.
         let all_finite = self.distortion.iter().all(|number| number.is_finite());
         if !matches!(self.distortion.len(), 0 | 2 | 4) || !all_finite {
             let found = format!("{:?}", self.distortion);
@@ -41,6 +42,7 @@ impl LensOptions {
         if !matches!(self.center[..], [] | [_, _]) || !self.center.iter().all(|c| c.is_finite()) {
             return Err(Error::option("center", format!("{:?}", self.center), "X,Y"));
         }
+        // Check that focal length, distortion and centre go together.
         match self.focal {
             Some(focal) if !(focal > 0.0 && focal.is_finite()) => {
                 Err(Error::option("focal", focal.to_string(), "pixels, above 0"))

@@ -31,7 +31,7 @@ pub struct AdaptiveOptions {
     /// How candidates are compared at the lowest resolution
     #[arg(long, value_enum, default_value_t = Self::default().similarity)]
     pub similarity: Similarity,
-    /// How far from its pixel links a texel of a finer level may lie, in texels
+    /// Greatest distance of a finer level's texel from its pixel links, in texels
     #[arg(long, default_value_t = Self::default().link_range)]
     pub link_range: u32,
 }

@@ -28,22 +28,25 @@
 //! | [`sampling`] | choosy sampling of one level |
 //! | [`options`], [`recipe`] | the whole method |
 
-pub mod counted_tree;
-pub mod face_values;
-pub mod kernel;
-pub mod options;
-pub mod principal_components;
-pub mod recipe;
-pub mod sample;
+pub(crate) mod counted_tree;
+pub(crate) mod face_values;
+pub(crate) mod kernel;
+pub(crate) mod options;
+pub(crate) mod principal_components;
+pub(crate) mod recipe;
+pub(crate) mod sample;
 mod sampling;
-pub mod source_faces;
-pub mod value_pyramid;
+pub(crate) mod source_faces;
+pub(crate) mod value_pyramid;
 
+pub use counted_tree::{Choice, CountedTree};
 pub use face_values::FaceValues;
+pub use kernel::distance_ratio;
 pub use options::ChoosyOptions;
 pub use recipe::{ChoosyResult, synthesize_faces};
 pub use sample::{AnalysisSample, SquareImage};
-pub use source_faces::Source;
+pub use source_faces::{Source, SourceFaces};
+pub use value_pyramid::ValuePyramid;
 
 #[cfg(test)]
 mod tests;

@@ -227,7 +227,7 @@ mod tests {
     use super::*;
     use crate::grid::TexelGrid;
     use crate::neighborhood::Neighborhood;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
     use crate::synthesis::metric::site_values::Unfinished;
 
     #[test]
@@ -256,7 +256,7 @@ mod tests {
             vectors: &vectors,
             dimensions: 2,
         };
-        let target = GridTarget {
+        let target = SiteGrid {
             width: 9,
             height: 9,
             toroidal: true,

@@ -124,6 +124,7 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
     /// Collects the texels that may stand at a site, with the painted label if there is one in the band; whether
     /// there is anything to compare them by.
     fn collect(&self, state: &State, site: usize, candidates: &mut CandidateList) -> bool {
+        // Find the neighbours that are done.
         let (exemplar, coords) = (&self.level.exemplar, &state.texels.coords);
         let done = state.texels.done.as_deref();
         let near = |near: &Neighbor| near.x.hypot(near.y) <= NEAR;
@@ -134,6 +135,8 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         if done.is_some() && neighbors.peek().is_none() {
             return false;
         }
+        // Collect what they propose, turned to the exemplar's orientation, and what is nearest to
+        // it.
         let own = done.is_none().then(|| coords[site]);
         let proposed = neighbors.map(|near| {
             let at = coords[near.site as usize];
@@ -142,11 +145,13 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         });
         candidates.collect_proposed(exemplar, own.into_iter().chain(proposed));
         candidates.add_nearest(exemplar, COHERENCE);
+        // Keep what has the transition and the painted label.
         let (band, value) = (&self.level.band, self.controls.transition[site]);
         let painted = self.painted(site);
         let has_label =
             |texel: u32| painted.is_none_or(|label| self.level.labels[texel as usize] == label);
         candidates.retain(|texel| band.admits(texel, value) && has_label(texel));
+        // Take all texels of the transition where nothing is left.
         if candidates.candidates().is_empty() {
             let within = band.texels(value).iter().copied();
             candidates.replace(within.clone().filter(|&texel| has_label(texel)));

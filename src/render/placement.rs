@@ -22,6 +22,7 @@ pub fn check(
     let mut known = HashSet::new();
     for frame in frames {
         let number = frame.number;
+        // Check each point light once.
         for light in &frame.lights {
             let Origin::Point { position, .. } = light.origin else {
                 continue;
@@ -44,6 +45,7 @@ pub fn check(
                 ));
             }
         }
+        // Check each camera once.
         let camera = frame.view.camera.position;
         let is_new = known.insert(camera.to_array().map(|x| (x + 0.0).to_bits()));
         if frame.view.is_perspective() && is_new && is_inside(mesh, bounds, camera) {
