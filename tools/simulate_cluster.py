@@ -7,7 +7,7 @@
     simulate_cluster.py scale --nodes 100                 many materials and frames, by the terms measured for docs/scale.md
 
 Machines have slots, one task each. A task waits for those before it and for a slot, is started (--start seconds), reads
-and writes through a file system that all machines share (--bandwidth bytes/s for all together, --link for one machine),
+and writes through a file system that all machines share (--bandwidth for all together, --link for one transfer),
 creates its files (--creates per second for all together), and computes. Transfers share the bandwidth evenly.
 """
 
@@ -247,11 +247,11 @@ STAGES = {
     "textons": Task("textons", 41.7, [], 354 * MB, 93 * MB, 1),
     "gram": Task("gram", 0.2, [], 93 * MB, 1 * MB, 1),
     "knn": Task("knn", 0.7, [], 1 * MB, 2 * MB, 1),
-    "synth": Task("synth", 5.8, [], 20 * MB, 4 * MB, 1),
+    "synth": Task("synth", 5.8, [], 96 * MB, 4 * MB, 1),
 }
 RENDER_ONCE, RENDER_FRAME = 1.3, 0.21
 RENDER_READS = 358 * MB
-FRAME_BYTES, FRAME_FILES = 5.4 * MB, 2
+FRAME_BYTES, FRAME_FILES = 11.8 * MB, 2
 
 
 def copy_of(name, after):
@@ -312,7 +312,7 @@ def main():
         command.add_argument("--slots", type=int, default=1, help="tasks that a machine runs at once")
         command.add_argument("--start", type=float, default=0.0, help="seconds until a task runs")
         command.add_argument("--bandwidth", type=float, default=math.inf, help="MB/s of the shared file system")
-        command.add_argument("--link", type=float, default=math.inf, help="MB/s of one machine")
+        command.add_argument("--link", type=float, default=math.inf, help="MB/s of one transfer at most")
         command.add_argument("--creates", type=float, default=math.inf, help="files made per second, all together")
         if name == "plan":
             command.add_argument("plan")
