@@ -165,7 +165,10 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     let whole = bytes(folder, "a1.npz");
     fs::write(folder.join("cut.npz"), &whole[..whole.len() / 2]).unwrap();
     let cut = joined("a0.npz cut.npz", 1);
-    assert!(cut.contains("cut.npz") && cut.contains("truncated"), "{cut}");
+    assert!(
+        cut.contains("cut.npz") && cut.contains("truncated"),
+        "{cut}"
+    );
     let mut damaged = whole.clone();
     damaged[whole.len() / 2] ^= 1;
     fs::write(folder.join("damaged.npz"), damaged).unwrap();

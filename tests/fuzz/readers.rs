@@ -267,9 +267,10 @@ fn use_scene(path: &Path) -> Result<()> {
     let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
     guarded(path, || {
         let mut faults = Faults::default();
-        let scene = Scene::parse(&text, &mut faults);
-        for draft in scene.drafts(&mut faults) {
-            draft.words(&[]);
+        for scene in Scene::all(&text, &mut faults) {
+            for draft in scene.drafts(&mut faults) {
+                draft.words(&[]);
+            }
         }
         faults.into_result(path)
     })
