@@ -2,8 +2,7 @@
 
 use divan::{Bencher, counter::ItemsCount};
 use glam::{DVec2, DVec3};
-use mesotex::btf::bake::presets::Preset;
-use mesotex::btf::bake::{BakeOptions, Samples, bake};
+use mesotex::btf::bake::{BakeOptions, Preset, Samples, bake};
 use mesotex::progress::Progress;
 
 fn main() {

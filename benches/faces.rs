@@ -6,17 +6,12 @@
 )]
 
 use divan::Bencher;
-use mesotex::mesh::face_colors::{ColoredMesh, Coloring, two_coloring};
-use mesotex::mesh::shapes;
-use mesotex::mesh::topology::Topology;
+use mesotex::mesh::{ColoredMesh, Coloring, Topology, shapes, two_coloring};
 use mesotex::progress::Progress;
-use mesotex::sites::faces::neighborhood::SECTORS;
-use mesotex::sites::faces::{FacePyramid, FaceTemplate};
-use mesotex::synthesis::recipes::choosy::counted_tree::{Choice, CountedTree};
-use mesotex::synthesis::recipes::choosy::kernel::distance_ratio;
-use mesotex::synthesis::recipes::choosy::source_faces::SourceFaces;
+use mesotex::sites::faces::{FacePyramid, FaceTemplate, SECTORS};
 use mesotex::synthesis::recipes::choosy::{
-    ChoosyOptions, ChoosyResult, SquareImage, synthesize_faces,
+    Choice, ChoosyOptions, ChoosyResult, CountedTree, SourceFaces, SquareImage, distance_ratio,
+    synthesize_faces,
 };
 
 /// Texels per side of the sample.

@@ -1,9 +1,8 @@
 //! The neighbour table: two levels, 400 and 100 textons, k 11, windows 7×7 and 3×3.
 
-use mesotex::exemplar::knn_options::{KnnOptions, Search};
 use mesotex::exemplar::neighbor_table::build;
-use mesotex::exemplar::space::{Features, Space, SpaceLevel};
-use mesotex::format::id::ContentId;
+use mesotex::exemplar::{Features, KnnOptions, Search, Space, SpaceLevel};
+use mesotex::format::ContentId;
 use mesotex::grid::TexelGrid;
 use mesotex::progress::Progress;
 use mesotex::random::stream;
@@ -35,7 +34,7 @@ fn level(side: u32, textons: usize) -> SpaceLevel {
 fn space(side: u32) -> Space {
     Space {
         levels: vec![level(side, 400), level(side / 2, 100)],
-        channels: mesotex::exemplar::channels::Channels::default(),
+        channels: mesotex::exemplar::Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
         texel_mm: None,

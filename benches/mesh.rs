@@ -2,19 +2,15 @@
 
 use divan::Bencher;
 use mesotex::mesh::builtin::kettlebell;
-use mesotex::mesh::connection::{Connection, frames_of};
-use mesotex::mesh::field::{Wishes, orientation_field};
+use mesotex::mesh::field::{FieldConstraints, orientation_field};
 use mesotex::mesh::reading::UserMesh;
-use mesotex::mesh::retile::retile;
-use mesotex::mesh::rings::Rings;
-use mesotex::mesh::topology::Topology;
-use mesotex::mesh::triangle_mesh::TriangleMesh;
+use mesotex::mesh::{Connection, Rings, Topology, TriangleMesh, frames_of, retile};
 use mesotex::neighborhood::Template;
 use mesotex::progress::Progress;
+use mesotex::sites::SurfaceOptions;
 use mesotex::sites::vertices::circles::{Manifold, marching, sampling};
 use mesotex::sites::vertices::patches::Patches;
 use mesotex::sites::vertices::surface::prepare;
-use mesotex::sites::vertices::surface_options::SurfaceOptions;
 
 const VERTICES: usize = 250_000;
 const CREASE: f64 = 0.7;
@@ -52,7 +48,13 @@ fn field_250k(bencher: Bencher) {
     let mesh = even(VERTICES);
     let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
     bencher.bench_local(|| {
-        orientation_field(&mesh, &rings, &Wishes::default(), 0, Progress::silent())
+        orientation_field(
+            &mesh,
+            &rings,
+            &FieldConstraints::default(),
+            0,
+            Progress::silent(),
+        )
     });
 }
 

@@ -8,28 +8,20 @@ use std::sync::OnceLock;
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 use glam::Vec3;
-use mesotex::btf::direction::Direction;
-use mesotex::btf::sample::{DType, Description, FORMAT, Layout, Sample, VERSION};
-use mesotex::btf::writer::SampleWriter;
+use mesotex::btf::{DType, Description, Direction, FORMAT, Layout, Sample, SampleWriter, VERSION};
+use mesotex::format::ContentId;
 use mesotex::format::exr::{Compression, ExrImage, encode};
-use mesotex::format::id::ContentId;
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
-use mesotex::maps::MapHeader;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
-use mesotex::mesh::triangle_mesh::TriangleMesh;
+use mesotex::maps::{MapHeader, SurfaceTextonMap};
+use mesotex::mesh::TriangleMesh;
 use mesotex::progress::Progress;
-use mesotex::render::frame::LayerGroup;
-use mesotex::render::frame_range::FrameRange;
 use mesotex::render::nearest::Weighting;
-use mesotex::render::options::RenderOptions;
-use mesotex::render::plan::{PlannedFrame, plan};
-use mesotex::render::radiance::{Radiance, Texels};
-use mesotex::render::raster::Samples;
-use mesotex::render::renderer::{Manner, Renderer, Shading, Shadows};
-use mesotex::render::subject::Subject;
-use mesotex::render::texel_table::Allowance;
-use mesotex::render::values::{ImageSize, Sweep};
+use mesotex::render::{
+    BtfLookup, CameraOptions, FrameRange, ImageOptions, ImageSize, LayerGroup, MemoryBudget,
+    PlannedFrame, RenderOptions, RenderSettings, Renderer, Samples, Shading, Shadows, Subject,
+    Sweep, SweepOptions, Texels, plan,
+};
 
 fn main() {
     divan::main();
@@ -143,12 +135,12 @@ fn material() -> &'static Material {
 }
 
 /// The sample as a shading reads it by default.
-fn radiance(shading: Shading) -> Radiance {
-    let allowance = Allowance {
+fn lookup(shading: Shading) -> BtfLookup {
+    let budget = MemoryBudget {
         bytes: 4 << 30,
         folder: std::env::temp_dir(),
     };
-    Radiance::new(
+    BtfLookup::new(
         &material().sample,
         Weighting::Continuous,
         match shading {
@@ -157,27 +149,36 @@ fn radiance(shading: Shading) -> Radiance {
         },
         shading == Shading::Pixel,
         false,
-        &allowance,
-        &Progress::silent(),
+        &budget,
+        Progress::silent(),
     )
     .unwrap()
 }
 
 fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
     let options = RenderOptions {
-        sweep,
-        frames: Some(FrameRange::count(96)),
-        size: ImageSize([1280, 960]),
-        camera_elevation: 30.0,
+        sweep: SweepOptions {
+            kind: sweep,
+            frames: Some(FrameRange::count(96)),
+            ..SweepOptions::default()
+        },
+        image: ImageOptions {
+            size: ImageSize([1280, 960]),
+            ..ImageOptions::default()
+        },
+        camera: CameraOptions {
+            camera_elevation: 30.0,
+            ..CameraOptions::default()
+        },
         ..RenderOptions::default()
     };
     let subject = Subject::new(&material().map.mesh, glam::DVec3::ZERO, &options).unwrap();
-    plan(&options, &subject, &Progress::silent()).unwrap()
+    plan(&options, &subject, Progress::silent()).unwrap()
 }
 
 /// Colour alone.
-fn manner(shading: Shading, shadows: Shadows) -> Manner {
-    Manner {
+fn settings(shading: Shading, shadows: Shadows) -> RenderSettings {
+    RenderSettings {
         shading,
         shadows,
         samples: Samples::Four,
@@ -190,10 +191,10 @@ fn manner(shading: Shading, shadows: Shadows) -> Manner {
 }
 
 fn run(bencher: Bencher, sweep: Sweep, shading: Shading, shadows: Shadows) {
-    let radiance = radiance(shading);
+    let lookup = lookup(shading);
     let map = &material().map;
     let mut renderer =
-        Renderer::new(map, &radiance, manner(shading, shadows), Progress::silent()).unwrap();
+        Renderer::new(map, &lookup, settings(shading, shadows), Progress::silent()).unwrap();
     let frames = frames(sweep);
     // The first frame of a light sweep also finds what is seen; the sweep's rate is without it.
     renderer.frame(&frames[0].view, &frames[0].lights).unwrap();
@@ -225,13 +226,13 @@ fn light_azimuth_pixel_shading(bencher: Bencher, shadows: Shadows) {
     sample_count = 20
 )]
 fn encode_frame(bencher: Bencher, compression: Compression) {
-    let radiance = radiance(Shading::Vertex);
-    let manner = Manner {
+    let lookup = lookup(Shading::Vertex);
+    let settings = RenderSettings {
         geometry_layers: true,
-        ..manner(Shading::Vertex, Shadows::None)
+        ..settings(Shading::Vertex, Shadows::None)
     };
     let mut renderer =
-        Renderer::new(&material().map, &radiance, manner, Progress::silent()).unwrap();
+        Renderer::new(&material().map, &lookup, settings, Progress::silent()).unwrap();
     let planned = &frames(Sweep::None)[0];
     let frame = renderer.frame(&planned.view, &planned.lights).unwrap();
     let groups = [

@@ -7,19 +7,16 @@
 )]
 
 use divan::Bencher;
-use mesotex::exemplar::KnnOptions;
-use mesotex::exemplar::channels::ChannelKind;
-use mesotex::exemplar::controls::Controls;
-use mesotex::exemplar::neighbor_table::{self, NeighborTable};
-use mesotex::exemplar::plain_images::{ChannelImage, space_of_images};
-use mesotex::exemplar::space::Space;
-use mesotex::format::id::ContentId;
+use mesotex::exemplar::neighbor_table::NeighborTable;
+use mesotex::exemplar::{
+    ChannelImage, ChannelKind, Controls, KnnOptions, Space, neighbor_table, space_of_images,
+};
+use mesotex::format::ContentId;
 use mesotex::format::image::{Encoding, FloatImage, Precision};
 use mesotex::progress::Progress;
-use mesotex::sites::grid::target::GridTarget;
-use mesotex::synthesis::inputs::Inputs;
-use mesotex::synthesis::options::{KCoherenceOptions, Search, SynthesisOptions};
+use mesotex::sites::SiteGrid;
 use mesotex::synthesis::recipes::synthesize;
+use mesotex::synthesis::{Inputs, KCoherenceOptions, Search, SynthesisOptions};
 
 fn main() {
     divan::main();
@@ -58,7 +55,7 @@ fn exemplar(side: u32) -> (Space, NeighborTable) {
 
 fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: Search) {
     let (space, table) = exemplar(side);
-    let target = GridTarget {
+    let target = SiteGrid {
         width: sites,
         height: sites,
         toroidal: true,

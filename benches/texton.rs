@@ -4,16 +4,10 @@ use mesotex::grid::TexelGrid;
 use mesotex::matrix::as_rows;
 use mesotex::progress::Progress;
 use mesotex::random::stream;
-use mesotex::texton::basis::PlaneBasis;
-use mesotex::texton::dot_products::dot_products;
-use mesotex::texton::filter_bank::leung_malik;
-use mesotex::texton::gram_kmeans::cluster;
-use mesotex::texton::mixed_responses::mix_into;
-use mesotex::texton::outer_products::OuterProducts;
-use mesotex::texton::plane_filters::PlaneFilters;
-use mesotex::texton::sub_grid::SubGrid;
-use mesotex::texton::texel_gram::texel_gram;
-use mesotex::texton::texel_mixtures::TexelMixtures;
+use mesotex::texton::{
+    OuterProducts, PlaneBasis, PlaneFilters, SubGrid, TexelMixtures, cluster, dot_products,
+    leung_malik, mix_into, texel_gram,
+};
 use ndarray::Array2;
 use rand::Rng;
 

@@ -12,10 +12,10 @@ use mesotex::error::{Error, Result};
 use mesotex::exemplar::{
     ChannelImage, ChannelKind, Controls, KnnOptions, neighbor_table, space_of_images,
 };
-use mesotex::format::id::ContentId;
-use mesotex::format::image::{self, encode_srgb8};
+use mesotex::format::image::encode_srgb8;
+use mesotex::format::{ContentId, image};
 use mesotex::progress::Progress;
-use mesotex::sites::{GridTarget, Target};
+use mesotex::sites::{SiteGrid, Target};
 use mesotex::synthesis::{SynthesisOptions, synthesize_map};
 
 const SIDE: u32 = 256;
@@ -32,7 +32,7 @@ fn main() -> Result<()> {
     let id = ContentId::of_file(Path::new(input))?;
     let space = space_of_images(&images, Controls::default(), LEVELS, false, &id)?;
     let table = neighbor_table::build(&space, &KnnOptions::default(), quiet)?;
-    let grid = GridTarget {
+    let grid = SiteGrid {
         width: SIDE,
         height: SIDE,
         toroidal: true,

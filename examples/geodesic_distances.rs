@@ -19,10 +19,7 @@ use std::time::Instant;
 
 use mesotex::error::{Error, Result};
 use mesotex::format::npy;
-use mesotex::mesh::geodesic_distance::GeodesicDistances;
-use mesotex::mesh::reading;
-use mesotex::mesh::rings::Rings;
-use mesotex::mesh::topology::Topology;
+use mesotex::mesh::{GeodesicDistances, Rings, Topology, reading};
 use mesotex::progress::Progress;
 use ndarray::ArrayView1;
 

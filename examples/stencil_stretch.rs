@@ -20,11 +20,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use mesotex::error::Result;
-use mesotex::mesh::connection::Connection;
 use mesotex::mesh::field::curvature::largest_curvatures;
-use mesotex::mesh::reading;
-use mesotex::mesh::rings::Rings;
-use mesotex::mesh::topology::Topology;
+use mesotex::mesh::{Connection, Rings, Topology, reading};
 use mesotex::neighborhood::Template;
 use mesotex::progress::Progress;
 use mesotex::sites::vertices::circles::{Manifold, marching, sampling};

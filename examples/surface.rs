@@ -9,11 +9,12 @@
 
 use std::path::{Path, PathBuf};
 
+use mesotex::btf::Sample;
 use mesotex::btf::bake::{BakeOptions, Preset, Samples, bake};
-use mesotex::btf::sample::Sample;
 use mesotex::error::{Error, Result};
-use mesotex::exemplar::{KnnOptions, neighbor_table, space};
-use mesotex::mesh::{UserMesh, builtin::kettlebell, reading};
+use mesotex::exemplar::{KnnOptions, neighbor_table, space_of_vocabulary};
+use mesotex::mesh::builtin::kettlebell;
+use mesotex::mesh::{UserMesh, reading};
 use mesotex::progress::Progress;
 use mesotex::sites::{SurfaceOptions, Target};
 use mesotex::synthesis::{SynthesisOptions, synthesize_map};
@@ -42,7 +43,7 @@ fn main() -> Result<()> {
     let textons = folder.join("weave.textons.npz");
     found.write(&textons)?;
     let vocabulary = StoredVocabulary::open(&textons)?;
-    let mut space = space::from_vocabulary(&vocabulary)?;
+    let mut space = space_of_vocabulary(&vocabulary)?;
     space.write(&folder.join("weave.space.npz"), Some(&vocabulary.id))?;
     let table = neighbor_table::build(&space, &KnnOptions::default(), quiet)?;
 

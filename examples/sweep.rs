@@ -11,13 +11,13 @@
 
 use std::path::PathBuf;
 
-use mesotex::btf::sample::Sample;
+use mesotex::btf::Sample;
 use mesotex::error::{Error, Result};
-use mesotex::format::id::ContentId;
+use mesotex::format::ContentId;
 use mesotex::maps::SurfaceTextonMap;
 use mesotex::progress::Progress;
-use mesotex::render::sequence::{self, Inputs};
-use mesotex::render::{ImageSize, RenderOptions, Sweep};
+use mesotex::render::sequence::Inputs;
+use mesotex::render::{ImageOptions, ImageSize, RenderOptions, Sweep, SweepOptions, sequence};
 
 fn main() -> Result<()> {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
@@ -37,11 +37,17 @@ fn main() -> Result<()> {
         force: false,
     };
     let options = RenderOptions {
-        sweep: Sweep::LightAzimuth,
-        size: ImageSize([480, 360]),
+        sweep: SweepOptions {
+            kind: Sweep::LightAzimuth,
+            ..SweepOptions::default()
+        },
+        image: ImageOptions {
+            size: ImageSize([480, 360]),
+            ..ImageOptions::default()
+        },
         ..RenderOptions::default()
     };
-    let report = sequence::render(&inputs, &options, &Progress::silent())?;
+    let report = sequence::render(&inputs, &options, Progress::silent())?;
     for file in &report.files {
         println!("{}  {}", file.frame.display(), file.label);
     }

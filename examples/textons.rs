@@ -10,8 +10,8 @@
 
 use std::path::PathBuf;
 
+use mesotex::btf::Sample;
 use mesotex::btf::bake::{BakeOptions, Preset, Samples, bake};
-use mesotex::btf::sample::Sample;
 use mesotex::error::{Error, Result};
 use mesotex::progress::Progress;
 use mesotex::texton::{TextonOptions, analyze};

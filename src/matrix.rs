@@ -4,14 +4,51 @@
 //! In: views of any strides, `f32` or `f64`. Out: the product, written or added. The kernels are
 //! chosen at run time for the machine; a result does not depend on the number of threads.
 
-use gemm::Parallelism;
+use gemm_common::Parallelism;
 use nalgebra::{DMatrix, SymmetricEigen};
-use ndarray::{Array2, ArrayView2, ArrayViewMut2};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
+
+/// A kernel: sides, target with column and row stride, whether it is added to, both factors likewise, what the target
+/// and the product are multiplied by, which are conjugated, threads.
+type Kernel<T> = unsafe fn(
+    usize,
+    usize,
+    usize,
+    *mut T,
+    isize,
+    isize,
+    bool,
+    *const T,
+    isize,
+    isize,
+    *const T,
+    isize,
+    isize,
+    T,
+    T,
+    bool,
+    bool,
+    bool,
+    Parallelism,
+);
 
 /// A number type the kernels know.
-pub trait Real: Copy + Send + Sync + From<u8> + 'static {}
-impl Real for f32 {}
-impl Real for f64 {}
+pub trait Real: Copy + Send + Sync + From<u8> + 'static {
+    /// The kernel for this machine.
+    fn kernel() -> Kernel<Self>;
+}
+
+impl Real for f32 {
+    fn kernel() -> Kernel<Self> {
+        gemm_f32::gemm::f32::get_gemm_fn()
+    }
+}
+
+impl Real for f64 {
+    fn kernel() -> Kernel<Self> {
+        gemm_f64::gemm::f64::get_gemm_fn()
+    }
+}
 
 /// Numbers in rows as a matrix; the sides are the caller's promise.
 pub fn as_rows<T>(numbers: &[T], rows: usize, columns: usize) -> ArrayView2<'_, T> {
@@ -73,6 +110,7 @@ fn product<T: Real>(
     mode: Target,
     parallelism: Parallelism,
 ) {
+    let (mut a, mut b) = (a.reborrow(), b.reborrow());
     let (rows, inner, columns) = (a.nrows(), a.ncols(), b.ncols());
     assert!(
         b.nrows() == inner && target.dim() == (rows, columns),
@@ -81,19 +119,35 @@ fn product<T: Real>(
         b.dim(),
         target.dim()
     );
-    let (target_rows, target_columns) = (target.strides()[0], target.strides()[1]);
+    // Kernels write columns: of a target in rows they write the transpose.
+    if target.strides()[1].abs() < target.strides()[0].abs() {
+        (a, b, target) = (b.reversed_axes(), a.reversed_axes(), target.reversed_axes());
+    }
+    // They count upwards in the target and along the rows of the first factor.
+    if target.strides()[0] < 0 {
+        target.invert_axis(Axis(0));
+        a.invert_axis(Axis(0));
+    }
+    if target.strides()[1] < 0 {
+        target.invert_axis(Axis(1));
+        b.invert_axis(Axis(1));
+    }
+    if a.strides()[1] < 0 {
+        a.invert_axis(Axis(1));
+        b.invert_axis(Axis(0));
+    }
     #[allow(
         unsafe_code,
         reason = "the kernels take pointers; sides are checked above, strides and bounds are ndarray's"
     )]
     unsafe {
-        gemm::gemm(
-            rows,
-            columns,
+        T::kernel()(
+            a.nrows(),
+            b.ncols(),
             inner,
             target.as_mut_ptr(),
-            target_columns,
-            target_rows,
+            target.strides()[1],
+            target.strides()[0],
             mode == Target::Add,
             a.as_ptr(),
             a.strides()[1],
@@ -144,7 +198,12 @@ mod tests {
         assert_eq!(product_of(a, b), expected);
         let mut transposed = Array2::<f64>::ones((4, 5));
         multiply(a, b, transposed.view_mut().reversed_axes(), Target::Add);
-        assert_eq!(transposed.t(), expected + 1.0);
+        assert_eq!(transposed.t(), &expected + 1.0);
+        // Upside down and from right to left, target and factors.
+        let mut turned = Array2::<f64>::zeros((5, 4));
+        let (a, b) = (a.slice(s![..;-1, ..;-1]), b.slice(s![..;-1, ..;-1]));
+        multiply(a, b, turned.slice_mut(s![..;-1, ..;-1]), Target::Replace);
+        assert_eq!(turned, expected);
     }
 
     #[test]

@@ -31,6 +31,7 @@ impl<const N: usize> RadialBasis<N> {
         radius: f64,
     ) -> Result<Self> {
         const PLACE: &str = "radial basis functions";
+        // Check the places and the radius.
         let count = values.len();
         if count == 0 || count > MOST_PLACES {
             return Err(Error::data(PLACE, format!("{count} places"))
@@ -40,6 +41,7 @@ impl<const N: usize> RadialBasis<N> {
             let found = format!("radius {radius}");
             return Err(Error::data(PLACE, found).expected("a radius above 0"));
         }
+        // Set up the equations.
         let mean = std::array::from_fn(|at| {
             values.iter().map(|value| value[at]).sum::<f64>() / count as f64
         });
@@ -47,6 +49,7 @@ impl<const N: usize> RadialBasis<N> {
             gaussian(distance(row, col), radius)
         });
         let solver = matrix.clone().lu();
+        // Solve them per number; refuse places that are too near each other.
         let mut weights = vec![[0.0; N]; count];
         for at in 0..N {
             let wanted = DVector::from_fn(count, |row, _| values[row][at] - mean[at]);

@@ -61,7 +61,9 @@ impl FromStr for Shard {
         let numbers = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
         match numbers {
             Some((index, count)) if index < count => Ok(Self { index, count }),
-            _ => Err(format!("`{text}` is no shard i/n with 0 <= i < n, as 0/3")),
+            _ => Err(format!(
+                "`{text}` is not a shard i/n with 0 <= i < n, as 0/3"
+            )),
         }
     }
 }

@@ -5,14 +5,12 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::exemplar::channels::ChannelKind;
+use mesotex::exemplar::ChannelKind;
 use mesotex::format::image::write_png;
-use mesotex::maps::atlas_map::{AtlasMap, Description};
-use mesotex::mesh::shapes;
-use mesotex::mesh::writing::write_mesh;
+use mesotex::maps::{AtlasDescription, AtlasMap};
+use mesotex::mesh::{shapes, write_mesh};
 use mesotex::progress::Progress;
-use mesotex::textures::decorated::{Shape, decorated};
-use mesotex::textures::folder::read_channel;
+use mesotex::textures::{Shape, decorated, read_channel};
 use program::{copy_of, files, refuse, succeed};
 use serde_json::Value;
 
@@ -180,7 +178,7 @@ fn frames_show_holes_and_relief() {
     assert!(frame(&[]) != frame(&["--displace", "0.5"]));
     let atlas = folder.path().join("a.atlas");
     let map = AtlasMap::read(&atlas).unwrap();
-    let told = Description::read(&atlas).unwrap();
+    let told = AtlasDescription::read(&atlas).unwrap();
     let channel = |kind| read_channel(&atlas, &told, kind).unwrap().unwrap();
     let [alpha, heights] = [ChannelKind::Alpha, ChannelKind::Height].map(channel);
     let shown = |relief| {
@@ -201,15 +199,7 @@ fn frames_show_holes_and_relief() {
     assert!((0.15..0.2).contains(&grown), "{grown}");
     let refused = refuse(
         folder.path(),
-        &[
-            "render",
-            "a.sample",
-            "a.map.ply",
-            "-o",
-            "x",
-            "--displace",
-            "1",
-        ],
+        &program::words("render a.sample a.map.ply -o x --displace 1"),
         2,
     );
     assert!(

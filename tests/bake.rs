@@ -9,11 +9,10 @@ use std::process::{Command, Output};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use glam::Vec3;
-use mesotex::btf::bake::brdf::Diffuse;
-use mesotex::btf::bake::material::Material;
-use mesotex::btf::bake::presets::Preset;
-use mesotex::btf::bake::{AngularFilter, BakeOptions, Baked, Samples, bake};
-use mesotex::btf::sample::{DType, Sample};
+use mesotex::btf::bake::{
+    AngularFilter, BakeOptions, Baked, Diffuse, Material, Preset, Samples, bake,
+};
+use mesotex::btf::{DType, Sample};
 use mesotex::error::Error;
 use mesotex::grid::TexelGrid;
 use mesotex::progress::{Event, Progress};

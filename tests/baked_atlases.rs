@@ -9,11 +9,9 @@ use std::path::Path;
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use mesotex::exemplar::ChannelKind;
 use mesotex::format::image::{FloatImage, ReadOptions, read, read_with};
-use mesotex::maps::AtlasMap;
-use mesotex::maps::atlas_map::Description;
-use mesotex::mesh::shapes;
-use mesotex::mesh::writing::write_mesh;
-use mesotex::textures::channel::SampleChannel;
+use mesotex::maps::{AtlasDescription, AtlasMap};
+use mesotex::mesh::{shapes, write_mesh};
+use mesotex::textures::SampleChannel;
 use program::{files, refuse, succeed};
 use serde_json::Value;
 
@@ -161,7 +159,7 @@ fn textons_come_to_texture_maps_with_one_command() {
     let told = run(at, &format!("{synth} -o t.atlas"));
     let next = "next: mesotex bake-maps NAME.sample t.atlas -o t.baked";
     assert!(told.contains(next), "{told}");
-    let description = Description::read(&at.join("t.atlas")).unwrap();
+    let description = AtlasDescription::read(&at.join("t.atlas")).unwrap();
     assert!(description.channels.is_empty());
     assert!(at.join("t.atlas/texton.npy").is_file());
     run(at, "bake-maps w.sample t.atlas -o t.baked");

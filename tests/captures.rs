@@ -8,8 +8,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use image::{Rgb, RgbImage};
-use mesotex::btf::direction::Direction;
-use mesotex::btf::sample::Sample;
+use mesotex::btf::{Direction, Sample};
 use serde_json::Value;
 
 fn mesotex(folder: &Path, words: &[&str]) -> Output {
@@ -105,7 +104,7 @@ fn lists_of_every_kind_are_read() {
         let report = check_import(folder.path(), &["dirs.lp"], 1.0);
         let warnings = report["warnings"].to_string();
         let expected = match number {
-            7 => "no unit vectors (lengths 250.000 to 250.000)",
+            7 => "not unit vectors (lengths 250.000 to 250.000)",
             9 => "Latin-1",
             _ => "[]",
         };
@@ -291,7 +290,7 @@ fn info_tells_every_kind() {
     for path in ["notes.txt", "empty"] {
         let error = refused(root, &["info", path]);
         assert!(
-            error.contains("nothing that info knows; expected a sample"),
+            error.contains("a kind of file that info does not know; expected a sample"),
             "{error}"
         );
     }

@@ -293,7 +293,7 @@ fn files_of_different_runs_are_refused_unless_forced() {
 fn a_map_whose_labels_disagree_with_its_space_is_found() {
     let folder = copy_of(finished());
     let path = folder.path().join("small.map.ply");
-    let mut map = mesotex::maps::vertex_map::SurfaceTextonMap::read(&path).unwrap();
+    let mut map = mesotex::maps::SurfaceTextonMap::read(&path).unwrap();
     map.textons[7].0 ^= 1;
     map.write(&path).unwrap();
     let error = refuse(
@@ -330,7 +330,7 @@ fn impossible_usage_is_refused_before_work_begins() {
 #[test]
 fn an_output_that_another_run_writes_is_refused() {
     let folder = copy_of(finished());
-    let lock = mesotex::format::lock::OutputLock::acquire(&folder.path().join("new")).unwrap();
+    let lock = mesotex::format::OutputLock::acquire(&folder.path().join("new")).unwrap();
     let words = ["gram", "small.textons.npz", "-o", "new"];
     let error = refuse(folder.path(), &words, 1);
     assert!(error.contains("another run"), "{error}");

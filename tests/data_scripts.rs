@@ -12,8 +12,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::{Arc, Mutex};
 
+use mesotex::btf::Sample;
 use mesotex::btf::fits::{Basis, Colors, Fit, ptm};
-use mesotex::btf::sample::Sample;
 use mesotex::format::npy;
 use ndarray::Array5;
 use zip::write::SimpleFileOptions;

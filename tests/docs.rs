@@ -165,14 +165,36 @@ fn pages_link_only_to_what_is_there() {
             .skip(1)
             .filter_map(|rest| rest.split(')').next())
         {
-            let target = link.split('#').next().unwrap_or_default();
-            if target.is_empty() || target.contains("://") {
+            if link.contains("://") {
                 continue;
             }
-            let path = page.parent().unwrap().join(target);
+            let (target, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let path = match target {
+                "" => page.clone(),
+                _ => page.parent().unwrap().join(target),
+            };
             assert!(path.exists(), "{}: dead link {link}", page.display());
+            let is_there = anchor.is_empty() || anchors(&path).iter().any(|name| name == anchor);
+            assert!(is_there, "{}: no heading {link}", page.display());
         }
     }
+}
+
+/// The names by which the headings of a page are linked.
+fn anchors(page: &Path) -> Vec<String> {
+    let text = fs::read_to_string(page).unwrap();
+    let headings = text.lines().filter(|line| line.starts_with('#'));
+    let kept = |sign: &char| sign.is_alphanumeric() || " -_".contains(*sign);
+    headings
+        .map(|line| {
+            let title = line.trim_start_matches('#').trim().to_lowercase();
+            title
+                .chars()
+                .filter(kept)
+                .map(|sign| if sign == ' ' { '-' } else { sign })
+                .collect()
+        })
+        .collect()
 }
 
 /// The lines of a text without their indentation.
@@ -194,6 +216,24 @@ fn sources(folder: &Path) -> String {
         }
     }
     all
+}
+
+#[test]
+fn every_tool_is_listed() {
+    let listed = fs::read_to_string(root().join("tools/README.md")).unwrap();
+    let is_program = |name: &String| {
+        [".py", ".sh", ".mjs"]
+            .iter()
+            .any(|ending| name.ends_with(ending))
+    };
+    let files = fs::read_dir(root().join("tools")).unwrap();
+    let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
+    let mut missing: Vec<String> = names
+        .filter(is_program)
+        .filter(|name| !listed.contains(&format!("| `{name}` |")))
+        .collect();
+    missing.sort();
+    assert!(missing.is_empty(), "tools/README.md lacks {missing:?}");
 }
 
 #[test]

@@ -6,8 +6,7 @@ use std::process::{Command, Output};
 
 use exr::prelude::{ChannelDescription, Image, SampleType, SpecificChannels, Vec2, WritableImage};
 use image::{GrayImage, Luma, Rgb, RgbImage, Rgba, RgbaImage};
-use mesotex::exemplar::channels::ChannelKind;
-use mesotex::exemplar::space::{Features, Space};
+use mesotex::exemplar::{ChannelKind, Features, Space};
 use mesotex::format::image::decode_srgb;
 use serde_json::{Value, json};
 
@@ -187,7 +186,7 @@ fn weights_are_applied_when_the_file_is_read() {
         ("color=0,height=0", "one above 0"),
         (
             "depth=2",
-            "channel `depth`, which is not there; expected color, height",
+            "channel `depth`, which does not exist; expected color, height",
         ),
         ("height=1,height=2", "two for `height`"),
         ("1,-1", "0 to 1e12"),
@@ -321,7 +320,7 @@ fn kinds_that_do_not_fit_are_refused() {
         (
             "a.png c.png --kinds height,color",
             2,
-            "first image is no colour",
+            "first image is not a colour",
         ),
         ("c.png a.png --kinds color,roughness", 2, "roughness"),
         (

@@ -5,20 +5,17 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::exemplar::space::Space;
+use mesotex::exemplar::Space;
 use mesotex::format::image::{
     Alpha, FloatImage, ReadOptions, decode_srgb, encode_srgb8, read_with, write_png,
 };
-use mesotex::format::npz;
-use mesotex::format::ply;
-use mesotex::maps::face_map::FaceMap;
-use mesotex::mesh::shapes;
-use mesotex::mesh::triangle_mesh::TriangleMesh;
-use mesotex::mesh::writing::write_mesh;
-use mesotex::synthesis::faces::decorated::at_centers;
-use mesotex::textures::channel::SampleChannel;
+use mesotex::format::{npz, ply};
+use mesotex::maps::FaceMap;
+use mesotex::mesh::{TriangleMesh, shapes, write_mesh};
+use mesotex::synthesis::faces::at_centers;
+use mesotex::textures::SampleChannel;
 use ndarray::{Ix2, Ix3};
-use program::{files, mesotex, refuse, succeed};
+use program::{files, mesotex, refuse, succeed, with_other};
 use serde_json::Value;
 
 /// A picture of blots and its heights, of any size.
@@ -309,15 +306,7 @@ fn frames_show_the_colours_of_faces_under_their_lights() {
     assert!(sum(&grazing) < 0.75 * sum(&frame));
     let refused = refuse(
         folder.path(),
-        &[
-            "render",
-            "a.sample",
-            "a.faces.ply",
-            "-o",
-            "x",
-            "--displace",
-            "1",
-        ],
+        &program::words("render a.sample a.faces.ply -o x --displace 1"),
         2,
     );
     assert!(
@@ -349,16 +338,7 @@ fn a_table_may_stand_between_and_must_belong() {
             "4",
         ],
     );
-    let other: Vec<&str> = words
-        .iter()
-        .map(|&word| {
-            if word == "a.knn.npz" {
-                "b.knn.npz"
-            } else {
-                word
-            }
-        })
-        .collect();
+    let other = with_other(&words, "a.knn.npz", "b.knn.npz");
     let text = refuse(folder.path(), &other, 1);
     assert!(text.contains("space id"), "{text}");
     succeed(folder.path(), &[&other[..], &["--force"]].concat());
@@ -384,7 +364,7 @@ fn samples_are_cropped_and_meshes_without_two_colours_subdivided_and_both_are_sa
     let again = ["--subdivisions=1", "--crease=5"];
     let text = succeed(folder.path(), &[&SYNTH[..], &again].concat());
     assert!(
-        text.contains("for want of two colours") && text.contains("next: mesotex render"),
+        text.contains("because no two colours were found") && text.contains("next: mesotex render"),
         "{text}"
     );
     assert!(text.contains("histogram distance"), "{text}");

@@ -5,11 +5,9 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::btf::direction::Direction;
-use mesotex::btf::direction_set::DirectionSet;
-use mesotex::btf::fits::hsh::{self, Lists};
-use mesotex::btf::fits::{Basis, Colors, Fit, fit_sample, ptm};
-use mesotex::btf::sample::Sample;
+use mesotex::btf::fits::hsh::Lists;
+use mesotex::btf::fits::{Basis, Colors, Fit, fit_sample, hsh, ptm};
+use mesotex::btf::{Direction, DirectionSet, Sample};
 use mesotex::format::image::{decode_srgb, encode_srgb};
 use mesotex::format::npy;
 use mesotex::progress::Progress;
@@ -114,7 +112,7 @@ fn export_writes_a_file_and_replaces_only_its_own() {
     let whole = fs::read(folder.join("a.ptm")).unwrap();
     fs::write(folder.join("a.ptm"), &whole[..whole.len() - 8]).unwrap();
     let error = refuse(folder, &export, 2);
-    assert!(error.contains("no PTM of this program"), "{error}");
+    assert!(error.contains("not a PTM of this program"), "{error}");
     let words = "import a.npy --views rings:0:1 --lights fibonacci:40 -o tilted.sample";
     let tilted = words.replace("rings:0:1", "rings:30:1");
     succeed(folder, &tilted.split(' ').collect::<Vec<_>>());
@@ -122,7 +120,7 @@ fn export_writes_a_file_and_replaces_only_its_own() {
     let output = program::mesotex(folder, &words);
     let warned = String::from_utf8(output.stderr).unwrap();
     assert!(
-        output.status.success() && warned.contains("30.0° from straight above"),
+        output.status.success() && warned.contains("30.0° from directly above"),
         "{warned}"
     );
 }

@@ -90,7 +90,7 @@ fn heights_go_from_bake_to_frames() {
     assert_ne!(on, off);
     let said = run(at, &format!("{render} -o said"));
     assert!(
-        said.contains("parallax on: ") && said.contains("left out"),
+        said.contains("parallax on: ") && said.contains("left-out"),
         "{said}"
     );
     // Pixels, coarser levels and texture maps, too; at any number of threads.
@@ -135,7 +135,7 @@ fn heights_are_estimated_and_never_replaced_unasked() {
     assert!(said.contains("no heights"), "{said}");
     let said = run(at, "heights a.sample --range 5");
     assert!(
-        said.contains("correlation") && said.contains("left out"),
+        said.contains("correlation") && said.contains("left-out"),
         "{said}"
     );
     let found = Sample::open(&at.join("a.sample"))

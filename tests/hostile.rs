@@ -5,14 +5,10 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
-use mesotex::btf::direction::Direction;
-use mesotex::btf::sample::{DType, Description, Layout, Sample};
-use mesotex::btf::writer::SampleWriter;
-use mesotex::exemplar::knn_options::KnnOptions;
-use mesotex::exemplar::neighbor_table::{self, NeighborTable};
-use mesotex::exemplar::space::{Features, Space, SpaceLevel};
-use mesotex::format::id::ContentId;
-use mesotex::format::npz;
+use mesotex::btf::{DType, Description, Direction, Layout, Sample, SampleWriter};
+use mesotex::exemplar::neighbor_table::NeighborTable;
+use mesotex::exemplar::{Features, KnnOptions, Space, SpaceLevel, neighbor_table};
+use mesotex::format::{ContentId, npz};
 use mesotex::grid::TexelGrid;
 use mesotex::progress::Progress;
 use ndarray::Array2;
@@ -99,7 +95,7 @@ fn space(folder: &Path) -> Space {
     };
     let mut space = Space {
         levels: vec![level(8), level(4)],
-        channels: mesotex::exemplar::channels::Channels::default(),
+        channels: mesotex::exemplar::Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b""),
         texel_mm: None,

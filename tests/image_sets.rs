@@ -6,10 +6,8 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::btf::direction::Direction;
-use mesotex::btf::direction_set::DirectionSet;
 use mesotex::btf::image_sets::{export_folder, export_ubo2003, export_utia};
-use mesotex::btf::sample::Sample;
+use mesotex::btf::{Direction, DirectionSet, Sample};
 use serde_json::Value;
 
 use image_set_files::{
@@ -428,7 +426,7 @@ fn broken_archives_are_refused() {
     zip(&path, &members, true);
     let whole = fs::read(&path).unwrap();
     fs::write(&path, &whole[..whole.len() - 60]).unwrap();
-    assert!(refused(folder.path(), &["a.zip"], 1).contains("cut off"));
+    assert!(refused(folder.path(), &["a.zip"], 1).contains("truncated"));
     let climbing = [("../../evil tl0 pl0 tv0 pv0.png".into(), vec![1])].into();
     zip(&path, &climbing, true);
     let error = refused(folder.path(), &["a.zip"], 1);

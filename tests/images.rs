@@ -90,7 +90,7 @@ fn the_command_decides_over_the_file() {
             at,
             &format!("import angles.csv -o x.sample --values radiance --dtype f4 {options}"),
         );
-        let sample = mesotex::btf::sample::Sample::open(&at.join("x.sample")).unwrap();
+        let sample = mesotex::btf::Sample::open(&at.join("x.sample")).unwrap();
         sample.image(0).unwrap().get(0)
     };
     assert!((value("") - 0.502_886).abs() < 1e-5);
@@ -124,8 +124,8 @@ fn heights_of_an_exemplar_are_used_as_they_stand() {
         .to_file(at.join("height.exr"))
         .unwrap();
     done(at, "exemplar color.png height.exr -o x --levels 1 --k 2");
-    let space = mesotex::exemplar::space::Space::read(&at.join("x.space.npz")).unwrap();
-    let mesotex::exemplar::space::Features::Vectors(vectors) = &space.levels[0].features else {
+    let space = mesotex::exemplar::Space::read(&at.join("x.space.npz")).unwrap();
+    let mesotex::exemplar::Features::Vectors(vectors) = &space.levels[0].features else {
         panic!("vectors expected")
     };
     assert_eq!(vectors[[3, 3, 3]], 0.25);

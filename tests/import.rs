@@ -50,7 +50,7 @@ fn a_capture_keeps_its_sides_and_its_values() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let sample = mesotex::btf::sample::Sample::open(&folder.path().join("x.sample")).unwrap();
+    let sample = mesotex::btf::Sample::open(&folder.path().join("x.sample")).unwrap();
     assert_eq!((sample.grid().width, sample.grid().height), (8, 6));
     let value = |image: usize, row: usize, col: usize| {
         sample.image(image).unwrap().get((row * 8 + col) * 3)

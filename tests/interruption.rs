@@ -93,7 +93,7 @@ fn each_signal_has_its_exit_code_and_says_how_to_go_on() {
         assert_eq!(output.status.code(), Some(code), "{said}");
         assert!(
             said.contains(&format!("interrupted by SIG{signal}"))
-                && said.contains("type the same command to go on")
+                && said.contains("type the same command to continue")
                 && said.matches("interrupted").count() == 1,
             "{said}"
         );
@@ -149,7 +149,7 @@ fn hints_name_what_the_command_keeps() {
     for (words, lock, hint) in [
         (synth, ".b.map.ply.lock", "--resume"),
         (render, ".b.lock", "--skip-existing"),
-        (knn, ".b.textons.npz.lock", "begin anew"),
+        (knn, ".b.textons.npz.lock", "start over"),
     ] {
         let words: Vec<&str> = words.split(' ').collect();
         let child = command(at, &words).spawn().unwrap();

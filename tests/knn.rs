@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use mesotex::exemplar::neighbor_table::NeighborTable;
-use mesotex::exemplar::space::{Features, Space, SpaceLevel};
-use mesotex::format::id::ContentId;
+use mesotex::exemplar::{Features, Space, SpaceLevel};
+use mesotex::format::ContentId;
 use mesotex::grid::TexelGrid;
 use ndarray::Array2;
 
@@ -28,7 +28,7 @@ fn write_space(path: &Path, side: u32, tileable: bool) -> Space {
     };
     let mut space = Space {
         levels: vec![level(side), level(side.div_ceil(2))],
-        channels: mesotex::exemplar::channels::Channels::default(),
+        channels: mesotex::exemplar::Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b""),
         texel_mm: None,

@@ -5,11 +5,10 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::btf::Direction;
-use mesotex::btf::sample::Sample;
+use mesotex::btf::{Direction, Sample};
 use mesotex::format::ply;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
-use mesotex::render::blended_image::blended_image;
+use mesotex::maps::SurfaceTextonMap;
+use mesotex::render::blended_image;
 use program::{refuse, succeed};
 use serde_json::Value;
 
@@ -171,7 +170,7 @@ fn rendered_vertex_colors_are_srgb_bytes_and_linear_floats_on_request() {
         }
     }
     assert!(clipped > 0);
-    let said = format!("{clipped} numbers of colours are brighter than white");
+    let said = format!("{clipped} colour values are brighter than white");
     assert!(bright.contains(&said), "{bright}");
     let refused = "render weave.sample grid.map.ply -o c --linear-colors";
     let said = refuse(at, &refused.split(' ').collect::<Vec<_>>(), 2);
@@ -225,7 +224,7 @@ fn exports_that_cannot_be_are_refused() {
         (
             "export grid.map.ply --to glb -o a.glb --light 30,0",
             2,
-            "--sample beside it",
+            "--sample as well",
         ),
         (
             "export grid.map.ply --to glb -o a.glb --sample weave.sample --view 10,x,20",

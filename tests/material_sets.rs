@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use image::{GrayImage, ImageBuffer, Luma, Rgb, RgbImage};
-use mesotex::btf::sample::Sample;
+use mesotex::btf::Sample;
 use serde_json::Value;
 
 const SIDE: u32 = 16;

@@ -4,11 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use mesotex::format::{ply, polygon_mesh::PolygonMesh};
+use mesotex::format::{PolygonMesh, ply};
 use mesotex::mesh::reading::{CleaningOptions, clean, parse, read};
-use mesotex::mesh::shapes;
-use mesotex::mesh::triangle_mesh::TriangleMesh;
-use mesotex::mesh::writing::write_mesh;
+use mesotex::mesh::{TriangleMesh, shapes, write_mesh};
 use mesotex::progress::Progress;
 use mesotex::random;
 use rand::Rng;

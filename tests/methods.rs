@@ -7,9 +7,8 @@ use std::fs;
 use std::path::Path;
 
 use mesotex::format::image::write_png;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
-use mesotex::mesh::shapes;
-use mesotex::mesh::writing::write_mesh;
+use mesotex::maps::SurfaceTextonMap;
+use mesotex::mesh::{shapes, write_mesh};
 use program::{refuse, succeed};
 use serde_json::Value;
 

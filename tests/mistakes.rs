@@ -43,7 +43,7 @@ const MISTAKES: [(&str, i32, &[&str]); 29] = [
     (
         "bak --preset weave -o b.sample",
         2,
-        &["`bak` is no command", "did you mean `bake`?"],
+        &["`bak` is not a command", "did you mean `bake`?"],
     ),
     (
         "bake --preset weav -o b.sample",

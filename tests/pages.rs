@@ -28,7 +28,7 @@ fn scene() -> TempDir {
 
 fn write_ball(path: &Path) {
     let mesh = mesotex::mesh::shapes::icosphere(3);
-    mesotex::mesh::writing::write_mesh(path, &mesh).unwrap();
+    mesotex::mesh::write_mesh(path, &mesh).unwrap();
 }
 
 /// The text of a script element.
@@ -133,7 +133,7 @@ fn missing_parts_are_said(folder: &Path) {
     let html = page(at, &["report", "."]);
     for note in [
         "times and options are known of scenes only",
-        "no figures of quality",
+        "no quality figures",
         "no relief to show",
     ] {
         assert!(html.contains(note), "{note}");
@@ -198,7 +198,7 @@ fn wrong_inputs_are_refused(folder: &Path) {
     refused(
         &["report", "scene.toml", "-o", "notes.html"],
         2,
-        &["no page of this program"],
+        &["not a page of this program"],
     );
     let text = fs::read(folder.join("ball.map.ply")).unwrap();
     let without_faces = changed_header(&text, "element face 1280", "element face 0");

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use image::{Rgb, RgbImage};
-use mesotex::btf::sample::{Layout, Sample};
+use mesotex::btf::{Layout, Sample};
 use mesotex::format::image::decode_srgb;
 use program::{refuse, succeed};
 use serde_json::Value;

@@ -5,9 +5,9 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use mesotex::btf::sample::Sample;
-use mesotex::exemplar::space::Space;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
+use mesotex::btf::Sample;
+use mesotex::exemplar::Space;
+use mesotex::maps::SurfaceTextonMap;
 use program::{refuse, succeed, write_obj};
 
 const SYNTH: &str = "synth weave.space.npz weave.knn.npz m.obj -o m.map.ply --levels 1";

@@ -106,7 +106,7 @@ fn a_sample_within_or_around_an_input_is_not_replaced() {
     write_capture(&root.path().join("cap"));
     bake(root.path(), "cap/x.sample");
     let error = refuse_unchanged(root.path(), &["import", "cap", "-o", "cap/x.sample"]);
-    assert!(error.contains("lies in the input"), "{error}");
+    assert!(error.contains("is inside the input"), "{error}");
     // A list inside the very sample.
     let list = fs::read_to_string(root.path().join("cap/dirs.lp")).unwrap();
     fs::write(root.path().join("cap/x.sample/dirs.lp"), list).unwrap();
@@ -174,7 +174,10 @@ fn files_pipes_and_devices_are_refused_as_outputs() {
     let error = refuse(root.path(), &[&BAKE[..], &["-o", "notes.txt"]].concat(), 2);
     assert!(error.contains("notes.txt: a file"), "{error}");
     let error = refuse(root.path(), &["textons", "x.sample", "-o", "notes.txt"], 2);
-    assert!(error.contains("no .npz archive of this program"), "{error}");
+    assert!(
+        error.contains("not a .npz archive of this program"),
+        "{error}"
+    );
     assert_eq!(fs::read(root.path().join("notes.txt")).unwrap(), b"mine");
     assert!(!fs::symlink_metadata("/dev/null").unwrap().is_file());
 }
@@ -187,7 +190,7 @@ fn a_file_of_the_user_is_not_written_over() {
     fs::write(root.path().join("photo.png"), "a photograph").unwrap();
     let at = |words: &[&str]| refuse_unchanged(root.path(), words);
     // Input and output exchanged by mistake.
-    assert!(at(&["mesh", "k.obj", "-o", "scan.obj"]).contains("no mesh of this program"));
+    assert!(at(&["mesh", "k.obj", "-o", "scan.obj"]).contains("not a mesh of this program"));
     at(&["mesh", "k.obj", "-o", "k.obj"]);
     at(&[&BAKE[..], &["-o", "x.sample", "--preview", "photo.png"]].concat());
     at(&["mesh", "k.obj", "-o", "new.ply", "--report", "new.ply"]);
@@ -241,9 +244,9 @@ fn frames_and_overviews_replace_only_frames_and_overviews() {
     let render = ["render", "x.sample", "k.map.ply", "--size", "32x24", "-o"];
     let photos = [&render[..], &["photos"]].concat();
     for (name, says) in [
-        ("contact.png", "no picture of this program"),
-        ("frame.0001.png", "no picture of this program"),
-        ("frame.0001.exr", "no frame of this program"),
+        ("contact.png", "not a picture of this program"),
+        ("frame.0001.png", "not a picture of this program"),
+        ("frame.0001.exr", "not a frame of this program"),
     ] {
         let folder = root.path().join("photos");
         fs::create_dir(&folder).unwrap();

@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use mesotex::format::lock::OutputLock;
+use mesotex::format::OutputLock;
 use program::{files, mesotex, refuse, succeed};
 use tempfile::TempDir;
 
@@ -118,7 +118,7 @@ fn a_part_that_is_whole_is_kept_and_any_other_is_made_anew() {
     assert_eq!(bytes(folder, "p.npz"), made);
     // What this program did not make is not replaced.
     fs::write(folder.join("p.npz"), "a letter").unwrap();
-    assert!(refused(folder, line, 2).contains("no .npz archive of this program"));
+    assert!(refused(folder, line, 2).contains("not a .npz archive of this program"));
     assert_eq!(bytes(folder, "p.npz"), b"a letter");
 }
 
@@ -165,7 +165,10 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     let whole = bytes(folder, "a1.npz");
     fs::write(folder.join("cut.npz"), &whole[..whole.len() / 2]).unwrap();
     let cut = joined("a0.npz cut.npz", 1);
-    assert!(cut.contains("cut.npz") && cut.contains("cut off"), "{cut}");
+    assert!(
+        cut.contains("cut.npz") && cut.contains("truncated"),
+        "{cut}"
+    );
     let mut damaged = whole.clone();
     damaged[whole.len() / 2] ^= 1;
     fs::write(folder.join("damaged.npz"), damaged).unwrap();
@@ -297,7 +300,7 @@ fn a_baked_part_is_kept_or_gone_on_with() {
     // What a killed run leaves: some whole images and a torn one.
     let description = String::from_utf8(fs::read(folder.join("part/btf.json")).unwrap()).unwrap();
     let id = description.split("\"id\": \"").nth(1).unwrap()[..32].to_owned();
-    let no_id = mesotex::format::id::ContentId::of_bytes(b"").to_string();
+    let no_id = mesotex::format::ContentId::of_bytes(b"").to_string();
     let partial = folder.join(".part.partial");
     fs::rename(folder.join("part"), &partial).unwrap();
     fs::write(

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use mesotex::exemplar::space::Space;
+use mesotex::exemplar::Space;
 use mesotex::format::image::write_png;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
+use mesotex::maps::SurfaceTextonMap;
 
 fn mesotex(folder: &Path, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_mesotex"))

@@ -6,11 +6,9 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use mesotex::btf::direction::Direction;
-use mesotex::btf::sample::{DType, Description, FORMAT, Layout, Sample, VERSION};
-use mesotex::btf::writer::SampleWriter;
-use mesotex::exemplar::space::{Features, Space};
-use mesotex::format::id::ContentId;
+use mesotex::btf::{DType, Description, Direction, FORMAT, Layout, Sample, SampleWriter, VERSION};
+use mesotex::exemplar::{Features, Space};
+use mesotex::format::ContentId;
 use mesotex::texton::Vocabulary;
 use ndarray::Array2;
 use tempfile::TempDir;

@@ -7,22 +7,17 @@ use std::path::Path;
 
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use mesotex::exemplar::ChannelKind;
-use mesotex::format::exr::{self, ExrImage, Numbers};
-use mesotex::format::id::ContentId;
+use mesotex::format::exr::{ExrImage, Numbers};
 use mesotex::format::image::{Precision, ReadOptions, decode_srgb, read, read_with};
+use mesotex::format::{ContentId, exr};
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
-use mesotex::maps::AtlasMap;
-use mesotex::maps::MapHeader;
+use mesotex::maps::{AtlasMap, MapHeader};
 use mesotex::mesh::atlas::{Atlas, TexelPoints};
-use mesotex::mesh::reading;
-use mesotex::mesh::rings::vertex_normals;
 use mesotex::mesh::shapes::icosphere;
+use mesotex::mesh::{reading, vertex_normals};
 use mesotex::progress::Progress;
-use mesotex::textures::channel::SampleChannel;
-use mesotex::textures::folder::write_atlas;
-use mesotex::textures::model::ModelOptions;
-use mesotex::textures::transfer::Canvas;
+use mesotex::textures::{Canvas, ModelOptions, SampleChannel, write_atlas};
 use program::{copy_of, files, mesotex, refuse, succeed};
 use serde_json::Value;
 
@@ -580,7 +575,7 @@ fn synthesis_writes_an_atlas_that_everything_reads() {
         .save(at.join("height.png"))
         .unwrap();
     let torus = mesotex::mesh::shapes::torus(24, 12, 1.0, 0.4);
-    mesotex::mesh::writing::write_mesh(&at.join("torus.obj"), &torus).unwrap();
+    mesotex::mesh::write_mesh(&at.join("torus.obj"), &torus).unwrap();
     run(
         at,
         "exemplar c.png height.png -o x --tile --levels 2 --k 3 --neighborhood 3",

@@ -8,9 +8,7 @@ use std::path::Path;
 use glam::{DVec3, Vec2};
 use mesotex::format::ply;
 use mesotex::mesh::reading::{UserMesh, read};
-use mesotex::mesh::shapes;
-use mesotex::mesh::triangle_mesh::TriangleMesh;
-use mesotex::mesh::writing::write_user;
+use mesotex::mesh::{TriangleMesh, shapes, write_user};
 use mesotex::progress::Progress;
 use program::{refuse, succeed};
 use serde_json::Value;
@@ -167,5 +165,5 @@ fn a_turned_component_is_named() {
         .for_each(|t| t.swap(1, 2));
     fs::write(folder.path().join("a.obj"), obj_at(&mesh, DVec3::ZERO)).unwrap();
     let text = succeed(folder.path(), &["info", "a.obj"]);
-    assert!(text.contains("triangles turned to face"), "{text}");
+    assert!(text.contains("triangles flipped to face"), "{text}");
 }

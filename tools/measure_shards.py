@@ -58,20 +58,17 @@ def fields(path, names):
 
 def new_group(limit):
     """A control group with a memory limit, or None where none can be made."""
-    for folder in (GROUPS, os.path.join(GROUPS, "memory")):
-        path = os.path.join(folder, f"measure_shards.{os.getpid()}")
-        limits = [name for name in ("memory.max", "memory.limit_in_bytes")]
+    for folder, name in (("memory", "memory.limit_in_bytes"), ("", "memory.max")):
+        path = os.path.join(GROUPS, folder, f"measure_shards.{os.getpid()}")
         try:
             os.mkdir(path)
         except OSError:
             continue
-        for name in limits:
-            try:
-                with open(os.path.join(path, name), "w") as file:
-                    file.write(str(limit))
-                return path
-            except OSError:
-                pass
+        # Only in a tree of control groups does a new folder have files.
+        if os.path.exists(os.path.join(path, name)):
+            with open(os.path.join(path, name), "w") as file:
+                file.write(str(limit))
+            return path
         os.rmdir(path)
     return None
 

@@ -173,6 +173,7 @@ impl Description {
 
     /// Refuses a description that no sample can have.
     pub fn check(&self) -> Result<()> {
+        // Check what the file is.
         if self.format != FORMAT {
             return Err(Error::data("format", format!("`{}`", self.format)).expected(FORMAT));
         }
@@ -184,6 +185,7 @@ impl Description {
         if self.channels != 3 {
             return Err(Error::data("channels", self.channels.to_string()).expected("3"));
         }
+        // Check sizes and counts.
         if u64::from(self.width) * u64::from(self.height) > u64::from(u32::MAX) {
             return Err(Error::data(
                 "width × height",
@@ -208,6 +210,7 @@ impl Description {
         {
             return Err(Error::data("texel_mm", format!("{:?}", self.texel_mm)).expected("> 0"));
         }
+        // Check the directions and what refers to them.
         for (kind, directions) in [("views", &self.views), ("lights", &self.lights)] {
             for (index, direction) in directions.iter().enumerate() {
                 direction.check(&format!("{kind}[{index}]"))?;

@@ -217,7 +217,7 @@ fn parse_count(text: &str) -> std::result::Result<usize, String> {
     text.parse()
         .ok()
         .filter(|count| (1..=MOST).contains(count))
-        .ok_or_else(|| format!("`{text}` is no count of directions; expected 1 to {MOST}"))
+        .ok_or_else(|| format!("`{text}` is not a count of directions; expected 1 to {MOST}"))
 }
 
 fn parse_rings(text: &str) -> std::result::Result<Vec<Ring>, String> {

@@ -66,7 +66,7 @@ impl HeightMap {
             return Ok(None);
         }
         let map = Self::read_file(&path, grid).map_err(|error| {
-            let advice = "remove it, or `mesotex heights --force` estimates it anew";
+            let advice = "remove it, or `mesotex heights --force` estimates it again";
             error.advice(advice).in_file(&path)
         })?;
         Ok(Some(map))

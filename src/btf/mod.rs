@@ -16,24 +16,26 @@
 
 pub mod bake;
 pub mod bonn;
-pub mod description;
-pub mod direction;
-pub mod direction_set;
+pub(crate) mod description;
+pub(crate) mod direction;
+pub(crate) mod direction_set;
 pub mod factored;
 pub mod fits;
-pub mod height_map;
+pub(crate) mod height_map;
 pub mod heights;
 pub mod image_sets;
-pub mod image_source;
+pub(crate) mod image_source;
 pub mod import;
-pub mod sample;
+pub(crate) mod sample;
 mod table;
-pub mod writer;
+pub(crate) mod texel_size;
+pub(crate) mod writer;
 
+pub use description::{Description, FORMAT, Layout, VERSION};
 pub use direction::Direction;
-pub use direction_set::DirectionSet;
+pub use direction_set::{DirectionSet, Ring};
 pub use factored::FactoredWriter;
 pub use height_map::HeightMap;
 pub use image_source::ImageSource;
-pub use sample::Sample;
+pub use sample::{DType, Pixels, Sample};
 pub use writer::SampleWriter;

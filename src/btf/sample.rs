@@ -1,7 +1,6 @@
-//! A BTF sample on disk, `NAME.sample/`: `btf.json` describes, `radiance.npy` holds one image per
-//! (view, light) pair, read in parts so that a sample larger than memory can be worked on. A
-//! [factored](crate::btf::factored) sample holds factors instead; its images are multiplied out as they
-//! are asked for.
+//! A BTF sample on disk, `NAME.sample/`: `btf.json` describes, `radiance.npy` holds one image per (view, light) pair,
+//! read in parts so that a sample larger than memory can be worked on. A [factored](crate::btf::factored) sample
+//! holds factors instead; its images are expanded as they are asked for.
 //!
 //! Values are linear Rec. 709 radiance for a directional light of unit irradiance at normal
 //! incidence (a white Lambertian plane has cos θ/π).
@@ -205,12 +204,14 @@ impl Sample {
         texels: Range<usize>,
         pixels: &mut [Pixels],
     ) -> Result<()> {
+        // Make the buffers of the sample's type.
         for pixels in pixels.iter_mut() {
             let is_half = matches!(pixels, Pixels::F2(_));
             if is_half != (self.description.dtype == DType::F2) {
                 *pixels = Pixels::of_type(self.description.dtype);
             }
         }
+        // Multiply factors for all images at once.
         if let Radiance::Factored(factors) = &self.radiance {
             let mut numbers = vec![0.0; images.len() * texels.len() * 3];
             factors.multiply(images, texels.clone(), Values::Radiance, &mut numbers);
@@ -221,6 +222,7 @@ impl Sample {
                 .for_each(|(pixels, part)| pixels.assign(part));
             return Ok(());
         }
+        // Read stored images one by one.
         for (&image, pixels) in images.iter().zip(pixels) {
             let first = (image as usize * self.grid().len() + texels.start) * 3;
             let count = texels.len() * 3;

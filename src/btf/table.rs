@@ -1,5 +1,5 @@
-//! Tables of numbers with a header, as spreadsheets write them: columns parted by commas, semicolons or
-//! tabs, decimal commas where the columns are not parted by them, names in any case.
+//! Tables of numbers with a header, as spreadsheets write them: columns separated by commas, semicolons or tabs,
+//! decimal commas where the columns are not separated by them, names in any case.
 
 use crate::error::{Error, Result};
 
@@ -27,6 +27,7 @@ pub(in crate::btf) struct Row {
 impl Table {
     /// Reads a table. Empty lines, lines that begin with `#` and a first line `sep=…` are left out.
     pub(in crate::btf) fn parse(text: &str) -> Result<Self> {
+        // Find the delimiter.
         let (text, skipped, given) = after_sep_line(text.trim_start_matches('\u{feff}'));
         let is_content = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
         let header = text.lines().find(is_content).unwrap_or_default();

@@ -46,13 +46,13 @@ fn fits(description: &Description, bytes: u64, available: Option<ByteSize>) -> R
         return Ok(());
     };
     let found = format!(
-        "{}×{} texels, and what is made of them takes about {}",
+        "{}×{} texels, which take about {} with their textures",
         description.width,
         description.height,
         ByteSize(bytes)
     );
     Err(Error::data("width, height", found)
-        .expected(format!("at most the {available} of memory there is now"))
+        .expected(format!("at most {available}, the memory that is free now"))
         .advice("synthesize it with a lower --resolution"))
 }
 

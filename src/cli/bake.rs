@@ -25,15 +25,15 @@ use crate::error::{Error, Result};
 use crate::format::ours::Format;
 use crate::shard::Shard;
 
-/// Bytes a texel of the material takes while it is made and baked, measured on presets of 1024 and 2048
-/// texels a side.
+/// Bytes a texel of the material takes while it is made and baked, measured on presets of 1024 and 2048 texels per
+/// side.
 const BYTES_A_TEXEL: u64 = 100;
 
 /// Texels along the longer side, where nothing else is said.
 pub const SIZE: u32 = 128;
 
-/// How to go on after an interruption.
-const IF_INTERRUPTED: &str = "type the same command to go on after the last whole image";
+/// How to continue after an interruption.
+const IF_INTERRUPTED: &str = "type the same command to continue after the last whole image";
 
 /// Ray-trace a BTF from height, colour and roughness.
 #[derive(Debug, Args)]
@@ -46,7 +46,7 @@ Examples:
   mesotex bake --preset weave --size 64 --shard 0/2 -o weave.0of2  (and --shard 1/2 -o weave.1of2, elsewhere)
   mesotex bake --reduce weave.0of2 weave.1of2 -o weave.sample
 
-A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR beside it:
+A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR as well:
   height = \"height.png\"        # white is high
   height-mm = 12               # of white over black
   width-mm = 200               # of the whole map
@@ -124,7 +124,7 @@ impl Arguments {
         Ok(outcome)
     }
 
-    /// What a user types to go on after an interruption.
+    /// What a user types to continue after an interruption.
     pub fn if_interrupted(&self) -> &'static str {
         match self.reduce.is_empty() {
             true => IF_INTERRUPTED,

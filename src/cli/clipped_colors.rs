@@ -9,7 +9,7 @@ pub(in crate::cli) fn describe_clipped(outcome: Outcome, colors: &[[f32; 3]]) ->
     let outcome = match clipped {
         0 => outcome,
         _ => outcome.line(format!(
-            "{clipped} numbers of colours are brighter than white, and are 1 in the file"
+            "{clipped} colour values are brighter than white and are clipped to 1 in the file"
         )),
     };
     outcome.figure("clipped", clipped)

@@ -21,9 +21,9 @@ const SCENE: &str = include_str!("demo.toml");
 /// Vertices of the built-in mesh, before it is made even.
 const VERTICES: usize = 60_000;
 
-/// Everything, on the built-in material and mesh: bake, textons, synthesis, a light sweep.
+/// Run everything on the built-in material and mesh: bake, textons, synthesis, a light sweep.
 ///
-/// Writes a scene file and runs it; a second run skips what is done.
+/// Writes a scene file and runs it. A second run skips finished stages.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex demo

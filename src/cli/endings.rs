@@ -1,4 +1,4 @@
-//! The ending of an output's name: it must not promise another format than is written.
+//! The extension of an output's name: it must fit the format that is written.
 
 use std::path::Path;
 

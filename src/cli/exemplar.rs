@@ -22,7 +22,6 @@ use crate::btf::direction::Direction;
 use crate::btf::sample::{DType, Description, Layout};
 use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
 use crate::cli::endings::check_stem;
-use crate::cli::exemplar::reading::ImageReader;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::Session;
@@ -57,11 +56,11 @@ impl Arguments {
         let _locks = self.files().claim()?;
         let outputs = self.outputs();
         let [sample_path, space_path, table_path] = &outputs;
-        let mut reader = ImageReader::new(self.orientation, self.alpha, self.layer.clone());
+        let mut reader = self.reading.reader();
         let images = channels::read(self, &mut reader)?;
         let colors = &images[0].image;
         let controls = controls::read(self, [colors.width, colors.height], &mut reader)?;
-        reader.finish(&session.progress())?;
+        reader.finish(session.progress())?;
         // Everything is checked and computed before the first file appears.
         let unknown = ContentId::of_bytes(&[]);
         let mut space = space_of_images(&images, controls, self.levels, self.tile, &unknown)?;
@@ -134,6 +133,7 @@ pub(in crate::cli) struct PlainSample<'a> {
 impl PlainSample<'_> {
     /// Writes the sample; `name` is what the outputs are named after.
     pub(in crate::cli) fn write(self, path: &Path, name: &Path) -> Result<ContentId> {
+        // Check that the colours can be radiance, and make it of them.
         let colors = self.colors;
         let mut radiance = colors.clone().into_linear().into_rgb().data;
         if let Some(below) = radiance.iter().find(|value| **value < 0.0) {
@@ -141,6 +141,7 @@ impl PlainSample<'_> {
                 .expected("0 or more: it is rendered as light"));
         }
         radiance.iter_mut().for_each(|value| *value /= PI);
+        // Write a sample of one view and one light, both from above.
         let above = Direction(DVec3::Z);
         let name = name.file_name().unwrap_or_default().to_string_lossy();
         let mut writer = SampleWriter::create(

@@ -25,9 +25,9 @@ use crate::textures::vertex_model::ModelFormat;
 
 /// Write a sample or a surface texton map in a format that other programs read.
 ///
-/// OUT is exactly the file or the folder written; of folders only an empty one is replaced. Values of samples become
-/// reflectance with the light's cosine in it: a white plane facing the light has 1. Maps become meshes with texture
-/// coordinates, labels and orientation per vertex, and with colours where a sample is given.
+/// OUT is the exact name of the file or folder that is written; an existing folder must be empty. Values of samples
+/// become reflectance times the light's cosine: a white plane facing the light has 1. Maps become meshes with texture
+/// coordinates, labels and orientation per vertex, and with colours if a sample is given.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex export weave.sample --to folder -o weave-images
@@ -42,7 +42,7 @@ pub struct Arguments {
     pub input: PathBuf,
     /// The format.
     #[arg(long, value_enum)]
-    pub to: Target,
+    pub to: ExportFormat,
     /// The file or the folder to write.
     #[arg(short, long)]
     pub output: PathBuf,
@@ -58,7 +58,7 @@ pub struct Arguments {
 
 /// What is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Target {
+pub enum ExportFormat {
     /// A folder as UBO2003: 8-bit JPEG in sRGB, directions at whole degrees.
     Ubo2003,
     /// A folder as UTIA: 8-bit PNG in sRGB, directions at whole degrees.
@@ -95,7 +95,7 @@ enum Kind {
     Model(ModelFormat),
 }
 
-impl Target {
+impl ExportFormat {
     /// Whether it is a mesh.
     pub fn is_mesh(self) -> bool {
         matches!(self.kind(), Kind::Model(_))
@@ -127,7 +127,7 @@ impl Arguments {
             Kind::Bonn(format) => self.bonn.validate(Some(format))?,
             Kind::ImageSet(_) | Kind::Ptm | Kind::Model(_) => self.bonn.validate(None)?,
         }
-        self.fit.validate(matches!(self.to, Target::Ptm))
+        self.fit.validate(matches!(self.to, ExportFormat::Ptm))
     }
 
     /// What the command reads and writes.
@@ -182,8 +182,8 @@ impl Arguments {
         }
         let is_sized = sample.description().texel_mm.is_some();
         Ok(match (self.to, is_sized) {
-            (Target::Fmf, true) => None,
-            (Target::Fmf, false) => {
+            (ExportFormat::Fmf, true) => None,
+            (ExportFormat::Fmf, false) => {
                 Some("the file holds millimetres, and the sample does not say how large a texel is")
             }
             _ => Some("the format has no place for them (fmf has)"),

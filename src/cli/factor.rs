@@ -16,10 +16,10 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 
-/// Store a BTF sample as factors: every image a sum of a few eigentextures.
+/// Store a BTF sample as factors: every image is a sum of a few eigentextures.
 ///
-/// Each of R, G and B gets K eigentextures and, per image, K numbers. Every later command reads the
-/// result as it reads the sample. The error left is measured and reported.
+/// Each of R, G and B gets K eigentextures and, per image, K numbers. Every other command reads the result like the
+/// sample. The remaining error is measured and reported.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -35,7 +35,7 @@ pub struct Arguments {
     /// Eigentextures per channel.
     #[arg(long, value_name = "K", required_unless_present = "error")]
     pub rank: Option<u32>,
-    /// As few eigentextures as leave at most this error, relative to the root mean square of all values.
+    /// The fewest eigentextures whose error is at most this, relative to the root mean square of all values.
     #[arg(long, value_name = "E", conflicts_with = "rank")]
     pub error: Option<f64>,
     /// Number type of the factors. Default: that of the sample.
@@ -84,10 +84,12 @@ impl Arguments {
     }
 
     fn outcome(&self, made: &Description, left: &Residual) -> Outcome {
+        // Find where the worst errors are.
         let rank = made.factors().map_or(0, |factors| factors.rank);
         let (view, light) = made.view_and_light(left.worst_image);
         let width = made.width as usize;
         let (row, column) = (left.worst_texel / width, left.worst_texel % width);
+        // Tell rank and errors.
         Outcome::default()
             .line(format!(
                 "rank {rank} per channel: {} images of {} × {} texels from {} eigentextures",

@@ -10,11 +10,11 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
-use crate::exemplar::space::{self, Features};
+use crate::exemplar::space::{Features, space_of_vocabulary};
 use crate::format::ours::Format;
 use crate::texton::vocabulary::StoredVocabulary;
 
-/// Turn a vocabulary into the surface texton space: dot products in place of appearance vectors.
+/// Make the surface texton space of a vocabulary: dot products in place of appearance vectors.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -43,7 +43,7 @@ impl Arguments {
         let _locks = self.files().claim()?;
         let vocabulary = StoredVocabulary::open(&self.textons)?;
         let mut space =
-            space::from_vocabulary(&vocabulary).map_err(|error| error.in_file(&self.textons))?;
+            space_of_vocabulary(&vocabulary).map_err(|error| error.in_file(&self.textons))?;
         space.write(&self.output, Some(&vocabulary.id))?;
         let mut outcome = Outcome::default();
         let mut levels = Vec::new();

@@ -21,10 +21,11 @@ const TRIED_VIEWS: usize = 12;
 /// Ways that agree less than this are not to be trusted.
 const POOR: f64 = 0.5;
 
-/// Estimate how high the surface of a sample lies at every texel, and add it to the sample.
+/// Estimate the height of a sample's surface at every texel, and add it to the sample.
 ///
-/// Photometrically, from how texels change with the light, and by view-to-view flow, from how they move with the view. The
-/// report says how well the two agree. `render` blends views with their parallax over the heights.
+/// Two estimates are combined: a photometric one, from the change of texels with the light, and optical flow, from
+/// their shift with the view. The report says how well the two agree. `render` uses the heights to correct the
+/// parallax of views.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -35,7 +36,7 @@ pub struct Arguments {
     pub sample: PathBuf,
     #[command(flatten)]
     pub options: HeightOptions,
-    /// Replace heights that the sample has.
+    /// Replace existing heights of the sample.
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
@@ -52,6 +53,7 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Refuse what cannot be done before the work begins.
         self.options.validate()?;
         let _lock = OutputLock::acquire(&self.sample)?;
         let sample = Sample::open(&self.sample)?;
@@ -63,23 +65,20 @@ impl Arguments {
                 "--force to replace it",
             ));
         }
+        // Estimate, and warn where the two ways disagree.
         let progress = session.progress();
-        let estimate = estimate(&sample, &self.options, &progress)
+        let estimate = estimate(&sample, &self.options, progress)
             .map_err(|error| error.in_file(&self.sample))?;
         if estimate.agreement.correlation < POOR {
             progress.warn(
-                "the two ways hardly agree: look at the heights before you trust them (glossy or plain materials show \
-                 little of either)",
+                "the two estimates hardly agree: check the heights before you use them (glossy or plain materials \
+                 give little information for either)",
             );
         }
+        // Try the heights: render views that were held out, with and without them.
         let weighting = Weighting::default();
-        let trial = Trial::of(
-            &sample,
-            &estimate.heights,
-            weighting,
-            TRIED_VIEWS,
-            &progress,
-        )?;
+        let trial = Trial::of(&sample, &estimate.heights, weighting, TRIED_VIEWS, progress)?;
+        // Write the heights and tell what was found.
         estimate.heights.write(&self.sample)?;
         let outcome = describe(&estimate);
         let outcome = match trial {

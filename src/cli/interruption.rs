@@ -1,9 +1,9 @@
 //! Signals that ask to stop: a flag for the stages, an exit code, and a bound on how long it takes.
 //!
-//! The first signal sets a flag. Stages test it and return [`Error::Interrupted`], removing their
-//! partial files on the way. A thread watches: when the command has not returned after [`GRACE`], it
-//! ends the process itself. What then remains on disk is what a kill leaves: hidden partial files,
-//! never a half file under a final name. A second signal ends the process at once.
+//! The first signal sets a flag. Stages test it and return [`Error::Interrupted`], removing their partial files on
+//! the way. A thread watches: when the command has not returned after [`GRACE`], it ends the process itself. What
+//! then remains on disk is what a kill leaves: hidden partial files, never a partial file under a final name. A
+//! second signal ends the process at once.
 //!
 //! [`Error::Interrupted`]: crate::error::Error::Interrupted
 
@@ -33,7 +33,7 @@ const MESSAGE: Duration = Duration::from_millis(200);
 #[derive(Clone)]
 pub struct Interruption {
     terminal: Terminal,
-    /// What to type to go on.
+    /// What to type to continue.
     hint: &'static str,
     requested: Arc<AtomicBool>,
     /// The first signal; 0 before.
@@ -73,7 +73,7 @@ impl Interruption {
         }
     }
 
-    /// Says what stopped the run and how to go on.
+    /// Says what stopped the run and how to continue.
     pub fn tell(&self) {
         self.terminal.clear();
         let name = match self.signal.load(Ordering::SeqCst) {

@@ -66,6 +66,7 @@ impl Arguments {
         let mut outcome = Outcome::default();
         let mut levels = Vec::new();
         let all = table.levels.iter().zip(&space.levels).zip(searches);
+        // Tell what each level searched.
         for (at, ((level, source), found)) in all.enumerate() {
             let whole = table
                 .whole_texels(at, source.grid)
@@ -82,7 +83,7 @@ impl Arguments {
                 Search::Auto | Search::Exact => "exact search".into(),
             };
             outcome = outcome.line(format!(
-                "level {at}: {} × {} texels, {whole} whole, separation {}, {search}",
+                "level {at}: {} × {} texels, {whole} of them whole, neighbours at least {} texels apart, {search}",
                 source.grid.width, source.grid.height, level.min_separation
             ));
             levels.push(json!({
@@ -94,6 +95,7 @@ impl Arguments {
                 "recall": found.recall,
             }));
         }
+        // Tell the table's own figures and what to do next.
         outcome
             .figure("k", table.k)
             .figure("levels", levels)

@@ -32,7 +32,7 @@ impl Need {
             Some(available) if self.bytes > available.0 => Err(Error::option(
                 self.option,
                 format!("{} need about {}", self.work, ByteSize(self.bytes)),
-                format!("at most the {available} there is now: {}", self.advice),
+                format!("at most {available}, which is free now: {}", self.advice),
             )),
             _ => Ok(()),
         }
@@ -176,7 +176,7 @@ mod tests {
         let error = need.check_against(Some(ByteSize(1 << 30))).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "--size: frames of 9x9 need about 5.00 GiB; expected at most the 1.00 GiB there is now: a \
+            "--size: frames of 9x9 need about 5.00 GiB; expected at most 1.00 GiB, which is free now: a \
              smaller --size"
         );
     }

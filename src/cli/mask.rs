@@ -30,7 +30,7 @@ use crate::vary::morphology::Edit;
 /// The grey of label 1; label n is n times as bright.
 const GREY: u8 = 255 / (MASK_LABELS - 1);
 
-/// Mark the features of a texture: a mask of the labels 0 to 3, by colours or painted.
+/// Make a mask of a texture's features, labels 0 to 3, by picked colours or from a painted image.
 ///
 /// The mask is a grey PNG: black, 85, 170 and 255 are the labels 0, 1, 2 and 3. `exemplar --mask` and `vary` read
 /// it.
@@ -41,27 +41,27 @@ Examples:
   mesotex mask leopard.png --pick '#2a2018:0.25' --pick 31,77:0.2 --edit erode:1 --edit dilate:1.5 -o spots.png
   mesotex mask flowers.png --painted dots.png --overlay check.png -o dots-mask.png")]
 pub struct Arguments {
-    /// The texture: an image, or a sample NAME.sample, whose mean image is taken
+    /// The texture: an image, or a sample NAME.sample, whose mean image is used
     pub image: PathBuf,
     /// The mask to write, a PNG
     #[arg(long, short)]
     pub output: PathBuf,
-    /// A colour that marks features, and how far from it colours may be: that of a pixel (from the upper left) or
-    /// a value; the first pick gives label 1, the second 2, the third 3. A difference is the length of the
-    /// difference of red, green and blue, each 0 to 1 [default tolerance: 0.2]
+    /// A colour that marks features, with a tolerance: the colour of a pixel (from the upper left) or a value. The
+    /// first pick gives label 1, the second 2, the third 3. Differences are Euclidean distances of red, green and
+    /// blue, each 0 to 1 [default tolerance: 0.2]
     #[arg(long, value_name = "COL,ROW|#RRGGBB[:TOLERANCE]")]
     pub pick: Vec<PickOption>,
-    /// A painted mask, taken as it is: a grey image of the labels 0 to 3, or grey 0, 85, 170, 255
+    /// A painted mask: a grey image of the labels 0 to 3, or grey 0, 85, 170, 255
     #[arg(long, value_name = "FILE", conflicts_with = "pick")]
     pub painted: Option<PathBuf>,
-    /// What is done with the mask, in this order: dilate:RADIUS or erode:RADIUS in pixels, of all labels but 0, or
-    /// of those named behind, as erode:2:1+3
+    /// Edits of the mask, in this order: dilate:RADIUS or erode:RADIUS in pixels, for all labels but 0, or for named
+    /// ones, as erode:2:1+3
     #[arg(long, value_name = "EDIT")]
     pub edit: Vec<Edit>,
-    /// Also write a picture of the mask over the image, with contours and centres
+    /// Also write an image of the mask over the texture, with contours and centres
     #[arg(long, value_name = "FILE")]
     pub overlay: Option<PathBuf>,
-    /// Which way up the images are read
+    /// Whether the orientation tag of images is applied
     #[arg(long, value_enum, default_value = "upright")]
     pub orientation: Orientation,
     /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
@@ -106,7 +106,7 @@ impl Arguments {
                 mask_of_colors(&image, &picks)?
             }
         };
-        reader.finish(&session.progress())?;
+        reader.finish(session.progress())?;
         for edit in &self.edit {
             session.progress().check()?;
             mask = edit.apply(&mask);

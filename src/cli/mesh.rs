@@ -1,4 +1,4 @@
-//! `mesotex mesh`: clean a mesh, retile it, give it an orientation field, see how it stands.
+//! `mesotex mesh`: clean a mesh, retile it, give it an orientation field, measure it.
 
 mod look;
 mod oriented;
@@ -43,21 +43,21 @@ const EXAMPLES: &str = "Examples:
 /// What is done to a mesh.
 #[derive(Clone, Debug, PartialEq, Args)]
 pub struct MeshOptions {
-    /// Retile to so many vertices, spread evenly over the same surface (100 to 20,000,000).
-    /// Default: the mesh's own vertices.
+    /// Retile to this number of vertices, spread evenly over the same surface (100 to 20,000,000). Default: the
+    /// mesh's own vertices.
     #[arg(long)]
     pub vertices: Option<usize>,
     /// Refuse a mesh that needs repair.
     #[arg(long)]
     pub strict: bool,
-    /// Drop components smaller than this fraction of the mesh, by the diagonals of their boxes.
+    /// Remove components smaller than this fraction of the mesh, by the diagonals of bounding boxes.
     #[arg(long, default_value_t = 0.0)]
     pub specks: f64,
     /// Write the orientation field into the mesh (PLY: sx sy sz), for viewing or as a guide.
     #[arg(long)]
     pub orient: bool,
-    /// Write what is measured here: evenness, distance to the input, field, singularities, samples.
-    /// The prepared surface is kept beside the output, where synth finds it.
+    /// Write measurements as JSON: evenness, distance to the input, field, singularities, samples. The prepared
+    /// surface is kept beside the output, where synth finds it.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// Draw the field with its singularities, the levels and the distortion of patches into this
@@ -143,9 +143,11 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Claim the outputs.
         self.check()?;
         let surface_options = self.surface_options(session.seed());
         let _locks = self.files()?.claim()?;
+        // Read, clean and retile.
         let cleaning = CleaningOptions {
             strict: self.options.strict,
             specks: self.options.specks,
@@ -162,10 +164,12 @@ impl Arguments {
             }
         };
         outcome = with_shape(outcome, &user);
+        // Find the field where something needs it.
         if self.wants_field() {
             check_field_memory(&user, &surface_options)?;
             outcome = self.with_field(session, outcome, &mut user, &surface_options)?;
         }
+        // Write the mesh and the report.
         writing::write_user(&self.output, &user)?;
         if let Some(report) = &self.options.report {
             json_file::write(report, &Value::Object(outcome.figures.clone()))?;
@@ -243,7 +247,7 @@ impl Arguments {
         self.options.orient || self.is_measured()
     }
 
-    /// The mesh with so many even vertices, and how near it came to that.
+    /// The mesh with this many even vertices, and how near it came to that.
     fn retiled(
         &self,
         session: &Session,

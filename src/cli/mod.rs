@@ -1,4 +1,4 @@
-//! The command line: one file a subcommand, each options → library call → what the user reads.
+//! The command line: one file per subcommand, each options → library call → what the user reads.
 //!
 //! This room alone sees all others, and alone prints: reports on stdout, progress and warnings
 //! on stderr. Exit code 0: done; 1: the data or the machine is at fault; 2: the usage is; 129, 130,
@@ -134,12 +134,12 @@ pub(in crate::cli) enum Command {
     Man(manual::Arguments),
 }
 
-/// How to go on with a chain of stages after an interruption.
-const CHAIN_IF_INTERRUPTED: &str = "type the same command to go on: finished stages are skipped, \
-    an unfinished bake goes on after its last whole image, any other stage begins anew";
-/// How to go on after an interruption of a command that keeps nothing unfinished.
+/// How to continue with a chain of stages after an interruption.
+const CHAIN_IF_INTERRUPTED: &str = "type the same command to continue: finished stages are skipped, \
+    an unfinished bake continues after its last complete image, any other stage starts over";
+/// How to continue after an interruption of a command that keeps nothing unfinished.
 const STAGE_IF_INTERRUPTED: &str =
-    "type the same command to begin anew; this command keeps no unfinished work";
+    "type the same command to start over; this command keeps no unfinished work";
 
 impl Command {
     fn common(&self) -> &Common {
@@ -232,7 +232,7 @@ impl Command {
         }
     }
 
-    /// What a user types to go on after an interruption.
+    /// What a user types to continue after an interruption.
     fn if_interrupted(&self) -> &'static str {
         match self {
             Self::Bake(arguments) => arguments.if_interrupted(),

@@ -1,4 +1,4 @@
-//! What a command has to say when it is done: one outcome, shown to a person or as JSON.
+//! The outcome of a command, as text for a person or as JSON.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

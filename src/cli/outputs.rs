@@ -1,4 +1,4 @@
-//! What a command reads and writes, said before it touches anything; and the right to write it.
+//! What a command reads and writes, declared before it touches anything; and the claim of its outputs.
 //!
 //! Nothing that a user owns is replaced: an output must be a free name, an empty file or folder, or
 //! something of its kind that this program made. A folder is never replaced when it holds an input, or
@@ -176,13 +176,13 @@ impl Files {
                 }
                 if format == Format::Scene {
                     return Err(output.refusal(
-                        "a file is there, and a scene is made to be edited",
+                        "the file exists, and scenes are made to be edited",
                         "a free name (or delete the file first)",
                     ));
                 }
                 let name = format.name();
                 Err(output.refusal(
-                    format!("a file is there that is no {name} of this program"),
+                    format!("an existing file, not a {name} of this program"),
                     "a free name (or delete the file first)",
                 ))
             }
@@ -205,13 +205,13 @@ impl Files {
                 continue;
             };
             let found = if read.starts_with(&folder) {
-                format!("holds the input {}", input.display())
+                format!("contains the input {}", input.display())
             } else if folder.starts_with(&read) {
-                format!("lies in the input {}", input.display())
+                format!("is inside the input {}", input.display())
             } else {
                 continue;
             };
-            return Err(output.refusal(found, "a folder apart from all inputs"));
+            return Err(output.refusal(found, "a folder that is separate from all inputs"));
         }
         Ok(())
     }
@@ -319,10 +319,10 @@ mod tests {
             )
         };
         into(at("elsewhere.lp")).claim().unwrap();
-        assert!(refused(&into(at("x.sample/btf.json"))).contains("holds the input"));
-        assert!(refused(&into(root.path().to_path_buf())).contains("lies in the input"));
+        assert!(refused(&into(at("x.sample/btf.json"))).contains("contains the input"));
+        assert!(refused(&into(root.path().to_path_buf())).contains("is inside the input"));
         let roundabout = at("x.sample/../x.sample/btf.json");
-        assert!(refused(&into(roundabout)).contains("holds the input"));
+        assert!(refused(&into(roundabout)).contains("contains the input"));
     }
 
     #[test]
@@ -343,7 +343,7 @@ mod tests {
         fs::write(at("scan.ply"), "ply\nformat ascii 1.0\nend_header\n").unwrap();
         let mesh = Product::File(Format::Mesh);
         let files = Files::default().write("output", [&at("scan.ply")], mesh);
-        assert!(refused(&files).contains("no mesh of this program"));
+        assert!(refused(&files).contains("not a mesh of this program"));
         let twice = Files::default().write("output", [&at("a"), &at("./a")], mesh);
         assert!(refused(&twice).contains("two outputs"));
         let folder = Files::default().write(

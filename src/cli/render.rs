@@ -24,22 +24,22 @@ use crate::error::{Error, Result};
 use crate::format::ours::Format;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::memory;
+use crate::render::option_values::Sweep;
 use crate::render::options::RenderOptions;
 use crate::render::sequence::{self, Inputs, Report};
-use crate::render::values::Sweep;
 use crate::texton::options::ByteSize;
 use crate::textures::model::ModelOptions;
 use crate::textures::surface_color::SurfaceColor;
 
-/// How to go on after an interruption.
+/// How to continue after an interruption.
 pub const IF_INTERRUPTED: &str =
     "type the same command with --skip-existing to keep the finished frames";
 
 /// Render a decorated mesh to OpenEXR frames.
 ///
-/// An atlas is drawn on its mesh cut to about a vertex per texel, its holes cut out. A face of a face map has one
-/// value with vertex shading, and shows the sample inside with pixel shading. Each frame
-/// DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all.
+/// Each frame DIR/frame.0001.exr has a PNG preview beside it; a contact sheet shows them all. An atlas is drawn on
+/// its mesh subdivided to about one vertex per texel, without its transparent texels. A face of a face map has one
+/// colour with vertex shading, and shows the sample with pixel shading.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -59,20 +59,20 @@ pub struct Arguments {
     /// What was synthesized from it: a surface texton map, NAME.map.ply, an atlas, NAME.atlas, or a face map,
     /// NAME.faces.ply.
     pub map: PathBuf,
-    /// Folder of the frames; made when it is not there.
+    /// Folder of the frames; it is created if it does not exist.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Write the mesh with the vertices' colours under the first frame's view and light: bytes red, green,
     /// blue (sRGB), as MeshLab and Blender show them.
     #[arg(long, value_name = "FILE.ply")]
     pub vertex_colors: Option<PathBuf>,
-    /// Write the linear numbers beside these bytes, as floats r, g, b (`vertex_color` in Mitsuba).
+    /// Also write the linear values, as floats r, g, b (`vertex_color` in Mitsuba).
     #[arg(long, requires = "vertex_colors")]
     pub linear_colors: bool,
-    /// Render even though the map was made from a sample with another id.
+    /// Render even if the map was made from a sample with another id.
     #[arg(long)]
     pub force: bool,
-    /// Move the surface of an atlas along its normals by X mesh units per unit of its height channel.
+    /// Displace the surface of an atlas along its normals by X mesh units per unit of its height channel.
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub displace: Option<f64>,
     /// A plain colour that shows where the alpha channel of an atlas is transparent, in place of holes: sRGB,
@@ -107,9 +107,9 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.check()?;
         let _locks = self.files().claim()?;
-        let overviews = Overviews::new(&self.output, self.options.animation)?;
+        let overviews = Overviews::new(&self.output, self.options.files.animation)?;
         let sample = Sample::open(&self.sample)?;
-        let drawn_as = (self.look(), self.options.shading);
+        let drawn_as = (self.look(), self.options.image.shading);
         let surface = surface::read(&self.map, drawn_as, session.progress())?;
         let Surface { map, cover, id } = surface;
         self.check_memory(&sample, &map)?;
@@ -124,7 +124,7 @@ impl Arguments {
         };
         let outcome = self.write_vertex_colors(&inputs, Outcome::default(), session)?;
         let start = Instant::now();
-        let report = sequence::render(&inputs, &self.options, &session.progress())?;
+        let report = sequence::render(&inputs, &self.options, session.progress())?;
         let seconds = start.elapsed().as_secs_f64();
         let frames = report.files.iter().filter(|file| file.is_there);
         let outcome = describe(outcome, &report, &map, seconds)
@@ -148,7 +148,7 @@ impl Arguments {
                     "the sample laid out for shading ({}) and frames",
                     ByteSize(table)
                 ),
-                false => format!("frames of {} and their lights", options.size),
+                false => format!("frames of {} and their lights", options.image.size),
             },
             option: if table_is_more {
                 "table-memory"
@@ -164,7 +164,7 @@ impl Arguments {
 
     /// What the command reads and writes.
     pub fn files(&self) -> Files {
-        let table = match &self.options.sweep {
+        let table = match &self.options.sweep.kind {
             Sweep::File(path) => Some(path),
             _ => None,
         };
@@ -174,15 +174,15 @@ impl Arguments {
             .read_as(&[Kind::Map, Kind::Atlas, Kind::FaceMap], &self.map)
             .read(&atlas::files(&self.map))
             .read(table)
-            .read(&self.options.camera_path)
-            .read(&self.options.environment)
+            .read(&self.options.camera.camera_path)
+            .read(&self.options.lights.environment)
             .write("output", [&self.output], Product::Frames)
             .write(
                 "vertex-colors",
                 &self.vertex_colors,
                 Product::File(Format::Ply),
             );
-        if let Some(shard) = self.options.shard {
+        if let Some(shard) = self.options.files.shard {
             // Shards of one sweep write one folder side by side; any other two runs may not.
             let mut name = self.output.clone().into_os_string();
             name.push(format!(".shard-{}-of-{}", shard.index, shard.count));
@@ -206,7 +206,7 @@ impl Arguments {
         let (colors, _) = sequence::with_renderer(
             inputs,
             &self.options,
-            &session.progress(),
+            session.progress(),
             |renderer, frames| match frames.first() {
                 Some(first) => renderer.vertex_colors(&first.view, &first.lights),
                 None => Ok(Vec::new()),
@@ -224,6 +224,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
         replaced,
         ..
     } = report;
+    // Tell what was rendered.
     let mut outcome = outcome.line(format!(
         "{rendered} frames of {} vertices in {seconds:.2} s",
         map.mesh.positions.len()
@@ -236,9 +237,10 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             "in memory"
         };
         outcome = outcome.line(format!(
-            "the sample laid out for shading: {mebibytes:.0} MiB {place}"
+            "copy of the sample for shading: {mebibytes:.0} MiB {place}"
         ));
     }
+    // Tell what was chosen for the whole sequence.
     if let Some(front) = &report.front {
         outcome = outcome
             .line(front.describe())
@@ -249,12 +251,13 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             .line(parallax.describe())
             .figure("parallax", parallax.heights.is_some());
     }
+    // Tell what an earlier run had made.
     if *kept > 0 {
         outcome = outcome.line(format!("{kept} frames kept"));
     }
     if *replaced > 0 {
         outcome = outcome.line(format!(
-            "{replaced} frames of other options or inputs made anew"
+            "{replaced} frames of other options or inputs made again"
         ));
     }
     outcome

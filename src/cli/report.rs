@@ -23,7 +23,7 @@ use crate::format::ours::Format;
 use crate::report::page;
 use crate::report::summary::Summary;
 
-/// Make one page of everything that a scene made: sample, textons, mesh, map, quality, frames, times.
+/// Make a page of everything that a scene made: sample, textons, mesh, map, quality, frames, times.
 ///
 /// The page needs nothing from the network. What is not there is said on it.
 #[derive(Clone, Debug, Args)]
@@ -78,9 +78,11 @@ impl Arguments {
 
 /// The page, and what a person reads of it.
 fn page_of(products: &Products, session: &Session) -> Result<(String, Outcome)> {
+    // Make the page.
     let sample = products.sample.as_deref().map(Sample::open).transpose()?;
     let summary = summary_of(products, sample.as_ref(), session)?;
     let html = summary.page(sample.as_ref(), session.progress())?;
+    // Gather what it could not show.
     let missing: Vec<String> = [
         &summary.sample,
         &summary.textons,
@@ -93,6 +95,7 @@ fn page_of(products: &Products, session: &Session) -> Result<(String, Outcome)> 
     .chain(&summary.stage_notes)
     .cloned()
     .collect();
+    // Tell what it holds.
     let pictures = summary
         .sequences
         .iter()

@@ -17,17 +17,17 @@ use crate::progress::{Event, Progress};
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Common options")]
 pub struct Common {
-    /// Seed of everything drawn at random; the same seed gives the same bytes. Commands that draw
-    /// nothing take it too, so that a script can hand one seed to all. Default: 0, or the scene's.
+    /// Seed of all random numbers; the same seed gives the same bytes. Every command takes it, also those without
+    /// random numbers. Default: 0, or the scene's.
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Threads to work with; the result does not depend on it. Default: all cores.
+    /// Number of threads; the result does not depend on it. Default: all cores.
     #[arg(long)]
     pub threads: Option<usize>,
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print on stderr each stage as it ends, with its time.
+    /// Print each finished stage with its time on stderr.
     #[arg(long, short, conflicts_with = "quiet")]
     pub verbose: bool,
     /// Print the report, or the error, as JSON on stdout.
@@ -47,7 +47,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Sets up threads, progress and signals; `hint` says how to go on after an interruption.
+    /// Sets up threads, progress and signals; `hint` says how to continue after an interruption.
     pub fn new(common: &Common, hint: &'static str) -> Result<Self> {
         set_threads(common.threads)?;
         let terminal = Terminal::new(common.quiet, common.verbose);

@@ -38,6 +38,7 @@ use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
+use crate::synthesis::check::Plan;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::level_choice::LevelChoice;
@@ -51,9 +52,9 @@ use crate::synthesis::{check, quality};
 use crate::textures::channel::SampleChannel;
 use crate::textures::model::ModelOptions;
 
-/// How to go on after an interruption.
+/// How to continue after an interruption.
 pub const IF_INTERRUPTED: &str =
-    "type the same command with --resume to go on after the last finished level";
+    "type the same command with --resume to continue after the last finished level";
 
 /// Synthesize the surface texton map.
 #[derive(Debug, Args)]
@@ -94,7 +95,7 @@ pub struct Arguments {
     pub faces: FaceOutputs,
     #[command(flatten)]
     pub model: ModelOptions,
-    /// Take a table that was made from another space of the same size
+    /// Accept a table that was made from another space of the same size
     #[arg(long)]
     pub force: bool,
     /// Continue an interrupted run after its last finished level
@@ -116,7 +117,7 @@ impl Arguments {
             seed: session.seed(),
             ..self.options.clone()
         };
-        let (space, table) = self.read_exemplar(&options)?;
+        let (space, table, plan) = self.read_exemplar(&options)?;
         let started = Instant::now();
         let is_measured = self.report.is_some() || self.pictures.pictures.is_some();
         let physical = self.target.physical_texel(&space)?;
@@ -126,7 +127,13 @@ impl Arguments {
         let choice = target.choose_levels(exemplar, user.as_ref(), &options);
         let choice = choice.map_err(by_unit)?;
         let options = with_levels(options, choice.as_ref());
-        let prepared = target.prepare(user, exemplar, &options, is_measured, session);
+        // Chosen levels change the plan.
+        let plan = match &choice {
+            Some(_) => check::complete_for(&space, &table, &options)?,
+            None => plan,
+        };
+        let completed = (&options, &plan);
+        let prepared = target.prepare(user, exemplar, completed, is_measured, session);
         let prepared = prepared.map_err(by_unit)?;
         let target = prepared.target;
         let done = target.sites.with(Job {
@@ -138,7 +145,6 @@ impl Arguments {
             started,
             session,
         })?;
-        let plan = check::complete_for(&space, &table, &options)?;
         let circles = prepared.circles.map(CircleSource::name);
         let report = Report::new(
             &done.map,
@@ -241,7 +247,7 @@ impl Arguments {
         Ok(self.faces.files(self.pictures.files(files)))
     }
 
-    /// How to go on after an interruption.
+    /// How to continue after an interruption.
     pub fn if_interrupted(&self) -> &'static str {
         match self.is_onto_faces() {
             true => faces::IF_INTERRUPTED,
@@ -283,7 +289,7 @@ impl Arguments {
         }
     }
 
-    fn read_exemplar(&self, options: &SynthesisOptions) -> Result<(Space, NeighborTable)> {
+    fn read_exemplar(&self, options: &SynthesisOptions) -> Result<(Space, NeighborTable, Plan)> {
         let space = Space::read(&self.space)?;
         let Some(table) = self.read_table(&space)? else {
             return Err(Error::option(
@@ -292,11 +298,11 @@ impl Arguments {
                 "SPACE TABLE MESH",
             ));
         };
-        check::complete_for(&space, &table, options)?;
+        let plan = check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
         self.model
             .check_channels(&SampleChannel::of_space(&space))?;
-        Ok((space, table))
+        Ok((space, table, plan))
     }
 
     /// The table, if one is given; refuses that of another space.
@@ -385,18 +391,21 @@ impl WithSites for Job<'_> {
             controls: self.target.controls.as_ref(),
         };
         let options = self.options;
+        // Synthesize, level after level.
         let prepared = self.started.elapsed();
         let checkpoint = Checkpoint::new(&self.arguments.output, inputs, options)?;
         let LevelMap {
             coords, searched, ..
         } = self.synthesize(inputs, &checkpoint)?;
         let seconds = Seconds::new(prepared, self.started.elapsed());
+        // Make the map, and turn its edges by the exemplar's orientation.
         let (map, mut edges) = rayon::join(
             || surface_map(self.space, self.target, coords, options),
             || self.target.surface.edges(),
         );
         let pattern = PatternControls::of(self.space, options.method);
         pattern.turn_edges(&mut edges, &map.coords);
+        // Measure on the sites of the table's window.
         let measured = self.target.with_measured(Measure {
             job: &self,
             map: &map,
@@ -448,11 +457,13 @@ impl WithSites for Measure<'_> {
             sites,
             controls: None,
         };
+        // Measure edges alone where the sites have another window.
         let (coords, progress) = (&self.map.coords, session.progress());
         let window = table.levels[0].neighborhood.offsets.len();
         if sites.levels[0].samples_per_site() != window {
             return Ok(self.job.measure_edges(self.map, self.edges, sites));
         }
+        // Measure the figures, and beside them what pictures need.
         let (quality, energies) = rayon::join(
             || quality::measure(inputs, coords, self.edges, options.seed, progress),
             || arguments.pictures.energies(inputs, coords, progress),
@@ -485,8 +496,8 @@ impl Job<'_> {
         }
     }
 
-    /// Synthesizes level after level, each kept for a run that is interrupted. A level that cannot be
-    /// kept is told: the work goes on.
+    /// Synthesizes level after level, each kept for a run that is interrupted. A level that cannot be kept is told:
+    /// the work continues.
     fn synthesize<const N: usize, S: Sites<N>>(
         &self,
         inputs: Inputs<'_, S>,

@@ -1,5 +1,5 @@
-//! What a person sees while a command works: bars on stderr, none when it is piped; with `--verbose` a line
-//! per stage; warnings; errors. Colours are for terminals only, and none where `NO_COLOR` is set.
+//! What the terminal shows while a command works: bars on stderr, none when it is piped; with `--verbose` a line per
+//! stage; warnings; errors. Colours are for terminals only, and none where `NO_COLOR` is set.
 
 use std::io::{IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -129,7 +129,7 @@ pub fn print_help(message: &clap::Error) {
     let _ = message.print();
 }
 
-/// Prints on stderr what stopped a run and how to go on.
+/// Prints on stderr what stopped a run and how to continue.
 pub fn print_interruption(signal: &str, hint: &str) {
     print_error(&format!("interrupted by {signal}\n  hint: {hint}"));
 }

@@ -23,10 +23,10 @@ use crate::report::viewer::{ViewerOptions, viewer_page};
 /// The error that factors may leave where none is asked for.
 pub(in crate::cli) const DEFAULT_ERROR: f64 = 0.04;
 
-/// Make one page that shows a decorated surface in a browser: turn it, move the light.
+/// Make a page that shows a decorated surface in a browser, to turn it and move the light.
 ///
-/// The page needs WebGL 2 and nothing from the network. The sample is factored for it; the error that is left stands on
-/// the page. A page takes up to 30 MB; a surface that it has no room for is reduced.
+/// The page needs WebGL 2 and nothing from the network. The sample is factored for it, and the page states the error.
+/// A page has up to 30 MB; a surface that is too large for it is reduced.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -42,8 +42,8 @@ pub struct Arguments {
     /// The page to write, NAME.html.
     #[arg(short, long, value_name = "PAGE.html")]
     pub output: PathBuf,
-    /// The error that factors of the sample may leave, relative to the root mean square of all values. It grows where a
-    /// page has no room for it.
+    /// Greatest error of the sample's factors, relative to the root mean square of all values. It is larger if the
+    /// page would become too large.
     #[arg(long, value_name = "E", default_value_t = DEFAULT_ERROR)]
     pub error: f64,
     /// The axis of the mesh that points up.
@@ -52,7 +52,7 @@ pub struct Arguments {
     /// The side of the mesh that is seen first. Default: as `render` chooses it, from the mesh's shape.
     #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true)]
     pub front: Option<Axis>,
-    /// Make the page even though the map was made from a sample with another id.
+    /// Make the page even if the map was made from a sample with another id.
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
@@ -86,6 +86,7 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Claim the output, and read sample and map.
         self.check()?;
         let _locks = self.files().claim()?;
         let begun = Instant::now();
@@ -93,10 +94,12 @@ impl Arguments {
         let drawn_as = (Look::default(), Shading::Pixel);
         let map = surface::read(&self.map, drawn_as, session.progress())?.map;
         self.check_pair(&sample, &map)?;
+        // Make the page.
         let title = name_of(&self.map);
         let made = viewer_page((&sample, &map), &title, &self.options(), session.progress())
             .map_err(|error| error.in_file(&self.map))?;
         page::write(&self.output, &made.html)?;
+        // Tell what it holds.
         let megabytes = made.html.len() as f64 / 1e6;
         let mut outcome = Outcome::default().line(format!(
             "{} vertices, factors of up to {} eigentextures per view: error {:.2} % of the root mean square of all values",

@@ -1,6 +1,6 @@
-//! Numbers that begin where a line of the processor's cache does, so that whole lanes lie in one line.
+//! Numbers that begin at a cache line of the processor, so that SIMD lanes do not cross lines.
 //!
-//! In: how many are wanted. Out: a slice to fill.
+//! In: their number. Out: a slice to fill.
 
 use bytemuck::{Pod, Zeroable};
 

@@ -111,6 +111,7 @@ impl Channel {
 
     /// Checks everything but the other channels.
     fn check(&self, depth: usize) -> Result<()> {
+        // Check its name, and its place among a texel's numbers.
         let fault = |field: &str, found: String| Error::data(field, found);
         let length = self.name.chars().count();
         if length == 0 || length > LONGEST_NAME || self.name.chars().any(char::is_control) {
@@ -132,6 +133,7 @@ impl Channel {
                 self.count
             )));
         }
+        // Check weight and range.
         if !(0.0..=MOST_WEIGHT).contains(&self.weight) {
             return Err(
                 fault("weight", self.weight.to_string()).expected(format!("0 to {MOST_WEIGHT:e}"))
@@ -201,7 +203,7 @@ pub(super) fn depth_of(levels: &[SpaceLevel]) -> Result<usize> {
         None => Ok(first),
         Some(at) => Err(Error::data(
             format!("L{}/features", at + 1),
-            "another number of features",
+            "a different number of features",
         )
         .expected(format!("{first} per texel, as on level 0"))),
     }
@@ -209,6 +211,7 @@ pub(super) fn depth_of(levels: &[SpaceLevel]) -> Result<usize> {
 
 /// Every number belongs to one channel. The list is sorted by the first numbers.
 fn check(list: &[Channel], depth: usize) -> Result<()> {
+    // Check each channel alone; no two share a name.
     let mut names = BTreeSet::new();
     for channel in list {
         let place = |error| error_at(&format!("channel `{}`", shortened(&channel.name)), error);
@@ -220,6 +223,7 @@ fn check(list: &[Channel], depth: usize) -> Result<()> {
             );
         }
     }
+    // Check that the channels follow each other without gap or overlap.
     let mut free = 0;
     for (at, channel) in list.iter().enumerate() {
         let numbers = channel.numbers();

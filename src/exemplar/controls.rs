@@ -88,6 +88,7 @@ impl Controls {
 
     /// Checks sizes and values against a level of `grid`.
     pub fn check(&self, grid: TexelGrid) -> Result<()> {
+        // Check the labels.
         let sides = [grid.height as usize, grid.width as usize];
         if let Some(mask) = &self.mask {
             check_shape("mask", mask, &sides)?;
@@ -99,6 +100,7 @@ impl Controls {
                     .expected(format!("0 to {}", MASK_LABELS - 1)));
             }
         }
+        // Check the transition.
         if let Some(transition) = &self.transition {
             check_shape("transition", transition, &sides)?;
             let wrong = transition
@@ -108,6 +110,7 @@ impl Controls {
                 return Err(fault("transition", row, col, value.to_string()).expected("0 to 1"));
             }
         }
+        // Check the orientation.
         if let Some(orientation) = &self.orientation {
             check_shape("orientation", orientation, &[sides[0], sides[1], 2])?;
             for (at, vector) in orientation.rows().into_iter().enumerate() {

@@ -3,8 +3,8 @@
 //! In: what stands at the places of two rows. Out: for some columns x of one and all columns x′ of the
 //! other Σ_o d(x + o, x′ + o).
 //!
-//! Lanes hold *turns*: lane c beside column x stands for column x + c, so that a window moves along a
-//! diagonal within its lane. Columns are counted round, the border's too; sums are put down at the columns
+//! Lanes hold *shifts*: lane c beside column x stands for column x + c, so that a window moves along a
+//! diagonal within its lane. Columns are counted round, the border's too; sums are stored at the columns
 //! they are for.
 
 use std::iter::Take;
@@ -20,7 +20,7 @@ pub type Lanes = [f32; LANES];
 
 /// The part of two rows that is summed along x.
 #[derive(Clone, Copy)]
-pub struct Along {
+pub struct WindowRow {
     /// The first column.
     pub first: usize,
     /// How many columns.
@@ -33,7 +33,13 @@ pub struct Along {
 
 /// Sums along x of the distances of labelled places.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-pub fn label_sums(along: Along, table: &Array2<f32>, from: &[u32], to: &[u32], sums: &mut [f32]) {
+pub fn label_sums(
+    along: WindowRow,
+    table: &Array2<f32>,
+    from: &[u32],
+    to: &[u32],
+    sums: &mut [f32],
+) {
     let (features, table) = (table.ncols(), table.as_slice().unwrap_or_default());
     let pair = LabelRows {
         features,
@@ -46,7 +52,7 @@ pub fn label_sums(along: Along, table: &Array2<f32>, from: &[u32], to: &[u32], s
 
 /// Sums along x of the squared distances of vectors.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-pub fn vector_sums(along: Along, depth: usize, from: &[f32], to: &[f32], sums: &mut [f32]) {
+pub fn vector_sums(along: WindowRow, depth: usize, from: &[f32], to: &[f32], sums: &mut [f32]) {
     let pair = VectorRows {
         depth,
         from,
@@ -58,8 +64,8 @@ pub fn vector_sums(along: Along, depth: usize, from: &[f32], to: &[f32], sums: &
 
 /// Two rows of the bordered grid.
 trait RowPair {
-    /// Distances of a place of one row to those of the other that lie some turns behind, lane by lane.
-    fn distances(&self, place: usize, turn: usize) -> Lanes;
+    /// Distances of a place of one row to those of the other that lie some shifts behind, lane by lane.
+    fn distances(&self, place: usize, shift: usize) -> Lanes;
 }
 
 struct LabelRows<'a> {
@@ -71,9 +77,9 @@ struct LabelRows<'a> {
 
 impl RowPair for LabelRows<'_> {
     #[inline(always)]
-    fn distances(&self, place: usize, turn: usize) -> Lanes {
+    fn distances(&self, place: usize, shift: usize) -> Lanes {
         let row = &self.table[self.from[place] as usize * self.features..][..self.features];
-        let others = &self.to[place + turn..][..LANES];
+        let others = &self.to[place + shift..][..LANES];
         let mut distances = [0.0; LANES];
         for lane in 0..LANES {
             distances[lane] = row[others[lane] as usize];
@@ -92,10 +98,10 @@ struct VectorRows<'a> {
 
 impl RowPair for VectorRows<'_> {
     #[inline(always)]
-    fn distances(&self, place: usize, turn: usize) -> Lanes {
+    fn distances(&self, place: usize, shift: usize) -> Lanes {
         let own = &self.from[place * self.depth..][..self.depth];
         let mut distances = [0.0; LANES];
-        let mut begin = place + turn;
+        let mut begin = place + shift;
         for own in own {
             let others = &self.to[begin..][..LANES];
             for lane in 0..LANES {
@@ -108,16 +114,16 @@ impl RowPair for VectorRows<'_> {
     }
 }
 
-impl Along {
+impl WindowRow {
     /// Turns, rounded up to whole lanes.
-    pub fn turns(self) -> usize {
+    pub fn shifts(self) -> usize {
         self.period.next_multiple_of(LANES)
     }
 
     /// Numbers from one column's sums to the next column's; they begin with a block of lanes that is
     /// not used.
     pub fn step(self) -> usize {
-        self.turns() + LANES
+        self.shifts() + LANES
     }
 
     /// Numbers of all columns' sums, and the block of lanes behind them that is not used.
@@ -139,19 +145,19 @@ impl Along {
     /// The window's distances stay in registers.
     #[inline(always)]
     fn add_at_hand<const WINDOW: usize>(self, rows: impl RowPair, sums: &mut [f32]) {
-        for turn in (0..self.turns()).step_by(LANES) {
+        for shift in (0..self.shifts()).step_by(LANES) {
             let mut latest = [[0.0; LANES]; WINDOW];
             for at in 0..self.columns + WINDOW - 1 {
                 for newer in 1..WINDOW {
                     latest[newer - 1] = latest[newer];
                 }
-                latest[WINDOW - 1] = rows.distances(self.first + at, turn);
+                latest[WINDOW - 1] = rows.distances(self.first + at, shift);
                 if at + 1 >= WINDOW {
                     let mut sum = latest[0];
                     for term in &latest[1..] {
                         add_lanes(&mut sum, term);
                     }
-                    self.put(sums, at + 1 - WINDOW, turn, sum);
+                    self.store(sums, at + 1 - WINDOW, shift, sum);
                 }
             }
         }
@@ -160,23 +166,23 @@ impl Along {
     #[inline(always)]
     fn add_any(self, rows: impl RowPair, sums: &mut [f32]) {
         let mut found = vec![[0.0; LANES]; self.columns + self.window - 1];
-        for turn in (0..self.turns()).step_by(LANES) {
+        for shift in (0..self.shifts()).step_by(LANES) {
             for (at, found) in found.iter_mut().enumerate() {
-                *found = rows.distances(self.first + at, turn);
+                *found = rows.distances(self.first + at, shift);
             }
             for (column, window) in found.windows(self.window).enumerate() {
                 let mut sum = [0.0; LANES];
                 window.iter().for_each(|term| add_lanes(&mut sum, term));
-                self.put(sums, column, turn, sum);
+                self.store(sums, column, shift, sum);
             }
         }
     }
 
     /// Puts down the sums of a column at the columns they are for; twice where they go round.
     #[inline(always)]
-    fn put(self, sums: &mut [f32], column: usize, turn: usize, sum: Lanes) {
+    fn store(self, sums: &mut [f32], column: usize, shift: usize, sum: Lanes) {
         let begin = column * self.step() + LANES;
-        let mut other = self.first + column + turn;
+        let mut other = self.first + column + shift;
         if other >= self.period {
             other -= self.period;
         }
@@ -197,7 +203,7 @@ fn add_lanes(sum: &mut Lanes, term: &Lanes) {
 /// Adds the sums of pairs of rows that follow each other, as many as a window has. A target each column
 /// begins with the distances to `width` columns.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-pub fn add_rows(along: Along, rows: &[f32], targets: Take<ChunksMut<'_, f32>>, width: usize) {
+pub fn add_rows(along: WindowRow, rows: &[f32], targets: Take<ChunksMut<'_, f32>>, width: usize) {
     for (column, target) in targets.enumerate() {
         let begin = column * along.step() + LANES;
         let (whole, rest) = target[..width].as_chunks_mut::<LANES>();
@@ -212,7 +218,7 @@ pub fn add_rows(along: Along, rows: &[f32], targets: Take<ChunksMut<'_, f32>>, w
 }
 
 #[inline(always)]
-fn sum_of_rows(along: Along, rows: &[f32], begin: usize) -> Lanes {
+fn sum_of_rows(along: WindowRow, rows: &[f32], begin: usize) -> Lanes {
     let mut total = [0.0; LANES];
     for row in 0..along.window {
         let sums = &rows[row * along.size() + begin..][..LANES];

@@ -16,7 +16,7 @@ use crate::exemplar::space::{Features, SpaceLevel};
 pub const LANES: usize = 16;
 
 /// A block of a feature vector.
-pub type Block = [f32; LANES];
+pub type LaneBlock = [f32; LANES];
 
 /// The feature vectors of a level, the default's last.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,31 +28,31 @@ pub struct Embedding {
     /// Vectors, the default's included.
     pub rows: usize,
     /// The first blocks of all vectors, then their second ones, and so on: the first say most.
-    vectors: Vec<Block>,
+    vectors: Vec<LaneBlock>,
     /// Share of the spectrum kept.
     pub kept: f64,
 }
 
 impl Embedding {
-    /// The feature vectors of a level, keeping a share `energy` of Φc's spectrum.
-    pub fn new(level: &SpaceLevel, energy: f64) -> Self {
+    /// The feature vectors of a level, keeping a share `spectrum` of Φc's spectrum.
+    pub fn new(level: &SpaceLevel, spectrum: f64) -> Self {
         match &level.features {
-            Features::Textons { gram, .. } => Self::of_gram(gram, energy),
+            Features::Textons { gram, .. } => Self::of_gram(gram, spectrum),
             Features::Vectors(vectors) => Self::of_vectors(vectors),
         }
     }
 
     /// One block of every vector, by feature row.
     #[inline(always)]
-    pub fn plane(&self, block: usize) -> &[Block] {
+    pub fn plane(&self, block: usize) -> &[LaneBlock] {
         &self.vectors[block * self.rows..][..self.rows]
     }
 
-    fn of_gram(gram: &Array2<f32>, energy: f64) -> Self {
+    fn of_gram(gram: &Array2<f32>, spectrum: f64) -> Self {
         let centred = centred(gram);
         let count = centred.nrows();
         let eigen = SymmetricEigen::new(centred);
-        let leading = leading(eigen.eigenvalues.as_slice(), energy);
+        let leading = leading(eigen.eigenvalues.as_slice(), spectrum);
         let total: f64 = eigen.eigenvalues.iter().map(|value| value.max(0.0)).sum();
         let held: f64 = leading.iter().map(|&i| eigen.eigenvalues[i].max(0.0)).sum();
         let component = |row: usize, &column: &usize| {
@@ -120,18 +120,18 @@ fn centred(gram: &Array2<f32>) -> DMatrix<f64> {
     })
 }
 
-/// The fewest leading positive eigenvalues whose sum is at least `energy` of all positive ones.
-fn leading(values: &[f64], energy: f64) -> Vec<usize> {
+/// The fewest leading positive eigenvalues whose sum is at least `spectrum` of all positive ones.
+fn leading(values: &[f64], spectrum: f64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..values.len()).filter(|&i| values[i] > 0.0).collect();
     order.sort_by(|&a, &b| values[b].total_cmp(&values[a]).then(a.cmp(&b)));
-    if energy >= 1.0 {
+    if spectrum >= 1.0 {
         return order;
     }
     let total: f64 = order.iter().map(|&i| values[i]).sum();
     let mut held = 0.0;
     let enough = order.iter().position(|&i| {
         held += values[i];
-        held >= energy * total
+        held >= spectrum * total
     });
     order.truncate(enough.map_or(order.len(), |last| last + 1));
     order

@@ -1,4 +1,4 @@
-//! How large the features of a sample are: the lag at which its texels stop resembling themselves.
+//! The size of a sample's features, by the autocorrelation of its texels.
 //!
 //! In: a level of a space. Out: twice the lag at which the autocorrelation of the features falls to ½, along the axis
 //! where that is longer. ρ(d) = 1 − E‖F(x) − F(x + d)‖² / E‖F(x) − F(y)‖², where x and y are any two texels; the

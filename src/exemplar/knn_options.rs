@@ -1,6 +1,6 @@
 //! What a user may choose about the neighbour table.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::exemplar::margin::Margin;
@@ -22,23 +22,23 @@ const LARGEST_SEPARATION: u32 = 16_384;
 const CHEAP_TEXELS: usize = 1 << 14;
 
 /// How neighbours are searched.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Search {
-    /// Exact up to 128 × 128 texels, two-level beyond.
+    /// Exact up to 128 × 128 texels, two-level for larger samples.
     #[default]
     Auto,
-    /// Every texel against every other.
+    /// Every texel is compared with every other.
     Exact,
     /// Through the parent level's nearest (Tong 2002 §5.2); the coarsest level stays exact.
     TwoLevel,
 }
 
 /// Options of the neighbour table.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct KnnOptions {
-    /// Neighbours a texel, itself included (Tong 2002 §5.2: 11).
+    /// Neighbours per texel, itself included (Tong 2002 §5.2: 11).
     #[arg(long, default_value_t = Self::default().k, value_name = "N")]
     pub k: u32,
     /// Width of the window on the level itself, in texels; odd.
@@ -51,14 +51,14 @@ pub struct KnnOptions {
     /// level. Default: 5 % of the level's shorter side, at least 1.
     #[arg(long, value_name = "N")]
     pub min_separation: Option<u32>,
-    /// Texels nearer than this to the border of a sample that does not tile are neither listed nor picked by synthesis;
-    /// `full`: those whose windows cross the border are not.
+    /// Texels nearer than this to the border of a sample that does not tile are neither listed nor picked by
+    /// synthesis; `full`: nor are those whose windows cross the border.
     #[arg(long, default_value_t = Self::default().margin, value_name = "N|full")]
     pub margin: Margin,
     /// How neighbours are searched.
     #[arg(long, value_enum, default_value_t = Self::default().search)]
     pub search: Search,
-    /// Parents that two-level search considers first (Tong 2002 §5.2: 100).
+    /// Parents that the two-level search considers first (Tong 2002 §5.2: 100).
     #[arg(long, default_value_t = Self::default().candidates, value_name = "N")]
     pub candidates: u32,
     /// List only texels whose transition differs by less than this (Zhang 2003 eq. 1: 0.1), 0 to 1; for a space
@@ -86,6 +86,7 @@ impl Default for KnnOptions {
 impl KnnOptions {
     /// Refuses numbers no table can have.
     pub fn validate(&self) -> Result<()> {
+        // Check the counts.
         for (name, value, least, most, why) in [
             (
                 "k",
@@ -118,6 +119,7 @@ impl KnnOptions {
             }
         }
         check_tolerance(self.transition_tolerance)?;
+        // Check the widths.
         for (name, width) in [
             ("neighborhood", self.neighborhood),
             ("coarse-neighborhood", self.coarse_neighborhood),

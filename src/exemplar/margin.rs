@@ -25,7 +25,7 @@ pub enum Margin {
     /// none. It leaves coarse levels little more than their middle (10 × 10 of 16 × 16 texels), which finer levels
     /// inherit.
     Full,
-    /// At least so many texels of its level.
+    /// At least this many texels of its level.
     Texels(u32),
 }
 

@@ -17,34 +17,35 @@
 //! | [`embedding`], [`aligned_buffer`] | features as short vectors of the same distances |
 
 mod aligned_buffer;
-pub mod channels;
-pub mod controls;
+pub(crate) mod channels;
+pub(crate) mod controls;
 pub(crate) mod dense_windows;
 mod diagonal_sums;
 pub(crate) mod embedding;
-pub mod feature_size;
-pub mod knn_options;
+pub(crate) mod feature_size;
+pub(crate) mod knn_options;
 pub(crate) mod level;
 mod level_distances;
-pub mod margin;
+pub(crate) mod margin;
 mod neighbor_list;
 pub mod neighbor_table;
-pub mod plain_images;
+pub(crate) mod plain_images;
 mod requirements;
 mod separated_neighbors;
-pub mod space;
+pub(crate) mod space;
 mod space_level;
 pub(crate) mod square_window;
 mod texel_block;
 mod two_level;
 mod value_range;
 mod window_distance;
-pub mod windows;
+pub(crate) mod windows;
 
 pub use channels::{Channel, ChannelKind, Channels};
 pub use controls::{ControlKind, Controls};
-pub use knn_options::KnnOptions;
+pub use knn_options::{KnnOptions, Search};
 pub use margin::Margin;
 pub use neighbor_table::{NeighborTable, TableLevel};
 pub use plain_images::{ChannelImage, space_of_images};
-pub use space::{Features, Space, SpaceLevel};
+pub use space::{Features, Kind, Space, SpaceLevel, space_of_vocabulary};
+pub use windows::Windows;

@@ -1,10 +1,9 @@
 //! The neighbour table (Tong 2002 §5.2): the k nearest texels of every texel, by the distance of
 //! their neighbourhoods. In: a space. Out: the file `NAME.knn.npz`.
 //!
-//! Neighbours are taken greedily, nearest first, each `min_separation` away from the texel and from
-//! all taken: the nearest of a smooth sample are its own surroundings, and a map made of them
-//! drifts.
-//! Deviation: Tong 2002 §5.2 takes the nearest without separation (`--min-separation 1`).
+//! Neighbours are taken greedily, nearest first, each `min_separation` away from the texel and from all taken: the
+//! nearest of a smooth sample are the texels next to it, and a map made of them drifts. Deviation: Tong 2002 §5.2
+//! takes the nearest without separation (`--min-separation 1`).
 
 use std::path::Path;
 
@@ -25,12 +24,12 @@ use crate::exemplar::square_window::check_square;
 use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::two_level::TwoLevelSearch;
 use crate::format::id::ContentId;
+use crate::format::json::as_map;
 use crate::format::npz;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::neighborhood::Neighborhood;
 use crate::progress::Progress;
-use crate::texton::vocabulary::as_map;
 
 /// `format` in the file's `meta.json`.
 pub const FORMAT: &str = "mesotex-knn";
@@ -93,8 +92,8 @@ const SEARCHED: u64 = 600;
 /// The program.
 const PROGRAM: u64 = 16 << 20;
 
-/// Bytes that the tables of a space take while they are built by so many threads, measured on samples of
-/// 64 × 64 to 256 × 256 texels.
+/// Bytes that the tables of a space take while they are built by this many threads, measured on samples of 64 × 64 to
+/// 256 × 256 texels.
 pub fn bytes_to_build(space: &Space, options: &KnnOptions, threads: usize) -> u64 {
     let levels = space.levels.iter().enumerate();
     let exact = levels.filter(|(at, level)| {
@@ -117,6 +116,7 @@ pub fn build_and_measure(
     options: &KnnOptions,
     progress: Progress<'_>,
 ) -> Result<(NeighborTable, Vec<LevelSearch>)> {
+    // Refuse options that the space cannot meet.
     options.validate()?;
     if let Some(finest) = space.levels.first() {
         options.margin.check(finest.grid)?;
@@ -134,6 +134,7 @@ pub fn build_and_measure(
             return Err(too_few(at, level.grid, k, level.grid.len(), separation));
         }
     }
+    // Find the neighbours of each level.
     let built = (0..space.levels.len())
         .map(|at| build_level(space, at, options, progress))
         .collect::<Result<Vec<_>>>()?;
@@ -156,12 +157,14 @@ fn build_level(
     options: &KnnOptions,
     progress: Progress<'_>,
 ) -> Result<(TableLevel, LevelSearch)> {
+    // Lay out the windows, and find which texels are whole.
     let grid = space.levels[at].grid;
     let (fine_width, coarse_width) = options.widths(at + 1 < space.levels.len());
     let neighborhood = Neighborhood::square(fine_width, coarse_width);
     let min_separation = options.separation(grid, at);
     let fits = |texel| neighborhood.fits(grid, texel);
     let whole = options.margin.whole_texels(grid, options.k as usize, fits);
+    // Search, and keep as many neighbours per texel as were asked for.
     let search = options.search_at(grid, at + 1 < space.levels.len());
     progress.begin(format!("neighbours, level {at}"), 0);
     let task = LevelTask {
@@ -351,6 +354,7 @@ impl NeighborTable {
 
     /// Reads a file and checks that its parts belong together.
     pub fn read(path: &Path) -> Result<Self> {
+        // Check what the file is.
         let mut file = npz::Reader::open(path)?;
         let head: Value = file.meta()?;
         let format = head.get("format").and_then(Value::as_str).unwrap_or("none");
@@ -365,6 +369,7 @@ impl NeighborTable {
                 .fault("meta.json: version", meta.version.to_string())
                 .expected(VERSION.to_string()));
         }
+        // Check the numbers that hold for all levels.
         let Some(id) = meta.id else {
             return Err(file.fault("meta.json: id", "missing"));
         };
@@ -380,6 +385,7 @@ impl NeighborTable {
                 .fault("meta.json", format!("{count} levels, k {}", meta.k))
                 .expected(format!("1 to {MOST_LEVELS} levels, k 1 or more")));
         }
+        // Read level after level.
         let levels = meta
             .levels
             .into_iter()
@@ -486,6 +492,7 @@ fn check_window(field: &str, offsets: &[[i32; 2]], weights: &[f32]) -> Result<()
 }
 
 fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> Result<TableLevel> {
+    // Check the shapes.
     let (neighbors_name, distances_name) = (format!("L{at}/neighbors"), format!("L{at}/distances"));
     let neighbors = file.array::<u32, Ix2>(&neighbors_name)?;
     let distances = file.array::<f32, Ix2>(&distances_name)?;
@@ -498,6 +505,7 @@ fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> R
             )
             .expected(format!("[texels, {k}] both, as meta.json's k says")));
     }
+    // Check that each entry is a texel, each distance a number, and the texel itself first.
     if let Some((place, index)) = neighbors
         .indexed_iter()
         .find(|(_, i)| **i as usize >= texels)

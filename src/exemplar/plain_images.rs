@@ -113,6 +113,7 @@ fn stored_numbers(kind: ChannelKind, image: &FloatImage) -> Cow<'_, [f32]> {
 }
 
 fn check(images: &[ChannelImage], levels: u32, tileable: bool) -> Result<TexelGrid> {
+    // Check that all images have one size.
     let Some(first) = images.first().map(|of| &of.image) else {
         return Err(Error::option("images", "none", "1 or more"));
     };
@@ -124,6 +125,7 @@ fn check(images: &[ChannelImage], levels: u32, tileable: bool) -> Result<TexelGr
                 .expected(format!("{}, as the first image", size(first))));
         }
     }
+    // Check that the levels fit it.
     let shortest = first.width.min(first.height);
     if levels == 0 || levels > 1 + shortest.ilog2() {
         return Err(Error::option(

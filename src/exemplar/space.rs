@@ -12,15 +12,17 @@ use serde_json::Value;
 
 pub use crate::exemplar::space_level::{Features, SpaceLevel};
 
+use crate::btf::texel_size::check_texel_mm;
 use crate::error::{Error, Result};
 use crate::exemplar::channels::{self, Channel, Channels};
 use crate::exemplar::controls::Controls;
 use crate::exemplar::space_level::{LARGEST, is_sound};
 use crate::format::id::ContentId;
+use crate::format::json::as_map;
 use crate::format::npz;
 use crate::grid::TexelGrid;
 use crate::texton::dot_products::{RowVectors, dot_products};
-use crate::texton::vocabulary::{Vocabulary, VocabularyLevel, as_map, label_image};
+use crate::texton::vocabulary::{Vocabulary, VocabularyLevel, label_image};
 
 /// `format` in the file's `meta.json`.
 pub const FORMAT: &str = "mesotex-space";
@@ -75,7 +77,7 @@ struct Meta {
 
 /// The space of a vocabulary: the textons' dot products in place of their appearance vectors.
 /// It has no id of its own until it is [written](Space::write).
-pub fn from_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Result<Space> {
+pub fn space_of_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Result<Space> {
     let levels = vocabulary.levels.iter().enumerate();
     Ok(Space {
         levels: levels.map(space_level).collect::<Result<_>>()?,
@@ -158,6 +160,7 @@ impl Space {
     /// Writes the file; `textons` is the id of the vocabulary it came from, if any. The space
     /// takes the id of what was written.
     pub fn write(&mut self, path: &Path, textons: Option<&ContentId>) -> Result<()> {
+        // Describe it.
         let meta = Meta {
             format: FORMAT.into(),
             version: VERSION,
@@ -170,6 +173,7 @@ impl Space {
             channels: self.stated_channels()?,
             id: None,
         };
+        // Write the features and controls of each level.
         self.id = npz::write(path, as_map(&meta)?, |file| {
             for (at, level) in self.levels.iter().enumerate() {
                 match &level.features {
@@ -246,14 +250,7 @@ fn read_meta(file: &mut npz::Reader) -> Result<Meta> {
             .fault("meta.json: version", meta.version.to_string())
             .expected(VERSION.to_string()));
     }
-    if let Some(size) = meta
-        .texel_mm
-        .filter(|size| !(*size > 0.0 && size.is_finite()))
-    {
-        return Err(file
-            .fault("meta.json: texel_mm", size.to_string())
-            .expected("a length above 0"));
-    }
+    check_texel_mm(file, meta.texel_mm)?;
     if !(1..=32).contains(&meta.levels) {
         return Err(file
             .fault("meta.json: levels", meta.levels.to_string())
@@ -324,7 +321,7 @@ fn read_features(file: &mut npz::Reader, at: usize, tileable: bool) -> Result<Sp
     if features.is_empty() {
         return Err(file
             .fault(&name, format!("shape [{height}, {width}, {depth}]"))
-            .expected("at least one texel and one number a texel"));
+            .expected("at least one texel and one number per texel"));
     }
     let sound = |value: &&f32| is_sound(**value * **value);
     if let Some(value) = features.iter().find(|value| !sound(value)) {

@@ -1,5 +1,5 @@
-//! Rectangles of texels: what the search of the neighbour table does at a time, so that their
-//! distances to all texels stay near the processor.
+//! Rectangles of texels: what the search of the neighbour table does at a time, so that their distances to all texels
+//! stay in the cache.
 
 use std::ops::Range;
 

@@ -11,14 +11,14 @@
 use ndarray::Array2;
 
 use crate::exemplar::aligned_buffer::AlignedNumbers;
-use crate::exemplar::diagonal_sums::{Along, LANES, add_rows, label_sums, vector_sums};
+use crate::exemplar::diagonal_sums::{LANES, WindowRow, add_rows, label_sums, vector_sums};
 use crate::exemplar::space::{Features, SpaceLevel};
 use crate::exemplar::texel_block::TexelBlock;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 
 /// What stands at every place of the level and of a border around it: once as the bordered grid is,
-/// row by row; and once each row as often round as turns are read.
+/// row by row; and once each row as often round as shifts are read.
 enum Places {
     /// Indices into a table of squared distances [features, features].
     Labels {
@@ -56,15 +56,17 @@ pub struct WindowBuffers {
 impl WindowDistances {
     /// Windows of odd `width` on a level.
     pub fn new(level: &SpaceLevel, width: u32) -> Self {
+        // Lay the rows out with a border that wraps or holds the default texel.
         let (grid, radius) = (level.grid, width as usize / 2);
         let side = grid.width as usize + 2 * radius;
         let period = match grid.tileable {
             true => grid.width as usize,
             false => side,
         };
-        let turns = period.next_multiple_of(LANES);
+        let shifts = period.next_multiple_of(LANES);
         let once = places(grid, radius, 0..side);
-        let round = places(grid, radius, (0..side + turns).map(|col| col % period));
+        let round = places(grid, radius, (0..side + shifts).map(|col| col % period));
+        // Put labels or vectors at these places.
         let places = match &level.features {
             Features::Textons { labels, gram } => {
                 let default = gram.nrows() as u32 - 1;
@@ -89,7 +91,7 @@ impl WindowDistances {
                 };
                 Places::Vectors {
                     once: once.iter().flat_map(vector).copied().collect(),
-                    round: round.chunks(side + turns).flat_map(of_row).collect(),
+                    round: round.chunks(side + shifts).flat_map(of_row).collect(),
                     depth,
                 }
             }
@@ -186,7 +188,7 @@ impl WindowDistances {
         buffers: &mut WindowBuffers,
         out: &mut [f32],
     ) {
-        let along = Along {
+        let along = WindowRow {
             first: block.cols.start,
             columns: block.cols.len(),
             window: self.window(),
@@ -209,8 +211,8 @@ impl WindowDistances {
 
     /// Squared distances of the places of one row of the bordered grid to those of another, summed
     /// along x.
-    fn row_sums(&self, from: usize, to: usize, along: Along, sums: &mut [f32]) {
-        let (side, round_side) = (self.side(), self.side() + along.turns());
+    fn row_sums(&self, from: usize, to: usize, along: WindowRow, sums: &mut [f32]) {
+        let (side, round_side) = (self.side(), self.side() + along.shifts());
         match &self.places {
             Places::Labels { once, round, table } => {
                 let (from, to) = (&once[from * side..][..side], &round[to * round_side..]);

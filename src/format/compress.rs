@@ -47,11 +47,9 @@ pub fn expand(bytes: &[u8]) -> Result<Vec<u8>> {
         }
         table.put(code, &mut out)?;
         if out.len() > most {
-            return Err(
-                Error::data("file", "it expands beyond all measure").expected(format!(
-                    "at most {EXPANSION_FACTOR} bytes per byte of the file"
-                )),
-            );
+            return Err(Error::data("file", "it expands too far").expected(format!(
+                "at most {EXPANSION_FACTOR} bytes per byte of the file"
+            )));
         }
     }
     Ok(out)

@@ -37,10 +37,12 @@ use crate::format::polygon_mesh::PolygonMesh;
 
 /// Parses a glTF file's bytes; buffers outside lie beside `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
+    // Read the description and the buffers.
     let mut description = Description::read(bytes)?;
     let unneeded = extensions::settle(&mut description.json)?;
     let file = description.file()?;
     let buffers = Buffers::read(&file, path)?;
+    // Gather the meshes of the scene, each in its place; without a scene, all meshes.
     let nodes = Nodes::new(&description.json);
     let room = Room::new(bytes.len().saturating_add(buffers.outside));
     let mut reading = Reading {

@@ -1,9 +1,9 @@
 //! A panic inside a reader becomes an error that names the file.
 //!
 //! Decoders of other crates meet files nobody tried them on, and some of them panic. Every door of
-//! [`format`](crate::format), and every reader elsewhere that calls a decoder, runs inside
-//! [`guarded`]. Not handled: what no unwinding undoes, as an exhausted stack or a panic in a thread
-//! that a decoder starts itself. So decoders here are told to start none.
+//! [`format`](crate::format), and every reader elsewhere that calls a decoder, runs inside [`guarded`]. Not handled:
+//! what unwinding cannot catch, such as a stack overflow or a panic in a thread that a decoder starts itself.
+//! Decoders are therefore configured to start none.
 //!
 //! The standard panic hook prints, and the library must not. [`silence`] puts a hook in place that
 //! says nothing about panics of threads that are inside a guard, and keeps where they happened for

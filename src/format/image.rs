@@ -1,14 +1,14 @@
 //! Images in, as floats with a stated meaning; PNG and JPEG out (`png_file`, `jpeg_file`).
 //!
-//! One file per format: PNG (`portable`), JPEG, GIF and BMP (`raster`), TIFF (`tagged`), Radiance HDR and
-//! OpenEXR. Each hands on what the file stores and says; `decoded` does the rest, the same for all: alpha,
-//! orientation, colour. What a file says of its colours holds, an option of the caller holds more, and where
-//! nobody says anything integers are sRGB and floats linear. [`read`] is for callers without wishes,
-//! [`read_with`] takes [`ReadOptions`], [`read_bytes`] reads from memory, [`inspect`] also tells what the file
-//! says. [`exr_content`] and [`read_planes`] are for OpenEXR files whose channels are no picture.
+//! One file per format: PNG (`portable`), JPEG, GIF and BMP (`raster`), TIFF (`tagged`), Radiance HDR and OpenEXR.
+//! Each hands on what the file stores and says; `decoded` does the rest, the same for all: alpha, orientation,
+//! colour. An option of the caller has precedence over what the file says of its colours; without either, integers
+//! are sRGB and floats linear. [`read`] is for callers without options, [`read_with`] takes [`ReadOptions`],
+//! [`read_bytes`] reads from memory, [`inspect`] also tells what the file says. [`exr_content`] and [`read_planes`]
+//! are for OpenEXR files whose channels are no picture.
 //!
-//! The size in a header is believed only where the file's length can hold it: each format has a
-//! strongest compression. Decoded images up to 16 MiB are read in any case.
+//! The size in a header is accepted only if the file's length can hold it: each format has a strongest compression.
+//! Decoded images up to 16 MiB are read in any case.
 
 mod color;
 mod decoded;
@@ -71,7 +71,7 @@ pub struct Inspection {
     pub read: Result<ReadImage>,
 }
 
-/// Reads an image file as colour, without wishes; its format is known by its first bytes, not its name.
+/// Reads an image file as colour, without options; its format is known by its first bytes, not its name.
 pub fn read(path: &Path) -> Result<FloatImage> {
     read_with(path, &ReadOptions::default()).map(|read| read.image)
 }
@@ -178,7 +178,7 @@ impl Claim {
         let stored = texels.saturating_mul(self.stored_bits) / 8;
         if decoded > HARMLESS && stored / strongest > file_length {
             return fault(format!(
-                "fewer texels in a file of {file_length} bytes: it is cut off or not what it claims"
+                "fewer texels in a file of {file_length} bytes: it is truncated or not what it claims"
             ));
         }
         Ok(decoded)

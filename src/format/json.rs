@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
@@ -44,4 +45,13 @@ pub fn write<T: Serialize>(path: &Path, value: &T) -> Result<()> {
         serde_json::to_writer_pretty(&mut *sink, value)?;
         sink.write_all(b"\n")
     })
+}
+
+/// A description as the map that [`npz::write`](crate::format::npz::write) takes.
+pub fn as_map(meta: &impl Serialize) -> Result<Map<String, Value>> {
+    match serde_json::to_value(meta) {
+        Ok(Value::Object(map)) => Ok(map),
+        Ok(other) => Err(Error::data("meta.json", other.to_string())),
+        Err(error) => Err(Error::data("meta.json", error.to_string())),
+    }
 }

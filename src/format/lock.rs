@@ -25,7 +25,7 @@ impl OutputLock {
             let file = open_plain(&path, true).map_err(|error| match error.kind() {
                 io::ErrorKind::InvalidInput => {
                     Error::data("lock", format!("{} is no plain file", path.display()))
-                        .advice("remove it; this program makes it anew")
+                        .advice("remove it; this program makes it again")
                         .in_file(target)
                 }
                 _ => Error::io(target, "write")(error),

@@ -3,8 +3,8 @@
 //! Every writer writes a temporary file beside the target and renames it; every reader checks
 //! sizes, ranges and versions before it allocates, and says file, field, found and expected.
 //!
-//! Files are not trusted. Readers run inside a [`guard`], what they allocate is in proportion to the
-//! file's own length, and no file that has a name is mapped ([`positioned`]).
+//! Files are not trusted. Readers run inside a [`guard`], what they allocate is proportional to the file's own
+//! length, and no file that has a name is mapped ([`positioned`]).
 //!
 //! | file | what it does |
 //! | --- | --- |
@@ -18,16 +18,16 @@
 //! | [`atomic`], [`lock`] | outputs that appear when done, one writer each |
 //! | [`guard`] | a panic in a reader as an error |
 
-pub mod archive;
+pub(crate) mod archive;
 pub(crate) mod atomic;
 pub mod compress;
 pub mod exr;
 pub mod gltf;
 pub mod guard;
-pub mod id;
+pub(crate) mod id;
 pub mod image;
 pub mod json;
-pub mod lock;
+pub(crate) mod lock;
 pub(crate) mod nameless;
 pub mod npy;
 pub mod npz;
@@ -36,7 +36,7 @@ pub(crate) mod off;
 pub(crate) mod ours;
 pub(crate) mod own_folder;
 pub mod ply;
-pub mod polygon_mesh;
+pub(crate) mod polygon_mesh;
 pub(crate) mod positioned;
 pub(crate) mod seal;
 pub(crate) mod source;
@@ -45,3 +45,7 @@ pub(crate) mod stored_array;
 pub(crate) mod text;
 mod zip_directory;
 mod zip_sink;
+
+pub use id::ContentId;
+pub use lock::OutputLock;
+pub use polygon_mesh::PolygonMesh;

@@ -1,4 +1,4 @@
-//! Numbers too many for memory, in a temporary file without a name.
+//! Arrays too large for memory, in a temporary file without a name.
 //!
 //! The file is mapped, which is the fastest way to read scattered numbers of it. No other program can
 //! shorten it, since none can open it; it is gone when its owner is, also when that is killed.

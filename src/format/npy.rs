@@ -94,7 +94,7 @@ pub fn parse_header(bytes: &[u8], file_length: u64) -> Result<Header> {
             format!("{held} bytes of numbers"),
         )
         .expected(promised.map_or("fewer than 2^64 bytes".into(), |n| format!("{n} bytes")))
-        .advice("the file is cut off, or was written for another shape")),
+        .advice("the file is truncated, or was written for another shape")),
     }
 }
 
@@ -295,7 +295,7 @@ mod tests {
         assert!(edit("False", "True ").contains("Fortran"));
         assert!(edit("(2, 2,", "(2, 9,").contains("72 bytes"));
         let cut = decode::<f32>(&good[..good.len() - 1]).unwrap_err();
-        assert!(cut.to_string().contains("cut off"));
+        assert!(cut.to_string().contains("truncated"));
         assert!(
             decode::<f32>(b"PK\x03\x04")
                 .unwrap_err()

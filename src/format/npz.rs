@@ -262,11 +262,9 @@ fn find(
     let read = member.take(allowance + 1).read_to_end(&mut bytes);
     read.map_err(|error| Error::data(name, error.to_string()))?;
     if bytes.len() as u64 > allowance {
-        return Err(
-            Error::data(name, "it expands beyond all measure").expected(format!(
-                "at most {EXPANSION_FACTOR} bytes per byte of the file"
-            )),
-        );
+        return Err(Error::data(name, "it expands too far").expected(format!(
+            "at most {EXPANSION_FACTOR} bytes per byte of the file"
+        )));
     }
     Ok(Member::Expanded(bytes))
 }
@@ -461,7 +459,7 @@ mod tests {
             Reader::open(&path)
                 .unwrap_err()
                 .to_string()
-                .contains("cut off")
+                .contains("truncated")
         );
     }
 

@@ -1,8 +1,8 @@
 //! Wavefront OBJ: polygons with texture coordinates and normals. Vertices keep the file's order
 //! and number, used or not.
 //!
-//! Groups, objects, materials, lines, points and free-form surfaces are passed over. A fault in texture
-//! coordinates or normals is noted and costs the surface nothing.
+//! Groups, objects, materials, lines, points and free-form surfaces are skipped. A fault in texture coordinates or
+//! normals is noted and costs the surface nothing.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -117,7 +117,7 @@ impl Parsed {
         };
         let count = self.mesh.positions.len();
         let position = match resolve(vertex, count) {
-            // A vertex is told by 32 bits.
+            // A vertex is recognised by 32 bits.
             Some(index) if index < u32::MAX as usize => index,
             _ => return Err(no_vertex(vertex, count)),
         };

@@ -1,7 +1,7 @@
 //! OFF, the Object File Format of Geomview, in text: positions and polygons.
 //!
-//! Normals, colours and texture coordinates that stand between (NOFF, COFF, STOFF, in any order and case)
-//! are passed over. Values may wrap over lines. Binary and n-dimensional files are refused.
+//! Normals, colours and texture coordinates that stand between (NOFF, COFF, STOFF, in any order and case) are
+//! skipped. Values may wrap over lines. Binary and n-dimensional files are refused.
 
 mod header;
 mod values;
@@ -36,8 +36,7 @@ pub fn parse(bytes: &[u8]) -> Result<PolygonMesh> {
 fn body(header: &Header, mut values: Values<'_>, layout: Layout) -> Result<PolygonMesh> {
     let mut mesh = PolygonMesh::default();
     if !header.has_keyword {
-        mesh.unused
-            .push("no OFF keyword: taken as plain OFF".into());
+        mesh.unused.push("no OFF keyword: read as plain OFF".into());
     }
     match layout {
         Layout::Lines => values.end_line(),

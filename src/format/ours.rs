@@ -1,7 +1,7 @@
-//! Whether a file was written by this program: only such a file is replaced without being asked.
+//! Whether a file was written by this program: only such a file is replaced.
 //!
-//! Every format carries its mark where other readers pass over it. JSON has none; a JSON file of
-//! someone else is told by its form alone.
+//! Every format has its mark where other readers ignore it. JSON has none; a JSON file is recognised by its
+//! structure.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -112,7 +112,10 @@ pub fn check_replaceable(path: &Path, format: Format) -> Result<()> {
     let name = format.name();
     Err(Error::option(
         "output",
-        format!("{} is there and no {name} of this program", path.display()),
+        format!(
+            "{} exists and is not a {name} of this program",
+            path.display()
+        ),
         "another output (or delete the file first)",
     ))
 }

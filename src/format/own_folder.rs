@@ -1,8 +1,8 @@
 //! Folders that this program writes as a whole: which files belong to one, and whether one may be replaced.
 //!
-//! A folder is told by its description, a JSON file whose field `format` names the kind. Images that the
-//! description lists (`channels[…].file`) belong to it where they bear the program's mark: a picture that
-//! someone painted over is theirs.
+//! A folder is recognised by its description, a JSON file whose field `format` names the kind. Images that the
+//! description lists (`channels[…].file`) belong to it where they bear the program's mark: a picture that someone
+//! painted over is theirs.
 
 use std::fs;
 use std::io;

@@ -221,7 +221,7 @@ fn read_faces(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile)
     Ok(())
 }
 
-/// Strips of triangles: every index makes one with the two before it, and −1 begins anew.
+/// Strips of triangles: every index makes one with the two before it, and −1 starts over.
 fn read_strips(rows: &mut Rows<'_>, source: &mut impl BufRead, ply: &mut PlyFile) -> Result<()> {
     for row in 0..rows.element.count {
         let record = rows.next(row, source)?;

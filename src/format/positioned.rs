@@ -4,7 +4,7 @@
 //! what is gone ends the process (SIGBUS). Here a piece that is gone is an error that names the file.
 //! Threads share one open file, since a piece is read without moving a position.
 //!
-//! The cost is one copy from the system's cache, about 0.1 s per gigabyte and thread.
+//! This costs one copy from the system's cache, about 0.1 s per gigabyte and thread.
 
 use std::fs::File;
 use std::io::{self, ErrorKind};

@@ -38,11 +38,11 @@ fn expand(packed: &[u8], limit: u64) -> Result<Vec<u8>> {
         .take(limit + 1)
         .read_to_end(&mut bytes)
         .map_err(|error| {
-            Error::data("gzip", error.to_string()).advice("the file is cut off or damaged")
+            Error::data("gzip", error.to_string()).advice("the file is truncated or damaged")
         })?;
     if bytes.len() as u64 > limit {
         return Err(Error::data("gzip", format!("expands beyond {limit} bytes"))
-            .expected("a mesh of a size in keeping with the file's"));
+            .expected("a mesh whose size fits the file's"));
     }
     Ok(bytes)
 }

@@ -1,5 +1,4 @@
-//! STL, text or binary: triangles that share no vertices. Facet normals are passed over: they follow from
-//! the corners.
+//! STL, text or binary: triangles that share no vertices. Facet normals are skipped: they follow from the corners.
 
 use crate::error::{Error, Result};
 use crate::format::polygon_mesh::PolygonMesh;
@@ -45,7 +44,7 @@ fn parse_binary(bytes: &[u8]) -> Result<PolygonMesh> {
     if stated > bytes.len() {
         return Err(Error::data("length", format!("{} bytes", bytes.len()))
             .expected(format!("{stated}, for the {count} triangles of its header"))
-            .advice("the file is cut off or is no STL"));
+            .advice("the file is truncated or is no STL"));
     }
     let mut mesh = new_mesh();
     mesh.single_precision = true;
@@ -60,7 +59,7 @@ fn parse_binary(bytes: &[u8]) -> Result<PolygonMesh> {
     if stated < bytes.len() {
         let rest = bytes.len() - stated;
         mesh.unused
-            .push(format!("{rest} bytes behind the last triangle passed over"));
+            .push(format!("{rest} bytes after the last triangle are ignored"));
     }
     Ok(mesh)
 }
@@ -114,7 +113,7 @@ fn parse_text(text: &str) -> Result<PolygonMesh> {
         false => Ok(mesh),
         true => Err(Error::data("end of file", "a facet without endfacet")
             .expected("endfacet")
-            .advice("the file is cut off")),
+            .advice("the file is truncated")),
     }
 }
 
@@ -154,7 +153,9 @@ fn check_corners(facet: &Facet, line: usize) -> Result<()> {
 
 fn number(word: Option<(usize, &str)>, line: usize) -> Result<f64> {
     let Some((line, word)) = word else {
-        return Err(Error::data(format!("line {line}"), "the file is cut off").expected("a number"));
+        return Err(
+            Error::data(format!("line {line}"), "the file is truncated").expected("a number")
+        );
     };
     word.parse()
         .map_err(|_| Error::data(format!("line {line}"), format!("`{word}`")).expected("a number"))

@@ -13,7 +13,7 @@ pub(in crate::format) fn open(file: File, kind: &str) -> Result<ZipArchive<BufRe
     let fault = |found: String| {
         Error::data("zip directory", found)
             .expected(kind)
-            .advice("the file is cut off, damaged, or something else")
+            .advice("the file is truncated, damaged, or something else")
     };
     let mut archive =
         ZipArchive::new(BufReader::new(file)).map_err(|error| fault(error.to_string()))?;

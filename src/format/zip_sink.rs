@@ -72,7 +72,7 @@ mod tests {
     use zip::ZipWriter;
     use zip::write::SimpleFileOptions;
 
-    /// Room for so many bytes.
+    /// Room for this many bytes.
     struct Small(Cursor<Vec<u8>>, usize);
 
     impl Write for Small {

@@ -55,8 +55,8 @@ pub struct FaceMap {
     pub colors: Option<Vec<[f32; 3]>>,
     /// Other channels of the sample.
     pub channels: Vec<FaceChannel>,
-    /// The triangle of the sample that each face shows: triangles of the upright grid row by row from the top,
-    /// then those of the grid turned by 90° in the same order.
+    /// The triangle of the sample that each face shows: triangles of the upright grid row by row from the top, then
+    /// those of the grid rotated by 90° in the same order.
     pub sources: Vec<u32>,
     /// Corner k of a face lies on corner (k + phase) mod 3 of its triangle of the sample.
     pub phases: Vec<u8>,
@@ -102,6 +102,7 @@ impl FaceMap {
 
     /// Writes the map as a binary little-endian PLY.
     pub fn write(&self, path: &Path) -> Result<()> {
+        // Lay out the positions.
         let axis =
             |axis: usize| -> Vec<f32> { self.mesh.positions.iter().map(|p| p[axis]).collect() };
         let positions = [0, 1, 2].map(axis);
@@ -110,6 +111,7 @@ impl FaceMap {
             .zip(&positions)
             .map(|(name, axis)| (name, Column::Float(axis)))
             .collect();
+        // Lay out the colours, as numbers and as bytes.
         let colors = self.colors.as_deref();
         let linear: Vec<Vec<f32>> = colors.map_or_else(Vec::new, |colors| {
             let channel = |at: usize| colors.iter().map(|color| color[at]).collect();
@@ -119,6 +121,7 @@ impl FaceMap {
             .par_iter()
             .map(|channel| channel.iter().map(|&value| encode_srgb8(value)).collect())
             .collect();
+        // Join the columns of the faces.
         let mut columns: Vec<(&str, Column<'_>)> = Vec::new();
         for (name, channel) in ["r", "g", "b"].into_iter().zip(&linear) {
             columns.push((name, Column::Float(channel)));
@@ -176,6 +179,7 @@ impl FaceMap {
 
 /// The square and the subdivisions that the comments state.
 fn parse_square(comments: &[String], [width, height]: [u32; 2]) -> Result<(Square, u32)> {
+    // Read the subdivisions.
     let word = |key: &str| -> Result<&str> {
         let mut lines = comments.iter();
         let found = lines.find_map(|line| line.strip_prefix(key)?.strip_prefix(' '));
@@ -190,6 +194,7 @@ fn parse_square(comments: &[String], [width, height]: [u32; 2]) -> Result<(Squar
         let expected = format!("0 to {MOST_SUBDIVISIONS}");
         return Err(bad_comment("subdivisions", text, &expected));
     };
+    // Read the square, which must lie in the sample and divide evenly.
     let text = word(SQUARE)?;
     let numbers: Vec<u32> = text.split(' ').filter_map(|n| n.parse().ok()).collect();
     let fits =

@@ -50,6 +50,7 @@ impl MapHeader {
 
     /// Reads the lines and checks them.
     pub(super) fn parse(comments: &[String]) -> Result<Self> {
+        // Find the value of a comment.
         let optional = |key: &str| {
             let mut lines = comments.iter();
             lines.find_map(|line| line.strip_prefix(key)?.strip_prefix(' '))
@@ -60,6 +61,7 @@ impl MapHeader {
                     .expected("a surface texton map made by `mesotex synth`")
             })
         };
+        // Check the version and the sizes.
         let version = word("mesotex")?;
         if version != "1" {
             return Err(bad_comment("mesotex", version, "1"));
@@ -85,6 +87,7 @@ impl MapHeader {
                 "a number from 1e-15 to 1e15",
             ));
         }
+        // Read the rest.
         let id = |key| -> Result<ContentId> {
             let text = word(key)?;
             ContentId::parse(text).ok_or_else(|| bad_comment(key, text, "32 hex digits"))

@@ -1,5 +1,5 @@
-//! The surface texton map (Tong 2002 §5): per vertex a texton label and a texture coordinate, on
-//! the mesh it was made for. What `synthesis` hands on and `render` reads.
+//! The surface texton map (Tong 2002 §5): per vertex a texton label and a texture coordinate, on the mesh it was made
+//! for. Written by `synthesis`, read by `render`.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -62,6 +62,7 @@ impl SurfaceTextonMap {
 impl SurfaceTextonMap {
     /// Writes the map as a binary little-endian PLY (docs/formats.md).
     pub fn write(&self, path: &Path) -> Result<()> {
+        // Split the vectors into columns.
         let axis = |vectors: &[Vec3], axis: usize| -> Vec<f32> {
             vectors.iter().map(|v| v[axis]).collect()
         };
@@ -71,6 +72,7 @@ impl SurfaceTextonMap {
         let s: Vec<f32> = self.coords.iter().map(|coord| coord.s).collect();
         let t: Vec<f32> = self.coords.iter().map(|coord| coord.t).collect();
         let textons: Vec<u16> = self.textons.iter().map(|label| label.0).collect();
+        // Join the columns in the file's order; optional ones where they are there.
         let vectors = [
             (["x", "y", "z"], &positions),
             (["nx", "ny", "nz"], &normals),

@@ -1,11 +1,10 @@
 //! The (s, t) chart of the surface round a point: the discrete exponential map (Schmidt 2006 §3).
 //!
-//! A front grows from the point in order of distance. A vertex is placed, from each neighbour
-//! already placed, at the neighbour's position plus the edge between them, turned by the rotation
-//! accumulated on the way; the placements that agree are averaged, weighted by inverse edge length
-//! (the upwind average of Schmidt 2013 §3.1). Where the front meets itself behind a narrow part,
-//! placements disagree and the nearer one stands. In: a connection, seeds with known positions.
-//! Out: the placed vertices, nearest first. Folds are the sampler's to find
+//! A front grows from the point in order of distance. A vertex is placed, from each neighbour already placed, at the
+//! neighbour's position plus the edge between them, rotated by the rotation accumulated on the way; the placements
+//! that agree are averaged, weighted by inverse edge length (the upwind average of Schmidt 2013 §3.1). Where the
+//! front meets itself behind a narrow part, placements disagree and the nearer one stands. In: a connection, seeds
+//! with known positions. Out: the placed vertices, nearest first. Folds are the sampler's to find
 //! ([`sampling`](crate::sites::vertices::sampling)).
 
 use std::cmp::Reverse;
@@ -72,7 +71,7 @@ pub struct ChartGrower {
 }
 
 impl ChartGrower {
-    /// For a mesh of so many vertices.
+    /// For a mesh of this many vertices.
     pub fn new(vertices: usize) -> Self {
         Self {
             place: vec![(0, 0); vertices],
@@ -98,6 +97,7 @@ impl ChartGrower {
     /// Every vertex no farther than `radius` from the point is placed, and so are the neighbours of
     /// those; nearest first, ties by index.
     pub fn grow(&mut self, connection: &Connection, seeds: &[Placed], radius: f32) -> &[Placed] {
+        // Place the seeds.
         self.clear();
         for seed in seeds {
             let local = self.reach(seed.vertex);
@@ -108,6 +108,7 @@ impl ChartGrower {
             tentative.placed = true;
             self.placed.push(*seed);
         }
+        // Spread from them, the nearest vertex first.
         for index in 0..seeds.len() {
             self.pass(connection, self.placed[index]);
         }
@@ -127,6 +128,7 @@ impl ChartGrower {
                 self.pass(connection, placed);
             }
         }
+        // Sort by distance.
         let key = |p: &Placed| (p.position.length_squared(), p.vertex);
         self.placed.sort_unstable_by(|a, b| {
             key(a)

@@ -1,5 +1,5 @@
-//! What a walk over the surface needs to keep its bearings: every edge as a vector in the frame of
-//! its vertex, and the rotation that carries the far frame's coordinates into the near one's.
+//! Parallel transport on the surface: every edge as a vector in the frame of its vertex, and the rotation from the
+//! far frame's coordinates to the near one's.
 //!
 //! Complex numbers stand as `Vec2`; (1, 0) is the vertex's s axis, (0, 1) its t axis.
 

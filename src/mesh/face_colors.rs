@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use crate::error::{Error, Result};
 use crate::mesh::retile::{retile, retile_evenly};
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::topology::{NONE, Topology, ends};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
@@ -119,7 +119,7 @@ pub fn colored_base(
     let sixth = vertices_of(mesh, faces.div_ceil(BARYCENTRIC_PARTS));
     let coarse = retile(mesh, sixth, crease, progress)?;
     let mut cut = barycentric(&coarse);
-    let surface = SurfaceTree::new(mesh);
+    let surface = SurfaceBvh::new(mesh);
     for position in &mut cut.mesh.positions[coarse.positions.len()..] {
         if let Some(nearest) = surface.nearest(*position) {
             *position = nearest.position;
@@ -147,7 +147,7 @@ fn check_base(mesh: &TriangleMesh, faces: usize) -> Result<()> {
     }
 }
 
-/// The vertices of a mesh of the same shape with so many triangles: V = (F + 2χ + b) / 2 with b boundary edges,
+/// The vertices of a mesh of the same shape with this many triangles: V = (F + 2χ + b) / 2 with b boundary edges,
 /// whose number grows as the square root of the triangles'.
 fn vertices_of(mesh: &TriangleMesh, faces: usize) -> usize {
     let topology = Topology::new(&mesh.triangles);

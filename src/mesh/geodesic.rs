@@ -1,6 +1,6 @@
-//! Straight geodesics: from a point of the surface in a direction over a length. A path that meets an edge
-//! goes on in the next triangle at the same angle to the edge (Ying 2001 §4.1), which is a straight line when
-//! the two triangles are unfolded.
+//! Straight geodesics: from a point of the surface in a direction over a length. A path that meets an edge continues
+//! in the next triangle at the same angle to the edge (Ying 2001 §4.1), which is a straight line when the two
+//! triangles are unfolded.
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -141,13 +141,13 @@ fn flattened([a, b, c]: [DVec3; 3]) -> (f64, DVec2) {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::mesh::surface_bvh::SurfaceTree;
+    use crate::mesh::surface_bvh::SurfaceBvh;
     use crate::random;
     use rand::Rng;
 
     fn traced(mesh: &TriangleMesh, from: Vec3, direction: Vec3, length: f32) -> Option<Vec3> {
         let topology = Topology::new(&mesh.triangles);
-        let from = SurfaceTree::new(mesh).nearest(from).unwrap();
+        let from = SurfaceBvh::new(mesh).nearest(from).unwrap();
         let geodesics = Geodesics {
             mesh,
             topology: &topology,

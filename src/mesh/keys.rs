@@ -12,7 +12,7 @@ use crate::format::json;
 use crate::mesh::geodesic_distance::GeodesicDistances;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::topology::Topology;
 use crate::mesh::user_vertex::UserVertices;
 use crate::progress::Progress;
@@ -89,7 +89,7 @@ impl KeyFile {
         let mesh = &user.mesh;
         let (rings, tree) = (
             Rings::new(mesh, &Topology::new(&mesh.triangles)),
-            SurfaceTree::new(mesh),
+            SurfaceBvh::new(mesh),
         );
         let vertices = UserVertices {
             user,
@@ -149,7 +149,7 @@ impl KeyFile {
         match keys.len() {
             0 | 1 => Err(
                 Error::data("keys", format!("{} vertex with a transition", keys.len()))
-                    .expected("two or more: one says no change"),
+                    .expected("two or more: one alone means no change"),
             ),
             _ => Ok(keys),
         }

@@ -20,10 +20,10 @@ use crate::random;
 
 /// A mesh and an 8-bit sRGB colour for each vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Picture {
+pub struct VertexColoredMesh {
     /// The mesh.
     pub mesh: TriangleMesh,
-    /// One colour a vertex.
+    /// One colour per vertex.
     pub colors: Vec<[u8; 3]>,
 }
 
@@ -34,7 +34,7 @@ const ARROW: [u8; 3] = [20, 60, 140];
 const SOURCE: [u8; 3] = [220, 40, 30];
 const SADDLE: [u8; 3] = [40, 90, 230];
 
-impl Picture {
+impl VertexColoredMesh {
     /// Adds a mesh in one colour.
     pub fn add(&mut self, mesh: &TriangleMesh, color: [u8; 3]) {
         let base = self.mesh.positions.len() as u32;
@@ -45,24 +45,33 @@ impl Picture {
         self.colors.resize(self.mesh.positions.len(), color);
     }
 
-    /// Writes a PLY with red, green and blue, for other viewers; positions count from `origin`.
+    /// Writes it; positions count from `origin`.
     pub fn write(&self, path: &Path, origin: DVec3) -> Result<()> {
-        let positions = columns(&self.mesh.positions);
-        let channels: [Vec<u8>; 3] =
-            std::array::from_fn(|channel| self.colors.iter().map(|color| color[channel]).collect());
-        let named = ["x", "y", "z"]
-            .into_iter()
-            .zip(positions.iter().map(|c| Column::Float(c)));
-        let colors = ["red", "green", "blue"]
-            .into_iter()
-            .zip(channels.iter().map(|c| Column::UChar(c)));
-        let all: Vec<(&str, Column<'_>)> = named.chain(colors).collect();
-        let comments: Vec<String> = [MESH_MARK.into()]
-            .into_iter()
-            .chain(origin_comment(origin))
-            .collect();
-        ply::write(path, &comments, &all, &self.mesh.triangles)
+        write_colored(path, (&self.mesh, origin), &self.colors)
     }
+}
+
+/// Writes a mesh as PLY with an 8-bit sRGB colour per vertex, for other viewers; positions count from `origin`.
+pub fn write_colored(
+    path: &Path,
+    (mesh, origin): (&TriangleMesh, DVec3),
+    colors: &[[u8; 3]],
+) -> Result<()> {
+    let positions = columns(&mesh.positions);
+    let channel = |channel: usize| -> Vec<u8> { colors.iter().map(|c| c[channel]).collect() };
+    let channels = [0, 1, 2].map(channel);
+    let named = ["x", "y", "z"]
+        .into_iter()
+        .zip(positions.iter().map(|c| Column::Float(c)));
+    let colors = ["red", "green", "blue"]
+        .into_iter()
+        .zip(channels.iter().map(|c| Column::UChar(c)));
+    let all: Vec<(&str, Column<'_>)> = named.chain(colors).collect();
+    let comments: Vec<String> = [MESH_MARK.into()]
+        .into_iter()
+        .chain(origin_comment(origin))
+        .collect();
+    ply::write(path, &comments, &all, &mesh.triangles)
 }
 
 /// The field as arrows along s, its singularities as balls: red turns with the walk round them,
@@ -72,9 +81,11 @@ pub fn field(
     rings: &Rings,
     field: &Field,
     singular: &[Singularity],
-) -> Picture {
-    let mut picture = Picture::default();
+) -> VertexColoredMesh {
+    // Draw the surface.
+    let mut picture = VertexColoredMesh::default();
     picture.add(mesh, SURFACE);
+    // Draw arrows, as many as can be told apart.
     let step = mesh.positions.len().div_ceil(MOST_ARROWS);
     let area = mesh.area() as f32;
     let length = 0.6 * (area * step as f32 / mesh.positions.len() as f32).sqrt();
@@ -92,6 +103,7 @@ pub fn field(
         }
     }
     picture.add(&arrows, ARROW);
+    // Draw a ball at each singularity.
     for singularity in singular {
         let [a, b, c] = mesh.corners(singularity.triangle as usize);
         let centre = (a + b + c) / 3.0;
@@ -132,25 +144,25 @@ fn add_arrow(
 }
 
 /// A level of the pyramid: every vertex in a colour of its own, so that its cell is seen.
-pub fn level(mesh: &TriangleMesh) -> Picture {
+pub fn level(mesh: &TriangleMesh) -> VertexColoredMesh {
     let color = |vertex: usize| {
         let mut random = random::stream(0, "level picture", 0, vertex as u64);
         std::array::from_fn(|_| random.gen_range(90..=255u8))
     };
-    Picture {
+    VertexColoredMesh {
         mesh: mesh.clone(),
         colors: (0..mesh.positions.len()).map(color).collect(),
     }
 }
 
 /// Values from 0 (blue) over half of `most` (green) to `most` and more (red).
-pub fn heat(mesh: &TriangleMesh, values: &[f32], most: f32) -> Picture {
+pub fn heat(mesh: &TriangleMesh, values: &[f32], most: f32) -> VertexColoredMesh {
     let color = |value: &f32| {
         let x = (value / most).clamp(0.0, 1.0);
         let ramp = |centre: f32| ((1.0 - 2.0 * (x - centre).abs()).clamp(0.0, 1.0) * 255.0) as u8;
         [ramp(1.0), ramp(0.5), ramp(0.0)]
     };
-    Picture {
+    VertexColoredMesh {
         mesh: mesh.clone(),
         colors: values.iter().map(color).collect(),
     }
@@ -165,7 +177,7 @@ pub fn centroid(mesh: &TriangleMesh, triangle: usize) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::field::{Wishes, orientation_field, singularities::singularities};
+    use crate::mesh::field::{FieldConstraints, orientation_field, singularities::singularities};
     use crate::mesh::topology::Topology;
     use crate::progress::Progress;
 
@@ -173,8 +185,14 @@ mod tests {
     fn the_field_picture_has_an_arrow_a_vertex_and_a_ball_a_singularity() {
         let mesh = shapes::icosphere(2);
         let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
-        let smooth =
-            orientation_field(&mesh, &rings, &Wishes::default(), 0, Progress::silent()).unwrap();
+        let smooth = orientation_field(
+            &mesh,
+            &rings,
+            &FieldConstraints::default(),
+            0,
+            Progress::silent(),
+        )
+        .unwrap();
         let singular = singularities(&mesh, &rings, &smooth.vectors);
         let picture = field(&mesh, &rings, &smooth, &singular);
         let ball = shapes::icosphere(2).positions.len();

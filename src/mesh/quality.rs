@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::mesh::rings::angle_between;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// Evenness of edges and angles.
@@ -24,6 +24,7 @@ pub fn evenness(mesh: &TriangleMesh) -> Evenness {
     if mesh.triangles.is_empty() {
         return Evenness::default();
     }
+    // Measure the edges, each once.
     let mut edges: Vec<(u32, u32)> = mesh
         .triangles
         .iter()
@@ -41,6 +42,7 @@ pub fn evenness(mesh: &TriangleMesh) -> Evenness {
         .map(|length| (length - mean).powi(2))
         .sum::<f64>()
         / count;
+    // Measure the angles.
     let mut angles: Vec<f64> = (0..mesh.triangles.len())
         .map(|t| smallest_angle(mesh, t))
         .collect();
@@ -62,10 +64,10 @@ fn smallest_angle(mesh: &TriangleMesh, triangle: usize) -> f64 {
 /// The largest distance from either surface to the other (Hausdorff), sampled at all vertices,
 /// edge middles and triangle centroids of both.
 pub fn hausdorff(one: &TriangleMesh, other: &TriangleMesh) -> f32 {
-    farthest(one, &SurfaceTree::new(other)).max(farthest(other, &SurfaceTree::new(one)))
+    farthest(one, &SurfaceBvh::new(other)).max(farthest(other, &SurfaceBvh::new(one)))
 }
 
-fn farthest(from: &TriangleMesh, to: &SurfaceTree) -> f32 {
+fn farthest(from: &TriangleMesh, to: &SurfaceBvh) -> f32 {
     (0..from.triangles.len())
         .into_par_iter()
         .map(|triangle| {

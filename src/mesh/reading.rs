@@ -103,7 +103,7 @@ pub fn read_with(
     })
 }
 
-/// Parses a mesh file's bytes; the format is told by the file's name (`.gz` set aside).
+/// Parses a mesh file's bytes; the format is recognised by the file's name (`.gz` set aside).
 pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
     let name = path
         .file_name()
@@ -123,6 +123,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
 }
 
 fn polygons_of_ply(file: ply::PlyFile) -> Result<PolygonMesh> {
+    // Read positions and normals.
     let axes = [file.require("x")?, file.require("y")?, file.require("z")?];
     let origin = ply_origin(&file)?;
     let vertices = 0..file.vertex_count;
@@ -143,6 +144,7 @@ fn polygons_of_ply(file: ply::PlyFile) -> Result<PolygonMesh> {
         columns: file.columns,
         ..PolygonMesh::default()
     };
+    // Keep the faces, and the texture coordinates of their corners.
     let mut begin = 0;
     for polygon in file.faces.iter() {
         let corners = begin..begin + polygon.len();
@@ -157,6 +159,7 @@ fn polygons_of_ply(file: ply::PlyFile) -> Result<PolygonMesh> {
         }
     }
     mesh.note_small_faces(file.faces.sizes.len() - mesh.faces.sizes.len());
+    // Take texture coordinates of vertices where corners have none.
     if let Some(uvs) = vertex_uvs(&mesh).filter(|_| mesh.corner_uvs.is_none()) {
         mesh.corner_uvs = Some(
             mesh.faces
@@ -204,6 +207,7 @@ pub fn clean(
     options: &CleaningOptions,
     progress: Progress<'_>,
 ) -> Result<UserMesh> {
+    // Check the positions, and count them from the origin.
     check_positions(&file)?;
     let mut report = RepairReport {
         notes: file.notes.clone(),
@@ -217,8 +221,10 @@ pub fn clean(
         .iter()
         .map(|&p| (DVec3::from_array(p) - origin).as_vec3())
         .collect();
+    // Cut polygons into triangles.
     let (mut mesh, mut cut) = cut_polygons(&file, positions, &mut report, progress)?;
     progress.check()?;
+    // Join vertices at the same place, and drop triangles that are of no use.
     let from_file = close_up(&mut mesh, file.splits_vertices, &mut report);
     let keep = useful_triangles(&mesh, &mut report);
     cut.retain(&mut mesh, &keep);
@@ -230,6 +236,7 @@ pub fn clean(
         return Err(Error::data("faces", "none with an area").expected("a surface"));
     }
     progress.check()?;
+    // Split what is not manifold, and turn components outwards.
     let split = split_non_manifold(&mut mesh, &mut report);
     progress.check()?;
     turn_corners(cut.uvs.as_mut(), &split);
@@ -238,6 +245,7 @@ pub fn clean(
         component.centre = centre.to_array();
     }
     report.unused_vertices = mesh.positions.len() - mesh.referenced_count();
+    // Refuse what had to be repaired, where that is asked for.
     if options.strict && !report.is_sound() {
         return Err(refusal(&report));
     }
@@ -265,7 +273,7 @@ fn refusal(report: &RepairReport) -> Error {
     }
     Error::data("mesh", found)
         .expected("a sound mesh, as --strict asks")
-        .advice("leave --strict away to have it repaired")
+        .advice("leave out --strict to have it repaired")
 }
 
 /// Polygons cut from one look at whether to stop to the next.
@@ -303,6 +311,7 @@ fn cut_polygons(
         .as_ref()
         .map(|_| Vec::with_capacity(file.faces.sizes.len()));
     let mut begin = 0;
+    // Triangulate each polygon, with its texture coordinates.
     for (number, polygon) in file.faces.iter().enumerate() {
         if number.is_multiple_of(POLYGONS_BETWEEN_CHECKS) {
             progress.check()?;
@@ -371,6 +380,7 @@ fn attach(
     split: &Split,
     report: RepairReport,
 ) -> Result<UserMesh> {
+    // Find the vertex of the file that each of ours stands for.
     let count = mesh.positions.len();
     let originals = count - split.copies.len();
     let mut sources = vec![NONE; count];
@@ -388,6 +398,7 @@ fn attach(
     for (copy, &original) in split.copies.iter().enumerate() {
         sources[originals + copy] = sources[original as usize];
     }
+    // Carry the numbers over.
     let scalar = |name: &str| {
         let column = file.column(name)?;
         Some(
@@ -434,6 +445,7 @@ fn check_properties(user: &UserMesh) -> Result<()> {
     let fault = |vertex: usize, found: String, expected: &str| {
         Err(Error::data(format!("vertex {vertex}"), found).expected(expected))
     };
+    // Check each property where it is given.
     let scales = user.scale.iter().flatten().enumerate();
     for (vertex, scale) in scales {
         if !(scale.is_finite() && *scale > 0.0) {

@@ -121,6 +121,7 @@ fn walk(
     if first == NONE {
         return;
     }
+    // Walk round the vertex until a border or the first edge.
     let begin = ring.len();
     let origin = mesh.positions[vertex].as_dvec3();
     let arm = |target: u32| mesh.positions[target as usize].as_dvec3() - origin;
@@ -140,6 +141,7 @@ fn walk(
             onward => half_edge = onward,
         }
     };
+    // Stretch the angles of a closed ring to a full turn.
     if closed && angle > 0.0 {
         let stretch = TAU / angle;
         ring[begin..].iter_mut().for_each(|e| e.angle *= stretch);
@@ -161,8 +163,8 @@ pub fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// Chooses an axis in the tangent plane and turns the ring's angles so that, on the average over
-/// its edges, an edge's angle is that of its projection.
+/// Chooses an axis in the tangent plane and turns the ring's angles so that, on average over its edges, an edge's
+/// angle is that of its projection.
 fn axis(mesh: &TriangleMesh, normal: Vec3, vertex: usize, ring: &[RingEdge]) -> Vec3 {
     if ring.is_empty() {
         return Vec3::X;

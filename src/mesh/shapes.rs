@@ -71,6 +71,7 @@ pub fn icosphere(subdivisions: u32) -> TriangleMesh {
 
 fn icosahedron() -> TriangleMesh {
     let golden = f32::midpoint(1.0, 5f32.sqrt());
+    // Place the corners on three golden rectangles.
     let mut positions = Vec::new();
     for (one, other) in [
         (1.0, golden),
@@ -82,6 +83,7 @@ fn icosahedron() -> TriangleMesh {
         positions.push(Vec3::new(one, other, 0.0).normalize());
         positions.push(Vec3::new(other, 0.0, one).normalize());
     }
+    // Join any three that are near each other, facing outwards.
     let mut triangles = Vec::new();
     let near = |a: usize, b: usize| positions[a].dot(positions[b]) > 0.4;
     for a in 0..12 {

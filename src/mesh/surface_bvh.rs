@@ -35,13 +35,13 @@ impl SurfacePoint {
 }
 
 /// The triangles of a mesh, or any set of segments given as thin triangles, ready for queries.
-pub struct SurfaceTree {
+pub struct SurfaceBvh {
     bvh: Bvh2,
     /// Corners in the tree's order.
     corners: Vec<[Vec3; 3]>,
 }
 
-impl SurfaceTree {
+impl SurfaceBvh {
     /// Builds the hierarchy over a mesh's triangles.
     pub fn new(mesh: &TriangleMesh) -> Self {
         let all: Vec<_> = (0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect();
@@ -90,6 +90,7 @@ impl SurfaceTree {
         reach: f32,
         accept: impl Fn(&[Vec3; 3]) -> bool,
     ) -> Option<SurfacePoint> {
+        // Visit the tree, the nearer box first.
         let root = self.bvh.nodes.first()?;
         let at = Vec3A::from(point);
         let mut best = (reach * reach, None);
@@ -100,6 +101,7 @@ impl SurfaceTree {
                 continue;
             }
             let node = &self.bvh.nodes[index as usize];
+            // Try the triangles of a leaf.
             if node.prim_count > 0 {
                 for slot in node.first_index..node.first_index + node.prim_count {
                     let corners = &self.corners[slot as usize];
@@ -110,6 +112,7 @@ impl SurfaceTree {
                     }
                 }
             } else {
+                // Put off the farther child.
                 let left = node.first_index;
                 let d = [left, left + 1].map(|child| {
                     (
@@ -136,6 +139,7 @@ impl SurfaceTree {
     /// The crossing nearest to `origin` along the line through it, both ways, no farther than
     /// `reach`, with a triangle that faces along `direction` (unit).
     pub fn along_line(&self, origin: Vec3, direction: Vec3, reach: f32) -> Option<SurfacePoint> {
+        // Visit the boxes that the line meets within reach.
         let mut best: Option<(f32, u32, [f32; 3])> = None;
         let mut stack: Vec<u32> = vec![0];
         if self.bvh.nodes.is_empty() {
@@ -151,6 +155,7 @@ impl SurfaceTree {
                 stack.extend([node.first_index + 1, node.first_index]);
                 continue;
             }
+            // Try the triangles of a leaf.
             for slot in node.first_index..node.first_index + node.prim_count {
                 let limit = best.map_or(reach, |(t, ..)| t);
                 if let Some((t, weights)) =
@@ -213,36 +218,43 @@ fn line_crossing(origin: Vec3, direction: Vec3, corners: &[Vec3; 3]) -> Option<(
 
 /// The nearest point of a triangle and its weights (Ericson, Real-Time Collision Detection §5.1.5).
 pub fn nearest_in_triangle(point: Vec3, &[a, b, c]: &[Vec3; 3]) -> ([f32; 3], Vec3) {
+    // Look beyond corner a.
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {
         return ([1.0, 0.0, 0.0], a);
     }
+    // Look beyond corner b.
     let bp = point - b;
     let (d3, d4) = (ab.dot(bp), ac.dot(bp));
     if d3 >= 0.0 && d4 <= d3 {
         return ([0.0, 1.0, 0.0], b);
     }
+    // Look beyond edge ab.
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
         let v = d1 / (d1 - d3);
         return ([1.0 - v, v, 0.0], a + ab * v);
     }
+    // Look beyond corner c.
     let cp = point - c;
     let (d5, d6) = (ab.dot(cp), ac.dot(cp));
     if d6 >= 0.0 && d5 <= d6 {
         return ([0.0, 0.0, 1.0], c);
     }
+    // Look beyond edge ac.
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
         let w = d2 / (d2 - d6);
         return ([1.0 - w, 0.0, w], a + ac * w);
     }
+    // Look beyond edge bc.
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
         let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
         return ([0.0, 1.0 - w, w], b + (c - b) * w);
     }
+    // Take the point inside.
     let sum = va + vb + vc;
     let (v, w) = (vb / sum, vc / sum);
     ([1.0 - v - w, v, w], a + ab * v + ac * w)
@@ -258,7 +270,7 @@ mod tests {
     #[test]
     fn nearest_points_are_those_of_a_full_search() {
         let mesh = shapes::torus(20, 12, 1.0, 0.4);
-        let tree = SurfaceTree::new(&mesh);
+        let tree = SurfaceBvh::new(&mesh);
         let mut random = random::stream(1, "tree test", 0, 0);
         for _ in 0..200 {
             let point = Vec3::from_array(std::array::from_fn(|_| random.gen_range(-2.0..2.0)));
@@ -280,7 +292,7 @@ mod tests {
     #[test]
     fn lines_meet_the_side_they_leave_through() {
         let mesh = shapes::icosphere(2);
-        let tree = SurfaceTree::new(&mesh);
+        let tree = SurfaceBvh::new(&mesh);
         let inside = Vec3::new(0.1, 0.2, 0.05);
         let hit = tree.along_line(inside, Vec3::X, 10.0).unwrap();
         assert!(hit.position.x > 0.9);

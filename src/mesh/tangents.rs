@@ -19,6 +19,7 @@ pub fn corner_tangents(
     normals: &[Vec3],
     corner_uvs: &[[Vec2; 3]],
 ) -> Vec<[Vec4; 3]> {
+    // Sum the directions of u at each corner; corners of one vertex and coordinate share a sum.
     let mut places: HashMap<(u32, [u32; 2], bool), u32> = HashMap::new();
     let mut sums: Vec<Vec3> = Vec::new();
     let mut corners = Vec::with_capacity(mesh.triangles.len());
@@ -42,6 +43,7 @@ pub fn corner_tangents(
             (place, is_mirrored)
         }));
     }
+    // Make each sum a unit tangent.
     let tangent = |vertex: u32, (place, is_mirrored): (u32, bool)| {
         let normal = normals[vertex as usize];
         let sum = sums[place as usize];

@@ -94,6 +94,7 @@ impl Cuts {
             mut positions,
             triangles,
         } = mesh;
+        // Add a vertex in the middle of each edge that is cut.
         let first = positions.len() as u32;
         for &[a, b] in &self.edges {
             let (a, b) = (a as usize, b as usize);
@@ -104,6 +105,7 @@ impl Cuts {
                     .unwrap_or(normals[a]),
             );
         }
+        // Cut the triangles.
         let mut parts = Parts {
             triangles: Vec::with_capacity(count),
             uvs: Vec::with_capacity(count),

@@ -1,4 +1,4 @@
-//! The charts of a mesh's texture coordinates: triangles that hang together in the texture, parted by seams.
+//! The charts of a mesh's texture coordinates: triangles that are connected in the texture, separated by seams.
 
 use glam::Vec2;
 
@@ -11,7 +11,7 @@ pub struct TextureCharts<'a> {
     pub uvs: &'a [[Vec2; 3]],
     /// The chart of each triangle; [`NONE`] without texture coordinates.
     pub charts: Vec<u32>,
-    /// Half-edges across which the texture does not go on.
+    /// Half-edges across which the texture does not continue.
     pub seams: Vec<bool>,
 }
 

@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::mesh::point_tree::PointTree;
 use crate::progress::Progress;
 
-/// Polygons of up to so many corners are searched corner by corner.
+/// Polygons of up to this many corners are searched corner by corner.
 const SMALL: usize = 64;
 /// Ears cut from one look at whether to stop to the next.
 const EARS_BETWEEN_CHECKS: usize = 1024;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::error::{Error, Result};
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 
 /// A user's mesh, ready to be asked for vertices.
 #[derive(Clone, Copy)]
@@ -15,7 +15,7 @@ pub struct UserVertices<'a> {
     /// Its rings.
     pub rings: &'a Rings,
     /// Its triangles, for points.
-    pub tree: &'a SurfaceTree,
+    pub tree: &'a SurfaceBvh,
 }
 
 impl UserVertices<'_> {

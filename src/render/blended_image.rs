@@ -33,6 +33,7 @@ fn weights(sample: &Sample, view: DVec3, light: DVec3) -> Result<Vec<(usize, f32
     let (views, lights) = (&description.views, &description.lights);
     let weighting = Weighting::Continuous;
     let mut scratch = Scratch::default();
+    // Weight the pairs of a scattered sample.
     if let Some(pairs) = &description.pairs {
         let pairs = PairSet::new(views, lights, pairs, weighting)?;
         let mut found = Vec::new();
@@ -40,6 +41,7 @@ fn weights(sample: &Sample, view: DVec3, light: DVec3) -> Result<Vec<(usize, f32
         let image = |weight: &Weight| pairs.kept()[weight.index as usize] as usize;
         return Ok(found.iter().map(|w| (image(w), w.weight)).collect());
     }
+    // Weight views and lights apart, and multiply.
     let [views, lights] = [views, lights].map(|set| DirectionSet::new(set, weighting));
     let (mut of_views, mut of_lights) = (Vec::new(), Vec::new());
     views.weigh::<false>(view, &mut scratch, &mut of_views);

@@ -78,6 +78,7 @@ impl View {
         let fault = |place: &str, found: String, expected: &str| {
             Err(Error::data(format!("camera {place}"), found).expected(expected))
         };
+        // Check the vectors.
         for (place, vector) in [("position", position), ("target", target), ("up", up)] {
             if !vector.is_finite() {
                 return fault(place, format!("{vector}"), "finite numbers");
@@ -86,6 +87,7 @@ impl View {
         let Some(forward) = (target - position).try_normalize() else {
             return fault("target", "is the camera's position".into(), "another point");
         };
+        // Set up the axes.
         let right = forward.cross(up);
         if right.length() <= 1e-9 * up.length() {
             return fault(
@@ -95,6 +97,7 @@ impl View {
             );
         }
         let right = right.normalize();
+        // Find the scale.
         let rows = f64::from(size[1]);
         let pixels_per_unit = match projection {
             Projection::Perspective { vertical_fov } => {

@@ -4,21 +4,21 @@ use std::cell::OnceCell;
 
 use glam::DVec3;
 
+use crate::render::azimuth::AzimuthFrame;
 use crate::render::bounds::used_points;
 use crate::render::camera::{Camera, Projection};
-use crate::render::compass::Compass;
 use crate::render::framing::{Aim, FittedProjection, Framed};
+use crate::render::option_values::{ProjectionKind, Sweep};
 use crate::render::options::RenderOptions;
 use crate::render::path_file::Row;
 use crate::render::subject::Subject;
-use crate::render::values::{ProjectionKind, Sweep};
 
 /// Finds the camera of each frame.
 pub struct CameraPlan<'a> {
     options: &'a RenderOptions,
     subject: &'a Subject<'a>,
     /// Azimuth 0 at the front.
-    compass: Compass,
+    azimuths: AzimuthFrame,
     course: Course,
     /// The frame of all cameras but those of files.
     framed: OnceCell<Framed>,
@@ -40,7 +40,7 @@ impl<'a> CameraPlan<'a> {
     pub fn new(options: &'a RenderOptions, subject: &'a Subject<'a>, rows: &[Row]) -> Self {
         let course = if rows.iter().any(Row::moves_camera) {
             Course::Anywhere
-        } else if options.sweep == Sweep::ViewOrbit {
+        } else if options.sweep.kind == Sweep::ViewOrbit {
             Course::Circle
         } else {
             Course::Still
@@ -48,24 +48,28 @@ impl<'a> CameraPlan<'a> {
         Self {
             options,
             subject,
-            compass: Compass::facing(options.up, subject.front.axis),
+            azimuths: AzimuthFrame::facing(options.camera.up, subject.front.axis),
             course,
             framed: OnceCell::new(),
         }
     }
 
     /// Azimuth 0 at the front.
-    pub fn compass(&self) -> &Compass {
-        &self.compass
+    pub fn azimuths(&self) -> &AzimuthFrame {
+        &self.azimuths
     }
 
     /// The camera of a frame of which the sweep says `row`.
     pub fn camera(&self, row: &Row) -> Camera {
         let options = self.options;
-        let azimuth = row.camera_azimuth.unwrap_or(options.camera_azimuth);
-        let elevation = row.camera_elevation.unwrap_or(options.camera_elevation);
-        let target = self.point(row.target.or(options.camera_target.map(|p| p.0)));
+        // Find what the frame says, else the options.
+        let azimuth = row.camera_azimuth.unwrap_or(options.camera.camera_azimuth);
+        let elevation = row
+            .camera_elevation
+            .unwrap_or(options.camera.camera_elevation);
+        let target = self.point(row.target.or(options.camera.camera_target.map(|p| p.0)));
         let middle = target.unwrap_or(self.subject.bounds.centre);
+        // Find position and direction.
         let position = match (self.point(row.camera), self.stated_position()) {
             (Some(position), _) => Some(position),
             (None, Some(position)) => Some(self.orbited(position, middle, azimuth)),
@@ -74,11 +78,12 @@ impl<'a> CameraPlan<'a> {
         let towards = match position {
             Some(position) => (position - middle).normalize_or_zero(),
             None => self
-                .compass
+                .azimuths
                 .direction(azimuth.to_radians(), elevation.to_radians()),
         };
+        // Frame the subject unless position or target are given.
         let up = row.up.map(DVec3::from_array);
-        let [width, height] = options.size.0.map(f64::from);
+        let [width, height] = options.image.size.0.map(f64::from);
         let aim = Aim {
             target: middle,
             towards,
@@ -89,15 +94,16 @@ impl<'a> CameraPlan<'a> {
         let is_free = position.is_none() && target.is_none();
         let mut camera = aim.camera(&self.framed(&aim, is_free));
         camera.position = position.unwrap_or(camera.position);
-        let stated_height = row.view_height.or(options.view_height);
+        // Apply a stated height and the zoom.
+        let stated_height = row.view_height.or(options.camera.view_height);
         if let (Projection::Orthographic { height }, Some(stated)) =
             (&mut camera.projection, stated_height)
         {
             *height = stated;
         }
-        match options.zoom == 1.0 {
+        match options.camera.zoom == 1.0 {
             true => camera,
-            false => camera.zoomed(options.zoom),
+            false => camera.zoomed(options.camera.zoom),
         }
     }
 
@@ -108,7 +114,7 @@ impl<'a> CameraPlan<'a> {
         let radius = bounds.radius + (aim.target - bounds.centre).length();
         let found = || match self.course {
             Course::Still => aim.still(points(), bounds.radius, is_free),
-            Course::Circle => aim.circle(points(), bounds.radius, self.compass.up()),
+            Course::Circle => aim.circle(points(), bounds.radius, self.azimuths.up()),
             Course::Anywhere => aim.sphere(radius),
         };
         match self.course {
@@ -118,8 +124,8 @@ impl<'a> CameraPlan<'a> {
     }
 
     fn projection(&self, row: &Row) -> FittedProjection {
-        let stated = self.options.vertical_fov();
-        match self.options.projection {
+        let stated = self.options.camera.vertical_fov();
+        match self.options.camera.projection {
             ProjectionKind::Perspective => FittedProjection::Perspective {
                 vertical_fov: row.fov.map_or(stated, f64::to_radians),
             },
@@ -128,7 +134,7 @@ impl<'a> CameraPlan<'a> {
     }
 
     fn stated_position(&self) -> Option<DVec3> {
-        self.point(self.options.camera_position.map(|p| p.0))
+        self.point(self.options.camera.camera_position.map(|p| p.0))
     }
 
     /// A point that options or files name, in the mesh's coordinates.
@@ -139,20 +145,20 @@ impl<'a> CameraPlan<'a> {
     /// A given viewpoint, carried round the target by an orbit.
     fn orbited(&self, position: DVec3, target: DVec3, azimuth: f64) -> DVec3 {
         let offset = position - target;
-        let (own, elevation) = self.compass.angles(offset);
-        let turned = own + (azimuth - self.options.camera_azimuth).to_radians();
+        let (own, elevation) = self.azimuths.angles(offset);
+        let turned = own + (azimuth - self.options.camera.camera_azimuth).to_radians();
         if turned == own {
             return position;
         }
-        target + self.compass.direction(turned, elevation) * offset.length()
+        target + self.azimuths.direction(turned, elevation) * offset.length()
     }
 
     /// The up vector, or the front where the camera looks along it.
     fn upright(&self, towards: DVec3) -> DVec3 {
-        let up = self.compass.up();
+        let up = self.azimuths.up();
         if up.cross(towards).length() <= 1e-6 * towards.length() {
             // Looking down, the front is at the picture's bottom; looking up, at its top.
-            return self.compass.zero() * -up.dot(towards).signum();
+            return self.azimuths.zero() * -up.dot(towards).signum();
         }
         up
     }
@@ -164,7 +170,8 @@ mod tests {
     use crate::mesh::shapes;
     use crate::mesh::triangle_mesh::TriangleMesh;
     use crate::render::camera::View;
-    use crate::render::values::{ImageSize, Point};
+    use crate::render::option_values::{ImageSize, Point};
+    use crate::render::options::{CameraOptions, ImageOptions, SweepOptions};
 
     /// A long ball, off the origin.
     fn mesh() -> TriangleMesh {
@@ -177,7 +184,10 @@ mod tests {
 
     fn options() -> RenderOptions {
         RenderOptions {
-            size: ImageSize([400, 300]),
+            image: ImageOptions {
+                size: ImageSize([400, 300]),
+                ..ImageOptions::default()
+            },
             ..RenderOptions::default()
         }
     }
@@ -206,14 +216,20 @@ mod tests {
         assert!((width(plain) - 1.0 / 1.05).abs() < 0.01, "{plain:?}");
         // From the narrow side too.
         let side = RenderOptions {
-            camera_azimuth: 90.0,
+            camera: CameraOptions {
+                camera_azimuth: 90.0,
+                ..options().camera
+            },
             ..options()
         };
         let side = camera(&side, &Row::default());
         assert!((0.4..0.9).contains(&width(side)), "{side:?}");
         assert!(side.position.distance(side.target) < plain.position.distance(plain.target));
         let zoomed = RenderOptions {
-            zoom: 0.5,
+            camera: CameraOptions {
+                zoom: 0.5,
+                ..options().camera
+            },
             ..options()
         };
         let zoomed = camera(&zoomed, &Row::default());
@@ -223,7 +239,10 @@ mod tests {
     #[test]
     fn an_orbit_keeps_its_distance() {
         let orbit = RenderOptions {
-            sweep: Sweep::ViewOrbit,
+            sweep: SweepOptions {
+                kind: Sweep::ViewOrbit,
+                ..options().sweep
+            },
             ..options()
         };
         let at = |azimuth: f64| {
@@ -261,13 +280,19 @@ mod tests {
     #[test]
     fn given_points_are_kept() {
         let given = RenderOptions {
-            camera_target: Some(Point([5.0, 0.5, 0.0])),
+            camera: CameraOptions {
+                camera_target: Some(Point([5.0, 0.5, 0.0])),
+                ..options().camera
+            },
             ..options()
         };
         let target = camera(&given, &Row::default()).target;
         assert_eq!(target, DVec3::new(5.0, 0.5, 0.0));
         let given = RenderOptions {
-            camera_position: Some(Point([5.0, 8.0, 0.0])),
+            camera: CameraOptions {
+                camera_position: Some(Point([5.0, 8.0, 0.0])),
+                ..given.camera
+            },
             ..given
         };
         let camera = camera(&given, &Row::default());

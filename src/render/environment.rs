@@ -1,8 +1,8 @@
 //! A latitude-longitude image as a few directional lights, placed by importance.
 //!
-//! The image is split again and again where the part with the most energy has half of it on either
+//! The image is split again and again where the part with the most flux has half of it on either
 //! side (Debevec 2005, median cut, with any number of parts), so bright places get many lights.
-//! Each light stands at its part's centroid of energy and has all its energy: the sum of the
+//! Each light stands at its part's centroid of flux and has all its flux: the sum of the
 //! lights' irradiances is the integral of radiance over solid angle, whatever their number.
 
 use std::path::Path;
@@ -12,18 +12,18 @@ use glam::DVec3;
 use crate::error::{Error, Result};
 use crate::format::image::{self, Alpha, Flags, FloatImage, Missing, Notes, ReadOptions};
 use crate::progress::Progress;
-use crate::render::compass::Compass;
+use crate::render::azimuth::AzimuthFrame;
 use crate::render::light::{Light, Origin, luminance};
 use crate::render::options::RenderOptions;
 
 /// Reads the image of an environment in linear Rec. 709, three channels. Where it is transparent or holds no
 /// data there is no light: such places are black.
-pub fn read(path: &Path, options: &RenderOptions, progress: &Progress<'_>) -> Result<FloatImage> {
+pub fn read(path: &Path, options: &RenderOptions, progress: Progress<'_>) -> Result<FloatImage> {
     let reading = ReadOptions {
-        encoding: options.environment_encoding.unwrap_or_default(),
+        encoding: options.lights.environment_encoding.unwrap_or_default(),
         alpha: Alpha::OverBlack,
         missing: Missing::Black,
-        layer: options.environment_layer.clone(),
+        layer: options.lights.environment_layer.clone(),
         flags: Flags {
             layer: "--environment-layer",
             encoding: "--environment-encoding",
@@ -47,12 +47,12 @@ struct Part {
 }
 
 /// Sums of luminance times solid angle over rectangles from the upper left corner.
-struct Energy {
+struct FluxTable {
     width: usize,
     sums: Vec<f64>,
 }
 
-impl Energy {
+impl FluxTable {
     fn new(image: &FloatImage) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let mut sums = vec![0.0; (width + 1) * (height + 1)];
@@ -74,7 +74,7 @@ impl Energy {
         at(bottom, right) - at(top, right) - at(bottom, left) + at(top, left)
     }
 
-    /// Cuts a part where half its energy is on either side, across its longer extent.
+    /// Cuts a part where half its flux is on either side, across its longer extent.
     fn split(&self, part: Part, height: usize) -> Option<(Part, Part)> {
         let ([top, bottom], [left, right]) = (part.rows, part.columns);
         let middle = (top + bottom) as f64 * 0.5 / height as f64 * std::f64::consts::PI;
@@ -114,22 +114,29 @@ fn solid_angle(image: &FloatImage, row: usize) -> f64 {
 
 /// The direction of a texel's centre. The image's middle lies at azimuth 180° + `turn`; its columns
 /// run clockwise seen from above, as one sees them standing inside.
-fn direction(image: &FloatImage, compass: &Compass, turn: f64, row: usize, column: usize) -> DVec3 {
+fn direction(
+    image: &FloatImage,
+    azimuths: &AzimuthFrame,
+    turn: f64,
+    row: usize,
+    column: usize,
+) -> DVec3 {
     let u = (column as f64 + 0.5) / f64::from(image.width);
     let v = (row as f64 + 0.5) / f64::from(image.height);
     let azimuth = std::f64::consts::TAU * (1.0 - u) + turn;
-    compass.direction(azimuth, (0.5 - v) * std::f64::consts::PI)
+    azimuths.direction(azimuth, (0.5 - v) * std::f64::consts::PI)
 }
 
-/// At most `count` directional lights for an image of linear radiance (3 channels), turned by
-/// `turn` radians and multiplied by `scale`.
+/// At most `count` directional lights for an image of linear radiance (3 channels), rotated by `turn` radians and
+/// multiplied by `scale`.
 pub fn lights(
     image: &FloatImage,
-    compass: &Compass,
+    azimuths: &AzimuthFrame,
     count: usize,
     scale: f64,
     turn: f64,
 ) -> Result<Vec<Light>> {
+    // Check the radiance.
     if let Some(at) = image
         .data
         .iter()
@@ -143,30 +150,32 @@ pub fn lights(
         )
         .expected("finite and not negative"));
     }
-    let energy = Energy::new(image);
+    // Halve the part of most flux until there are enough.
+    let flux = FluxTable::new(image);
     let (width, height) = (image.width as usize, image.height as usize);
     let mut parts = vec![Part {
         rows: [0, height],
         columns: [0, width],
     }];
-    if energy.of(parts[0]) <= 0.0 {
+    if flux.of(parts[0]) <= 0.0 {
         return Err(Error::data("environment", "black").expected("some light"));
     }
     while parts.len() < count {
         let brightest = (0..parts.len())
-            .filter_map(|index| Some((index, energy.split(parts[index], height)?)))
-            .max_by(|a, b| energy.of(parts[a.0]).total_cmp(&energy.of(parts[b.0])));
+            .filter_map(|index| Some((index, flux.split(parts[index], height)?)))
+            .max_by(|a, b| flux.of(parts[a.0]).total_cmp(&flux.of(parts[b.0])));
         let Some((index, (first, second))) = brightest else {
             break;
         };
         parts[index] = first;
         parts.push(second);
     }
+    // Put a light into the middle of each part's flux.
     let light = |part: &Part| {
         light_of(
             image,
             *part,
-            |row, column| direction(image, compass, turn, row, column),
+            |row, column| direction(image, azimuths, turn, row, column),
             scale,
         )
     };
@@ -204,7 +213,7 @@ fn light_of(
 mod tests {
     use super::*;
     use crate::format::image::{Encoding, Precision};
-    use crate::render::compass::Axis;
+    use crate::render::azimuth::Axis;
 
     fn image(value: impl Fn(u32, u32) -> f32) -> FloatImage {
         let (width, height) = (64, 32);
@@ -222,11 +231,11 @@ mod tests {
     }
 
     #[test]
-    fn energy_is_kept_whatever_the_number_of_lights() {
-        let compass = Compass::facing(Axis::Y, Axis::Z);
+    fn flux_is_kept_whatever_the_number_of_lights() {
+        let azimuths = AzimuthFrame::facing(Axis::Y, Axis::Z);
         let uniform = image(|_, _| 0.5);
         for count in [1, 2, 7, 64] {
-            let lights = lights(&uniform, &compass, count, 1.0, 0.0);
+            let lights = lights(&uniform, &azimuths, count, 1.0, 0.0);
             let total: f32 = match lights {
                 Ok(lights) => lights.iter().map(|light| light.irradiance[1]).sum(),
                 // One light for a uniform sphere has no direction.
@@ -241,8 +250,8 @@ mod tests {
 
     #[test]
     fn a_lambertian_plane_under_a_uniform_sky_shows_its_radiance() {
-        let compass = Compass::facing(Axis::Y, Axis::Z);
-        let lights = lights(&image(|_, _| 1.0), &compass, 256, 1.0, 0.0).unwrap();
+        let azimuths = AzimuthFrame::facing(Axis::Y, Axis::Z);
+        let lights = lights(&image(|_, _| 1.0), &azimuths, 256, 1.0, 0.0).unwrap();
         let radiance: f64 = lights
             .iter()
             .map(|light| match light.origin {
@@ -255,17 +264,17 @@ mod tests {
 
     #[test]
     fn a_bright_spot_is_found_where_it_is() {
-        let compass = Compass::facing(Axis::Y, Axis::Z);
+        let azimuths = AzimuthFrame::facing(Axis::Y, Axis::Z);
         // In the middle of the image: azimuth 180, on the horizon. A quarter to the right of it,
         // clockwise seen from above: azimuth 90.
         for (column, azimuth) in [(32, 180.0f64), (48, 90.0), (16, 270.0)] {
             let spot = image(|r, c| if r == 16 && c == column { 100.0 } else { 0.0 });
-            let lights = lights(&spot, &compass, 16, 1.0, 0.0).unwrap();
+            let lights = lights(&spot, &azimuths, 16, 1.0, 0.0).unwrap();
             assert_eq!(lights.len(), 1);
             let Origin::Directional { towards } = lights[0].origin else {
                 panic!("{lights:?}")
             };
-            let (found, elevation) = compass.angles(towards);
+            let (found, elevation) = azimuths.angles(towards);
             assert!(
                 (found.to_degrees() - azimuth).abs() < 6.0,
                 "{column} {found}"
@@ -273,7 +282,7 @@ mod tests {
             assert!(elevation.abs() < 0.1);
         }
         let bad = image(|_, _| f32::NAN);
-        assert!(super::lights(&bad, &compass, 4, 1.0, 0.0).is_err());
+        assert!(super::lights(&bad, &azimuths, 4, 1.0, 0.0).is_err());
     }
 
     #[test]
@@ -284,13 +293,13 @@ mod tests {
             .save(&path)
             .unwrap();
         let mut options = RenderOptions::default();
-        let sky = read(&path, &options, &Progress::silent()).unwrap();
+        let sky = read(&path, &options, Progress::silent()).unwrap();
         let row: Vec<f32> = (0..4).map(|x| sky.get(0, x, 1)).collect();
         for (found, alpha) in row.iter().zip([0.0, 85.0, 170.0, 255.0]) {
             assert!((found - alpha / 255.0).abs() < 1e-6, "{row:?}");
         }
-        options.environment_layer = Some("sun".into());
-        let error = read(&path, &options, &Progress::silent()).unwrap_err();
+        options.lights.environment_layer = Some("sun".into());
+        let error = read(&path, &options, Progress::silent()).unwrap_err();
         let text = error.to_string();
         assert!(text.starts_with("--environment-layer: `sun`"), "{text}");
     }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
-use crate::render::occlusion::{Departure, Occluders};
+use crate::render::occlusion::{Occluders, RayOrigin};
 
 /// How much the radiance rises from the horizon to the zenith, and sinks to the nadir, over that at the horizon.
 const GRADIENT: f64 = 0.75;
@@ -51,7 +51,7 @@ pub fn openness(
     occluders: &Occluders,
     map: &SurfaceTextonMap,
     vertices: &[u32],
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Vec<f32> {
     let find = |&vertex: &u32| {
         if progress.is_interrupted() {
@@ -59,7 +59,7 @@ pub fn openness(
         }
         let point = map.mesh.positions[vertex as usize];
         let normal = map.normals[vertex as usize];
-        occluders.openness(point, normal, Departure::Vertex(point), RAYS, vertex)
+        occluders.openness(point, normal, RayOrigin::Vertex(point), RAYS, vertex)
     };
     let found: Vec<f32> = vertices.par_iter().with_min_len(CHUNK).map(find).collect();
     let mut open = vec![1.0; map.mesh.positions.len()];

@@ -148,6 +148,7 @@ impl Frame {
         };
         let layer = |numbers| Numbers::Float(Cow::Borrowed(numbers));
         let geometry = self.geometry.as_deref();
+        // Name the planes of each group.
         for group in groups {
             match group {
                 LayerGroup::Rgba => {

@@ -3,13 +3,13 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 
 /// Frame numbers: `24` is 1 to 24, `10-20` and `1-240x2` (every second) pick from a longer sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "Text", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(into = "String")]
 pub struct FrameRange {
     first: u32,
     last: u32,
@@ -22,25 +22,6 @@ pub struct FrameRange {
 const MOST_FRAMES: u32 = 100_000;
 /// The largest number of a frame, and of frames of a sweep.
 pub const LAST_FRAME: u32 = 9_999_999;
-
-/// A number in TOML is a count.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Text {
-    Count(u32),
-    Range(String),
-}
-
-impl TryFrom<Text> for FrameRange {
-    type Error = String;
-
-    fn try_from(text: Text) -> std::result::Result<Self, String> {
-        match text {
-            Text::Count(count) => count.to_string().parse(),
-            Text::Range(range) => range.parse(),
-        }
-    }
-}
 
 impl From<FrameRange> for String {
     fn from(range: FrameRange) -> Self {
@@ -79,6 +60,7 @@ impl FromStr for FrameRange {
                 .parse::<u32>()
                 .map_err(|_| format!("`{text}` is neither a count nor a range as 1-240 or 1-240x2"))
         };
+        // Read the range and its step.
         let (range, step) = match text.split_once('x') {
             Some((range, step)) => (range, number(step)?),
             None => (text, 1),
@@ -87,6 +69,7 @@ impl FromStr for FrameRange {
             Some((first, last)) => (number(first)?, number(last)?, false),
             None => (1, number(range)?, true),
         };
+        // Check them.
         if last == 0 {
             return Err("no frame is asked for".into());
         }
@@ -97,7 +80,7 @@ impl FromStr for FrameRange {
         }
         if first == 0 || first > last || step == 0 {
             return Err(format!(
-                "`{text}` is no range: frames count from 1, steps are 1 or more"
+                "`{text}` is not a range: frames count from 1, steps are 1 or more"
             ));
         }
         let count = (last - first) / step + 1;
@@ -129,7 +112,7 @@ impl fmt::Display for FrameRange {
 }
 
 /// File names with the frame's number in place of a run of `#`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
 pub struct FramePattern(pub String);
 

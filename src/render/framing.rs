@@ -103,7 +103,8 @@ impl Aim {
         }
     }
 
-    /// The place from which points of a surface stay in the picture while the camera goes once round `axis`, a unit vector.
+    /// The place from which points of a surface stay in the picture while the camera continuesce round `axis`, a unit
+    /// vector.
     pub fn circle(&self, points: impl Iterator<Item = DVec3>, radius: f64, axis: DVec3) -> Framed {
         let (sin, cos) = {
             let sin = self.towards.dot(axis).clamp(-1.0, 1.0);

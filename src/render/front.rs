@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::mesh::triangle_mesh::TriangleMesh;
-use crate::render::compass::{Axis, front_of};
+use crate::render::azimuth::{Axis, front_of};
 
 /// Triangles summed by one task; fixed, so that sums do not depend on the thread count.
 const CHUNK: usize = 1 << 12;

@@ -13,9 +13,9 @@ use crate::render::bounds::Bounds;
 use crate::render::camera::View;
 use crate::render::frame::GeometryLayers;
 use crate::render::light::{Incidence, Light, luminance};
-use crate::render::occlusion::{Cone, Departure, Occluders};
+use crate::render::occlusion::{Cone, Occluders, RayOrigin};
 use crate::render::raster::{Hit, SurfaceBuffer};
-use crate::render::vertex_shading::Scene;
+use crate::render::vertex_shading::ShadingScene;
 
 /// Lights up to which each sample of a pixel casts its own rays; with more, one sample speaks for all.
 const FEW_LIGHTS: usize = 4;
@@ -73,7 +73,7 @@ impl Ground {
     /// pixels that see nothing else.
     pub fn darken(
         &self,
-        scene: &Scene,
+        scene: &ShadingScene,
         surface: &SurfaceBuffer,
         rgba: &mut [[f32; 4]],
         layers: Option<&mut Arc<GeometryLayers>>,
@@ -101,7 +101,7 @@ impl Ground {
     /// shadow and no surface, else infinity.
     fn darken_pixel(
         &self,
-        (scene, surface): (&Scene, &SurfaceBuffer),
+        (scene, surface): (&ShadingScene, &SurfaceBuffer),
         [column, row]: [u32; 2],
         offsets: &[[f64; 2]],
         pixel: &mut [f32; 4],
@@ -109,6 +109,7 @@ impl Ground {
         if pixel[3] >= 1.0 || scene.progress.is_interrupted() {
             return f32::INFINITY;
         }
+        // Find the samples that see the ground, and how dark it is there.
         let at = |[x, y]: [f64; 2]| {
             let place = [f64::from(column) + x, f64::from(row) + y];
             self.seen(scene.view, place)
@@ -132,6 +133,7 @@ impl Ground {
         if dark <= 0.0 {
             return f32::INFINITY;
         }
+        // Add the darkness to the coverage.
         let is_bare = pixel[3] == 0.0;
         pixel[3] += dark / asked as f32 * free as f32 / offsets.len() as f32;
         match at([0.5; 2]) {
@@ -152,10 +154,11 @@ impl Ground {
     }
 
     /// The share of the light that does not reach a point of the ground, 1 − received / sent.
-    fn darkness(&self, scene: &Scene, point: DVec3) -> f32 {
+    fn darkness(&self, scene: &ShadingScene, point: DVec3) -> f32 {
         let Some(occluders) = scene.occluders else {
             return 0.0;
         };
+        // Ask whether light reaches the point past its occluders.
         let (p, up) = (point.as_vec3(), self.up.as_vec3());
         let turn = p.x.to_bits() ^ p.y.to_bits().rotate_left(11) ^ p.z.to_bits().rotate_left(22);
         let seen = |light: &Light, incidence: &Incidence, rays: u32| {
@@ -163,8 +166,9 @@ impl Ground {
             if self.passes_by(p, incidence, cone) {
                 return 1.0;
             }
-            occluders.visibility(p, up, Departure::Point, incidence, cone, turn)
+            occluders.visibility(p, up, RayOrigin::Point, incidence, cone, turn)
         };
+        // Sum the light that is sent and that arrives; only penumbras are worth all rays.
         let (mut sent, mut received) = (0.0, 0.0);
         for light in scene.lights {
             let incidence = light.at(p);
@@ -180,6 +184,7 @@ impl Ground {
                     };
             }
         }
+        // Do the same for the fill light.
         if let Some(fill) = &scene.fill {
             let falls = fill.irradiance(fill.up.dot(self.up));
             sent += falls;
@@ -226,7 +231,7 @@ impl OpenSky {
             let [i, j] = [at % SIDE, at / SIDE].map(|k| k as f64);
             let point = sky.corner + sky.steps[0] * i + sky.steps[1] * j;
             let found =
-                occluders.openness(point.as_vec3(), up.as_vec3(), Departure::Point, RAYS, 0);
+                occluders.openness(point.as_vec3(), up.as_vec3(), RayOrigin::Point, RAYS, 0);
             let away = (point - middle).length() / bounds.radius;
             let faded = ((away - FADING) / (REACH - FADING)).clamp(0.0, 1.0) as f32;
             found + (1.0 - found) * faded

@@ -10,11 +10,11 @@ use crate::btf::sample::Sample;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::light::Light;
 use crate::render::nearest::Weighting;
+use crate::render::option_values::{Layer, Sweep};
 use crate::render::options::RenderOptions;
 use crate::render::parallax::Parallax;
 use crate::render::plan::PlannedFrame;
 use crate::render::renderer::Shading;
-use crate::render::values::{Layer, Sweep};
 
 /// Bytes of what a sample of a pixel sees.
 const HIT: u64 = 12;
@@ -32,7 +32,7 @@ const KEPT_PIXELS: u64 = 1 << 20;
 /// Bytes of a vertex and of a triangle: the file's columns, frames, the hierarchy that rays meet.
 const VERTEX: u64 = 280;
 const TRIANGLE: u64 = 150;
-/// Bytes that a vertex keeps of each light: whether it is reached; and its weights, of so many lights.
+/// Bytes that a vertex keeps of each light: whether it is reached; and its weights, of this many lights.
 const REACHED: u64 = 4;
 const WEIGHTED: u64 = 130;
 const WEIGHTED_LIGHTS: u64 = 8;
@@ -50,9 +50,9 @@ const PROGRAM: u64 = 16 << 20;
 
 /// Bytes that frames and the surface take; the sample laid out for shading apart.
 pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
-    let [width, height] = options.size.0.map(u64::from);
+    let [width, height] = options.image.size.0.map(u64::from);
     let many = frame_count(options) > 1;
-    let hits = HIT * options.samples.stored() as u64;
+    let hits = HIT * options.image.samples.stored() as u64;
     let standard = |layer: &Layer| !matches!(layer, Layer::Shadow | Layer::Weight);
     let mut pixel = hits + PIXEL;
     if many {
@@ -61,18 +61,18 @@ pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
     if many && view_moves(options) {
         pixel += hits;
     }
-    if options.float || !options.layers.iter().all(standard) {
+    if options.files.float || !options.files.layers.iter().all(standard) {
         pixel += WIDE_PIXEL;
     }
-    if options.ground {
+    if options.lights.ground {
         pixel += GROUND_PIXEL;
     }
     let mut bytes = width * height * pixel + PROGRAM;
-    if many && options.shading == Shading::Pixel {
+    if many && options.image.shading == Shading::Pixel {
         bytes += (KEPT_POINT + 3 * longer_list(options)) * (width * height).min(KEPT_PIXELS);
     }
     // Weights are listed for what asks more than once: pixels, or frames to come.
-    let listed = many || options.shading == Shading::Pixel;
+    let listed = many || options.image.shading == Shading::Pixel;
     let weighted = match listed {
         true => WEIGHTED + longer_list(options),
         false => 0,
@@ -81,7 +81,7 @@ pub fn frame_bytes(options: &RenderOptions, map: &SurfaceTextonMap) -> u64 {
 }
 
 fn longer_list(options: &RenderOptions) -> u64 {
-    match options.weights {
+    match options.image.weights {
         Weighting::Quadratic => LONGER_LIST,
         Weighting::Continuous | Weighting::InverseAngle => 0,
     }
@@ -89,25 +89,25 @@ fn longer_list(options: &RenderOptions) -> u64 {
 
 /// Whether frames may differ in their cameras.
 fn view_moves(options: &RenderOptions) -> bool {
-    let swept = matches!(options.sweep, Sweep::ViewOrbit | Sweep::File(_));
-    swept || options.camera_path.is_some()
+    let swept = matches!(options.sweep.kind, Sweep::ViewOrbit | Sweep::File(_));
+    swept || options.camera.camera_path.is_some()
 }
 
 /// Bytes of the sample laid out for shading that stay in memory, and of the factors of a factored one.
 pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
     let description = sample.description();
-    let sums = match options.fill > 0.0 {
+    let sums = match options.lights.fill > 0.0 {
         true => SUMS * description.views.len(),
         false => 0,
     };
     let numbers = sample.grid().len() * (sample.image_count() + sums) * 3;
     let finest = numbers as u64 * description.dtype.size() as u64;
-    let all = if options.uses_mip() {
+    let all = if options.image.uses_mip() {
         finest + finest / 3
     } else {
         finest
     };
-    let table = match finest <= options.table_memory.saturating_mul(1 << 20) {
+    let table = match finest <= options.files.table_memory.saturating_mul(1 << 20) {
         true => all,
         false => SLAB,
     };
@@ -116,7 +116,7 @@ pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
 
 /// Bytes of what views see of the heights that they may be blended over.
 fn relief_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
-    if options.parallax == Parallax::Off {
+    if options.image.parallax == Parallax::Off {
         return 0;
     }
     let texels = sample.grid().len() as u64;
@@ -138,19 +138,23 @@ fn plan_bytes(options: &RenderOptions) -> u64 {
 
 /// Lights of a frame.
 pub fn light_count(options: &RenderOptions) -> u64 {
-    let environment = match options.environment {
-        Some(_) => u64::from(options.environment_lights),
+    let environment = match options.lights.environment {
+        Some(_) => u64::from(options.lights.environment_lights),
         None => 0,
     };
-    (options.light.len() as u64 + environment).max(1)
+    (options.lights.light.len() as u64 + environment).max(1)
 }
 
 /// Frames of the run; 24 where a file says how many.
 pub fn frame_count(options: &RenderOptions) -> u64 {
-    match (&options.frames, options.sweep_length) {
+    match (&options.sweep.frames, options.sweep.sweep_length) {
         (Some(range), _) => range.numbers().count() as u64,
         (None, Some(length)) => u64::from(length),
-        (None, None) if options.sweep == Sweep::None && options.camera_path.is_none() => 1,
+        (None, None)
+            if options.sweep.kind == Sweep::None && options.camera.camera_path.is_none() =>
+        {
+            1
+        }
         (None, None) => 24,
     }
 }

@@ -4,24 +4,25 @@
 //! cameras and lights ([`plan`]); [`raster`] finds what each sample of the image sees; colour is
 //! shaded at vertices ([`vertex_shading`]) or in pixels ([`pixel_shading`]), from the sample laid
 //! out texel by texel ([`texel_table`]), weighted by nearness of directions ([`nearest`],
-//! [`radiance`]), with their [`parallax`] where the sample has heights, and dimmed where shadow rays say so ([`occlusion`], [`pixel_shadows`]); the [`renderer`] resolves it
+//! [`btf_lookup`]), with their [`parallax`] where the sample has heights, and dimmed where shadow rays say so ([`occlusion`], [`pixel_shadows`]); the [`renderer`] resolves it
 //! to a [`frame`], and [`sequence`] writes a sweep of them. `texel_baking` shades the texels of a texture map
 //! instead of pixels; [`held_out`] measures how well a sample's directions predict each other.
 
-pub mod blended_image;
-pub mod bounds;
+mod azimuth;
+pub(crate) mod blended_image;
+pub(crate) mod bounds;
+pub(crate) mod btf_lookup;
 mod camera;
 mod camera_plan;
-mod compass;
-pub mod cover;
+pub(crate) mod cover;
 mod environment;
 pub(crate) mod even_light;
-pub mod fill;
+pub(crate) mod fill;
 mod fragment;
-pub mod frame;
-pub mod frame_range;
+pub(crate) mod frame;
+pub(crate) mod frame_range;
 mod framing;
-pub mod front;
+pub(crate) mod front;
 mod ground;
 pub mod held_out;
 mod known_weights;
@@ -29,33 +30,50 @@ mod light;
 pub(crate) mod memory;
 pub mod nearest;
 mod occlusion;
-pub mod options;
+pub(crate) mod option_values;
+pub(crate) mod options;
 pub mod parallax;
 pub mod path_file;
 mod pixel_shading;
 mod pixel_shadows;
-pub mod plan;
+mod placement;
+pub(crate) mod plan;
 pub(crate) mod preview;
-pub mod radiance;
-pub mod raster;
-pub mod renderer;
+pub(crate) mod raster;
+pub(crate) mod renderer;
 mod seen_points;
 pub mod sequence;
 pub(crate) mod sides;
-pub mod subject;
-mod surroundings;
-pub mod texel_baking;
-pub mod texel_table;
+pub(crate) mod subject;
+pub(crate) mod texel_baking;
+pub(crate) mod texel_table;
 mod tone;
-pub mod values;
 mod vertex_frame;
 mod vertex_lights;
 mod vertex_shading;
 mod vertex_shadows;
 mod vertices;
 
+pub use azimuth::Axis;
+pub use blended_image::blended_image;
+pub use bounds::Bounds;
+pub use btf_lookup::{BtfLookup, Texels};
 pub use camera::{Camera, Projection, View};
-pub use compass::Axis;
+pub use cover::Cover;
+pub use fill::Fill;
+pub use frame::{Frame, GeometryLayers, LayerGroup};
+pub use frame_range::{FramePattern, FrameRange};
+pub use front::Front;
 pub use light::{Light, Origin};
-pub use options::RenderOptions;
-pub use values::{ImageSize, Sweep};
+pub use option_values::{
+    Animation, ImageSize, Layer, LightSpec, Mip, Point, ProjectionKind, Sweep,
+};
+pub use options::{
+    CameraOptions, FileOptions, ImageOptions, LightOptions, RenderOptions, SweepOptions,
+};
+pub use plan::{PlannedFrame, plan};
+pub use raster::{Hit, Samples};
+pub use renderer::{RenderSettings, Renderer, Shading, Shadows};
+pub use subject::Subject;
+pub use texel_table::MemoryBudget;
+pub use tone::{Background, ToneCurve};

@@ -4,7 +4,7 @@
 //! more than a rounding error, so that no ray slips between two triangles. A ray leaves the
 //! surface a little above its point and passes over the triangles that the point belongs to.
 
-pub mod beam;
+pub(crate) mod beam;
 
 use std::time::Duration;
 
@@ -47,7 +47,7 @@ impl Boundable for Padded {
 
 /// The part of the surface that a ray starts from and cannot be blocked by.
 #[derive(Clone, Copy, Debug, Default)]
-pub enum Departure {
+pub enum RayOrigin {
     /// A vertex: all triangles with a corner at this position.
     Vertex(Vec3),
     /// A point inside a triangle.
@@ -60,8 +60,10 @@ pub enum Departure {
 impl Occluders {
     /// Builds the hierarchy.
     pub fn new(mesh: &TriangleMesh, bounds: &Bounds) -> Self {
+        // Choose how far rays start off the surface.
         let furthest = bounds.low.abs().max(bounds.high.abs()).max_element();
         let lift = (1e-5 * bounds.radius + 1e-6 * furthest) as f32;
+        // Build the tree over boxes with a margin.
         let boxes: Vec<Padded> = (0..mesh.triangles.len())
             .map(|triangle| {
                 let corners = mesh.corners(triangle).map(Vec3A::from);
@@ -77,6 +79,7 @@ impl Occluders {
             BvhBuildParams::medium_build(),
             &mut Duration::default(),
         );
+        // Put the triangles in the order of its leaves.
         let order = std::mem::take(&mut hierarchy.primitive_indices);
         let triangles = order
             .iter()
@@ -104,14 +107,14 @@ impl Occluders {
         &self,
         point: Vec3,
         normal: Vec3,
-        departure: Departure,
+        ray_origin: RayOrigin,
         incidence: &Incidence,
         cone: Cone,
         turn: u32,
     ) -> f32 {
         let origin = point + normal * self.lift;
         if cone.rays == 1 {
-            let free = self.is_free(origin, incidence.towards, incidence.distance, departure);
+            let free = self.is_free(origin, incidence.towards, incidence.distance, ray_origin);
             return f32::from(u8::from(free));
         }
         let (side, up) = incidence.towards.any_orthonormal_pair();
@@ -126,7 +129,7 @@ impl Occluders {
             let towards = (incidence.towards + offset).normalize();
             let above = towards.dot(normal) > 0.0;
             seen +=
-                u32::from(above && self.is_free(origin, towards, incidence.distance, departure));
+                u32::from(above && self.is_free(origin, towards, incidence.distance, ray_origin));
         }
         seen as f32 / cast as f32
     }
@@ -136,7 +139,7 @@ impl Occluders {
         &self,
         point: Vec3,
         normal: Vec3,
-        departure: Departure,
+        ray_origin: RayOrigin,
         rays: u32,
         turn: u32,
     ) -> f32 {
@@ -147,19 +150,19 @@ impl Occluders {
             let [x, y] = disc_point(ray, rays, turn);
             let z = (1.0 - x * x - y * y).max(0.0).sqrt();
             let towards = side * x + up * y + normal * z;
-            self.is_free(origin, towards.normalize(), f32::INFINITY, departure)
+            self.is_free(origin, towards.normalize(), f32::INFINITY, ray_origin)
         };
         (0..rays).filter(is_open).count() as f32 / rays as f32
     }
 
     /// Whether nothing lies between a point above the surface and the light.
-    fn is_free(&self, origin: Vec3, towards: Vec3, distance: f32, departure: Departure) -> bool {
+    fn is_free(&self, origin: Vec3, towards: Vec3, distance: f32, ray_origin: RayOrigin) -> bool {
         let shear = Shear::new(towards);
         let ray = Ray::new(origin.into(), towards.into(), 0.0, distance);
         self.hierarchy.ray_traverse_miss(ray, |_, index| {
             let triangle = &self.triangles[index];
             let hit = shear.distance(origin, &triangle.corners);
-            if hit < distance && !triangle.belongs_to(departure) {
+            if hit < distance && !triangle.belongs_to(ray_origin) {
                 0.0
             } else {
                 f32::INFINITY
@@ -169,11 +172,11 @@ impl Occluders {
 }
 
 impl Occluder {
-    fn belongs_to(&self, departure: Departure) -> bool {
-        match departure {
-            Departure::Vertex(position) => self.corners.contains(&position),
-            Departure::Triangle(id) => self.id == id,
-            Departure::Point => false,
+    fn belongs_to(&self, ray_origin: RayOrigin) -> bool {
+        match ray_origin {
+            RayOrigin::Vertex(position) => self.corners.contains(&position),
+            RayOrigin::Triangle(id) => self.id == id,
+            RayOrigin::Point => false,
         }
     }
 }
@@ -225,7 +228,7 @@ impl Cone {
     }
 }
 
-/// Point `index` of `count` spread evenly over the unit disc (Vogel 1979), turned by a hash.
+/// Point `index` of `count` spread evenly over the unit disc (Vogel 1979), rotated by a hash.
 fn disc_point(index: u32, count: u32, turn: u32) -> [f32; 2] {
     const GOLDEN_ANGLE: f32 = 2.399_963_1;
     let hashed = (turn.wrapping_mul(0x9e37_79b9) ^ (turn >> 16)).wrapping_mul(0x85eb_ca6b);
@@ -354,7 +357,7 @@ mod tests {
             let aim = a.lerp(b, stream.gen_range(0.0..1.0));
             let origin = Vec3::from_array([0; 3].map(|_| stream.gen_range(-0.3..0.3)));
             let towards = (aim - origin).normalize();
-            let away = Departure::Triangle(u32::MAX);
+            let away = RayOrigin::Triangle(u32::MAX);
             assert!(!occluders.is_free(origin, towards, f32::INFINITY, away));
         }
     }
@@ -371,7 +374,7 @@ mod tests {
             if up.abs() < 0.15 {
                 continue;
             }
-            let from = Departure::Vertex(vertex);
+            let from = RayOrigin::Vertex(vertex);
             let incidence = incidence(light, f32::INFINITY);
             let seen = occluders.visibility(vertex, vertex, from, &incidence, Cone::single(), 0);
             assert_eq!(seen, if up > 0.0 { 1.0 } else { 0.0 }, "{vertex} {light}");
@@ -395,7 +398,7 @@ mod tests {
             radius: 1.0,
         };
         let occluders = Occluders::new(&mesh, &bounds);
-        let away = Departure::Triangle(u32::MAX);
+        let away = RayOrigin::Triangle(u32::MAX);
         let seen = |distance| {
             let incidence = incidence(Vec3::Z, distance);
             occluders.visibility(Vec3::ZERO, Vec3::Z, away, &incidence, Cone::single(), 0)

@@ -8,16 +8,16 @@
 use glam::{DVec3, Vec4};
 use multiversion::multiversion;
 
+use crate::render::btf_lookup::Blend;
 use crate::render::cover::received;
 use crate::render::light::{Incidence, Light, luminance};
 use crate::render::nearest::Weight;
 use crate::render::pixel_shadows::piece_visibility;
-use crate::render::radiance::Blend;
 use crate::render::raster::Hit;
 use crate::render::seen_points::{SeenPoint, SeenPoints};
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
 use crate::render::vertex_frame::Axes;
-use crate::render::vertex_shading::Scene;
+use crate::render::vertex_shading::ShadingScene;
 
 /// Where a pixel's lights are found to be hidden.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +70,12 @@ struct Corner {
 }
 
 /// Shades a point of the surface that nothing is known of.
-pub fn shade_hit(scene: &Scene, visibility: Visibility, hit: &Hit, work: &mut Workspace) -> Shaded {
+pub fn shade_hit(
+    scene: &ShadingScene,
+    visibility: Visibility,
+    hit: &Hit,
+    work: &mut Workspace,
+) -> Shaded {
     let Workspace { points, shading } = work;
     points.forget();
     let point = points.see(scene, hit);
@@ -79,13 +84,13 @@ pub fn shade_hit(scene: &Scene, visibility: Visibility, hit: &Hit, work: &mut Wo
 
 /// Shades a point of the surface, one of `points`.
 pub fn shade(
-    scene: &Scene,
+    scene: &ShadingScene,
     visibility: Visibility,
     point: &SeenPoint,
     points: &SeenPoints,
     work: &mut ShadingSpace,
 ) -> Shaded {
-    match &scene.radiance.table {
+    match &scene.lookup.table {
         AnyTable::Half(table) => shade_point(scene, table, visibility, point, points, work),
         AnyTable::Single(table) => shade_point(scene, table, visibility, point, points, work),
     }
@@ -96,21 +101,21 @@ pub fn shade(
     "x86_64+avx2+bmi1+bmi2"
 ))]
 fn shade_point<T: Stored>(
-    scene: &Scene,
+    scene: &ShadingScene,
     table: &TexelTable<T>,
     visibility: Visibility,
     point: &SeenPoint,
     points: &SeenPoints,
     work: &mut ShadingSpace,
 ) -> Shaded {
-    let (map, radiance, hit) = (scene.map, scene.radiance, &point.hit);
+    let (map, lookup, hit) = (scene.map, scene.lookup, &point.hit);
     let ShadingSpace { lights, corners } = work;
     let all = gather_lights(scene, visibility, point, lights);
-    // First what is to be read, for all three, then the reading: so that it goes on at once.
+    // First what is to be read, for all three, then the reading: so that it continues at once.
     let triangle = &map.mesh.triangles[hit.triangle as usize];
     for ((corner, seen), &vertex) in corners.iter_mut().zip(&point.corners).zip(triangle) {
         let vertex = vertex as usize;
-        radiance.begin_known(&mut corner.blend, seen.view, points.weights(seen));
+        lookup.begin_known(&mut corner.blend, seen.view, points.weights(seen));
         corner.blend.set_reach(scene.reach(vertex));
         corner.seen = 0.0;
         corner.irradiance = Vec4::ZERO;
@@ -125,7 +130,7 @@ fn shade_point<T: Stored>(
             }
         }
         if lights.len() > 1 {
-            radiance.merge_lights(&mut corner.blend);
+            lookup.merge_lights(&mut corner.blend);
         }
         corner.irradiance += scene.add_fill::<T>(&mut corner.blend, &axes, vertex, point.turned);
     }
@@ -135,7 +140,7 @@ fn shade_point<T: Stored>(
         if corner.blend.is_dark() || share <= 0.0 {
             continue;
         }
-        let texture = radiance.at(table, seen.coord, seen.detail, &mut corner.blend);
+        let texture = lookup.at(table, seen.coord, seen.detail, &mut corner.blend);
         let color = match scene.cover {
             Some(cover) => cover.mixed(vertex as usize, texture, corner.irradiance),
             None => texture,
@@ -151,15 +156,15 @@ impl Corner {
     #[inline(always)]
     fn add_light<T: Stored>(
         &mut self,
-        scene: &Scene,
+        scene: &ShadingScene,
         weights: Option<&[Weight]>,
         local: DVec3,
         irradiance: [f32; 3],
     ) {
-        let (radiance, blend) = (scene.radiance, &mut self.blend);
+        let (lookup, blend) = (scene.lookup, &mut self.blend);
         match weights {
-            Some(weights) => radiance.add_weighted::<T>(blend, local, weights, irradiance),
-            None => radiance.add_light::<T>(blend, local, irradiance),
+            Some(weights) => lookup.add_weighted::<T>(blend, local, weights, irradiance),
+            None => lookup.add_light::<T>(blend, local, irradiance),
         }
         if scene.cover.is_some() {
             self.irradiance += received(irradiance, local.z);
@@ -171,13 +176,14 @@ impl Corner {
 /// The lights at a point and the share of each that reaches it; returns the luminance of all.
 #[inline(always)]
 fn gather_lights(
-    scene: &Scene,
+    scene: &ShadingScene,
     visibility: Visibility,
     point: &SeenPoint,
     lights: &mut Vec<(Incidence, f32)>,
 ) -> f32 {
     let (hit, p) = (&point.hit, point.place);
     let corners = scene.map.mesh.triangles[hit.triangle as usize];
+    // Blend what is known of the vertices.
     let interpolated = |of_vertices: &[f32], light: &Light| -> f32 {
         let shares = corners.iter().zip(hit.barycentric());
         shares
@@ -189,6 +195,7 @@ fn gather_lights(
             )
             .sum()
     };
+    // Ask per light how much of it reaches the point.
     lights.clear();
     let mut all = 0.0;
     for (index, light) in scene.lights.iter().enumerate() {
@@ -206,7 +213,7 @@ fn gather_lights(
 
 /// Whether what is known of a light at a vertex speaks of the side that is seen. Without borders it always speaks of the outside.
 #[inline(always)]
-fn reaches_side(scene: &Scene, vertex: usize, light: &Light, turned: bool) -> bool {
+fn reaches_side(scene: &ShadingScene, vertex: usize, light: &Light, turned: bool) -> bool {
     if !scene.has_border {
         return true;
     }

@@ -9,14 +9,19 @@ use glam::Vec3;
 use crate::render::fragment::{MOST, SampleSet, point};
 use crate::render::light::Incidence;
 use crate::render::occlusion::beam::RayStart;
-use crate::render::occlusion::{Cone, Departure, Occluders};
+use crate::render::occlusion::{Cone, Occluders, RayOrigin};
 use crate::render::raster::Hit;
 use crate::render::seen_points::SeenPoint;
-use crate::render::vertex_shading::Scene;
+use crate::render::vertex_shading::ShadingScene;
 
 /// The share of a light that reaches a piece of surface: the mean over the samples that see it. `pixel` has the hits of
 /// the piece's pixel; where it is empty, the point speaks for the piece.
-pub fn piece_visibility(scene: &Scene, light: usize, point: &SeenPoint, pixel: &[Hit]) -> f32 {
+pub fn piece_visibility(
+    scene: &ShadingScene,
+    light: usize,
+    point: &SeenPoint,
+    pixel: &[Hit],
+) -> f32 {
     let count = point.samples.len();
     if count <= 1 || pixel.is_empty() {
         let alone = std::slice::from_ref(&point.hit);
@@ -30,13 +35,14 @@ pub fn piece_visibility(scene: &Scene, light: usize, point: &SeenPoint, pixel: &
 /// others.
 #[inline(never)]
 pub fn sample_visibilities(
-    scene: &Scene,
+    scene: &ShadingScene,
     light: usize,
     pixel: &[Hit],
     samples: SampleSet,
     place: Vec3,
 ) -> [f32; MOST] {
     let mut reaches = [0.0; MOST];
+    // Keep the samples that face the light.
     let lit = samples.iter().filter_map(|sample| {
         let (start, incidence) = ray_start(scene, light, &pixel[sample])?;
         Some((sample, start, incidence))
@@ -45,20 +51,22 @@ pub fn sample_visibilities(
         lit.for_each(|(sample, ..)| reaches[sample] = 1.0);
         return reaches;
     };
+    // Cast one ray per sample where the light is a direction, all at once.
     let cone = Cone::of_light(&scene.lights[light], scene.soft_rays);
     if cone.rays == 1 && scene.lights[light].is_directional() {
         open_samples(occluders, lit, &mut reaches);
         return reaches;
     }
+    // Cast a cone per sample, each with its share of the rays.
     let (turn, count) = (turn(place), samples.len());
     for (index, (sample, start, incidence)) in (0..).zip(lit) {
         let RayStart {
             point,
             normal,
-            departure,
+            ray_origin,
         } = start;
         let cone = cone.shared(index, count);
-        reaches[sample] = occluders.visibility(point, normal, departure, &incidence, cone, turn);
+        reaches[sample] = occluders.visibility(point, normal, ray_origin, &incidence, cone, turn);
     }
     reaches
 }
@@ -83,7 +91,7 @@ fn open_samples(
 
 /// Where a sample's rays to a light start, on the side of its triangle that is seen; `None` where no vertex of the triangle
 /// has the light above its horizon.
-fn ray_start(scene: &Scene, light: usize, hit: &Hit) -> Option<(RayStart, Incidence)> {
+fn ray_start(scene: &ShadingScene, light: usize, hit: &Hit) -> Option<(RayStart, Incidence)> {
     let mesh = &scene.map.mesh;
     let p = point(mesh, hit);
     let incidence = scene.lights[light].at(p);
@@ -109,7 +117,7 @@ fn ray_start(scene: &Scene, light: usize, hit: &Hit) -> Option<(RayStart, Incide
             true => -facet,
             false => facet,
         },
-        departure: Departure::Triangle(hit.triangle),
+        ray_origin: RayOrigin::Triangle(hit.triangle),
     };
     Some((start, incidence))
 }

@@ -5,16 +5,16 @@ use glam::DVec3;
 use crate::error::{Error, Result};
 use crate::format::image::FloatImage;
 use crate::progress::Progress;
+use crate::render::azimuth::AzimuthFrame;
 use crate::render::camera::View;
 use crate::render::camera_plan::CameraPlan;
-use crate::render::compass::Compass;
 use crate::render::environment;
 use crate::render::frame_range::FrameRange;
 use crate::render::light::{Light, Origin};
+use crate::render::option_values::{LightSpec, Sweep};
 use crate::render::options::RenderOptions;
 use crate::render::path_file::{self, Row};
 use crate::render::subject::Subject;
-use crate::render::values::{LightSpec, Sweep};
 
 /// One frame to make.
 #[derive(Clone, Debug)]
@@ -38,10 +38,10 @@ pub fn frame_range(options: &RenderOptions) -> Result<FrameRange> {
 }
 
 fn range_of(options: &RenderOptions, rows: u32) -> FrameRange {
-    options.frames.unwrap_or_else(|| {
-        FrameRange::count(match (&options.sweep, rows) {
+    options.sweep.frames.unwrap_or_else(|| {
+        FrameRange::count(match (&options.sweep.kind, rows) {
             (Sweep::None, 0) => 1,
-            (_, 0) => options.sweep_length.unwrap_or(DEFAULT_SWEEP),
+            (_, 0) => options.sweep.sweep_length.unwrap_or(DEFAULT_SWEEP),
             (_, rows) => rows,
         })
     })
@@ -54,7 +54,7 @@ fn range_of(options: &RenderOptions, rows: u32) -> FrameRange {
 pub fn plan(
     options: &RenderOptions,
     subject: &Subject<'_>,
-    progress: &Progress<'_>,
+    progress: Progress<'_>,
 ) -> Result<Vec<PlannedFrame>> {
     options.validate()?;
     let rows = read_rows(options)?;
@@ -62,18 +62,19 @@ pub fn plan(
     let range = range_of(options, rows.len() as u32);
     let length = planner.length(range)?;
     options
+        .files
         .pattern
         .check(range.numbers().count(), range.last())?;
     let first = planner.moment(1, length, None)?;
     let towards = first.view.camera.position - first.view.camera.target;
-    let compass = planner.cameras.compass().turned_towards(towards);
+    let azimuths = planner.cameras.azimuths().turned_towards(towards);
     range
         .numbers()
         .map(|number| {
-            let moment = planner.moment(number, length, Some(&compass))?;
+            let moment = planner.moment(number, length, Some(&azimuths))?;
             Ok(PlannedFrame {
                 number,
-                label: planner.label(&moment, &compass),
+                label: planner.label(&moment, &azimuths),
                 view: moment.view,
                 lights: moment.lights,
             })
@@ -99,9 +100,9 @@ impl<'a> Planner<'a> {
         options: &'a RenderOptions,
         subject: &'a Subject<'a>,
         rows: &'a [Row],
-        progress: &Progress<'_>,
+        progress: Progress<'_>,
     ) -> Result<Self> {
-        let environment = match &options.environment {
+        let environment = match &options.lights.environment {
             Some(path) => Some(environment::read(path, options, progress)?),
             None => None,
         };
@@ -124,7 +125,7 @@ impl<'a> Planner<'a> {
                 format!("at most the {rows} rows of the file"),
             ));
         }
-        let length = self.options.sweep_length.unwrap_or(range.last());
+        let length = self.options.sweep.sweep_length.unwrap_or(range.last());
         if length < range.last() {
             return Err(Error::option(
                 "sweep-length",
@@ -135,8 +136,8 @@ impl<'a> Planner<'a> {
         Ok(length)
     }
 
-    /// Camera and lights of a frame; without a compass, the camera alone counts.
-    fn moment(&self, number: u32, length: u32, compass: Option<&Compass>) -> Result<Moment> {
+    /// Camera and lights of a frame; without azimuths, the camera alone counts.
+    fn moment(&self, number: u32, length: u32, azimuths: Option<&AzimuthFrame>) -> Result<Moment> {
         let row = self.row(number, length);
         let in_frame = |error: Error| match error {
             Error::Data(mut fault) => {
@@ -146,11 +147,11 @@ impl<'a> Planner<'a> {
             other => other,
         };
         let camera = self.cameras.camera(&row);
-        let view = View::new(camera, self.options.size.0)
+        let view = View::new(camera, self.options.image.size.0)
             .map_err(in_frame)
             .map_err(|error| of_options(self.options, "camera-position", error))?;
-        let lights = match compass {
-            Some(compass) => self.lights(&row, compass).map_err(in_frame)?,
+        let lights = match azimuths {
+            Some(azimuths) => self.lights(&row, azimuths).map_err(in_frame)?,
             None => Vec::new(),
         };
         Ok(Moment { view, lights })
@@ -158,44 +159,48 @@ impl<'a> Planner<'a> {
 
     /// What the sweep says of a frame.
     fn row(&self, number: u32, length: u32) -> Row {
+        // Take what the path file says.
         let from_file = self
             .rows
             .get(number as usize - 1)
             .copied()
             .unwrap_or_default();
         let options = self.options;
-        let (from, to) = match options.sweep {
+        // Find the span of the swept angle.
+        let (from, to) = match options.sweep.kind {
             Sweep::None | Sweep::File(_) => return from_file,
-            Sweep::LightAzimuth => turn(options, options.light_azimuth),
-            Sweep::ViewOrbit => turn(options, options.camera_azimuth),
+            Sweep::LightAzimuth => turn(options, options.lights.light_azimuth),
+            Sweep::ViewOrbit => turn(options, options.camera.camera_azimuth),
             Sweep::LightElevation => span(options, 0.0, 180.0),
             Sweep::LightSpiral => span(options, 90.0, 10.0),
         };
+        // Go an equal part of it per frame; a closed turn does not repeat its first.
         let is_loop = (to - from).rem_euclid(360.0) == 0.0;
         let steps = if is_loop { length } else { (length - 1).max(1) };
         let fraction = f64::from(number - 1) / f64::from(steps);
         let angle = from + (to - from) * fraction;
+        // Set what is swept.
         let mut swept = Row::default();
-        match options.sweep {
+        match options.sweep.kind {
             Sweep::LightAzimuth => swept.light_azimuth = Some(angle),
             Sweep::LightElevation => swept.light_elevation = Some(angle),
             Sweep::ViewOrbit => swept.camera_azimuth = Some(angle),
             _ => {
-                let turned = 360.0 * options.turns * fraction;
-                swept.light_azimuth = Some(options.light_azimuth + turned);
+                let turned = 360.0 * options.sweep.turns * fraction;
+                swept.light_azimuth = Some(options.lights.light_azimuth + turned);
                 swept.light_elevation = Some(angle);
             }
         }
         from_file.overlaid(swept)
     }
 
-    fn lights(&self, row: &Row, compass: &Compass) -> Result<Vec<Light>> {
+    fn lights(&self, row: &Row, azimuths: &AzimuthFrame) -> Result<Vec<Light>> {
         let options = self.options;
-        let mut specs = options.light.clone();
+        let mut specs = options.lights.light.clone();
         if specs.is_empty() && (self.environment.is_none() || row.light.is_some()) {
             specs.push(LightSpec::Sun {
-                azimuth: options.light_azimuth,
-                elevation: options.light_elevation,
+                azimuth: options.lights.light_azimuth,
+                elevation: options.lights.light_elevation,
                 irradiance: None,
             });
         }
@@ -204,22 +209,23 @@ impl<'a> Planner<'a> {
         }
         let mut lights: Vec<Light> = specs
             .iter()
-            .map(|spec| self.light(spec, compass))
+            .map(|spec| self.light(spec, azimuths))
             .collect::<Result<_>>()?;
         if let Some(image) = &self.environment {
-            lights.extend(self.environment_lights(image, row, compass, lights.is_empty())?);
+            lights.extend(self.environment_lights(image, row, azimuths, lights.is_empty())?);
         }
         Ok(lights)
     }
 
-    fn light(&self, spec: &LightSpec, compass: &Compass) -> Result<Light> {
+    fn light(&self, spec: &LightSpec, azimuths: &AzimuthFrame) -> Result<Light> {
+        // Place the light.
         let (origin, irradiance) = match *spec {
             LightSpec::Sun {
                 azimuth,
                 elevation,
                 irradiance,
             } => {
-                let towards = compass.direction(azimuth.to_radians(), elevation.to_radians());
+                let towards = azimuths.direction(azimuth.to_radians(), elevation.to_radians());
                 (Origin::Directional { towards }, irradiance)
             }
             LightSpec::Point {
@@ -243,8 +249,8 @@ impl<'a> Planner<'a> {
         };
         Ok(Light {
             origin,
-            irradiance: [irradiance.unwrap_or(self.options.irradiance) as f32; 3],
-            angular_radius: self.options.light_radius.to_radians(),
+            irradiance: [irradiance.unwrap_or(self.options.lights.irradiance) as f32; 3],
+            angular_radius: self.options.lights.light_radius.to_radians(),
         })
     }
 
@@ -252,36 +258,36 @@ impl<'a> Planner<'a> {
         &self,
         image: &FloatImage,
         row: &Row,
-        compass: &Compass,
+        azimuths: &AzimuthFrame,
         is_alone: bool,
     ) -> Result<Vec<Light>> {
         let options = self.options;
-        let mut azimuth = options.environment_azimuth;
+        let mut azimuth = options.lights.environment_azimuth;
         if is_alone {
             if row.light_elevation.is_some() {
                 return Err(Error::option(
                     "sweep",
-                    format!("{} with an environment alone", options.sweep),
+                    format!("{} with an environment alone", options.sweep.kind),
                     "light-azimuth, which turns the environment, or a --light to move",
                 ));
             }
             azimuth += row
                 .light_azimuth
-                .map_or(0.0, |to| to - options.light_azimuth);
+                .map_or(0.0, |to| to - options.lights.light_azimuth);
         }
-        let count = options.environment_lights as usize;
-        let scale = options.environment_scale;
-        let mut lights = environment::lights(image, compass, count, scale, azimuth.to_radians())?;
+        let count = options.lights.environment_lights as usize;
+        let scale = options.lights.environment_scale;
+        let mut lights = environment::lights(image, azimuths, count, scale, azimuth.to_radians())?;
         for light in &mut lights {
-            light.angular_radius = options.light_radius.to_radians();
+            light.angular_radius = options.lights.light_radius.to_radians();
         }
         Ok(lights)
     }
 
     /// Camera and key light of a moment, in whole tenths of degrees.
-    fn label(&self, moment: &Moment, compass: &Compass) -> String {
+    fn label(&self, moment: &Moment, azimuths: &AzimuthFrame) -> String {
         let camera = &moment.view.camera;
-        let (azimuth, elevation) = compass.angles(camera.position - camera.target);
+        let (azimuth, elevation) = azimuths.angles(camera.position - camera.target);
         let view = format!("view {}° {}°", degrees(azimuth), degrees(elevation));
         let Some(key) = moment.lights.first() else {
             return view;
@@ -290,7 +296,7 @@ impl<'a> Planner<'a> {
             Origin::Directional { towards } => towards,
             Origin::Point { position, .. } => position - self.subject.bounds.centre,
         };
-        let (azimuth, elevation) = compass.angles(towards);
+        let (azimuth, elevation) = azimuths.angles(towards);
         format!(
             "light {}° {}°  {view}",
             degrees(azimuth),
@@ -306,11 +312,11 @@ fn degrees(radians: f64) -> String {
 }
 
 fn read_rows(options: &RenderOptions) -> Result<Vec<Row>> {
-    let sweep = match &options.sweep {
+    let sweep = match &options.sweep.kind {
         Sweep::File(path) => path_file::read(path)?,
         _ => Vec::new(),
     };
-    let Some(path) = &options.camera_path else {
+    let Some(path) = &options.camera.camera_path else {
         return Ok(sweep);
     };
     let cameras = path_file::read(path)?;
@@ -331,20 +337,21 @@ fn read_rows(options: &RenderOptions) -> Result<Vec<Row>> {
 
 /// From where to where an angle that goes round runs.
 fn turn(options: &RenderOptions, start: f64) -> (f64, f64) {
-    let from = options.sweep_from.unwrap_or(start);
-    (from, options.sweep_to.unwrap_or(from + 360.0))
+    let from = options.sweep.sweep_from.unwrap_or(start);
+    (from, options.sweep.sweep_to.unwrap_or(from + 360.0))
 }
 
 fn span(options: &RenderOptions, from: f64, to: f64) -> (f64, f64) {
     (
-        options.sweep_from.unwrap_or(from),
-        options.sweep_to.unwrap_or(to),
+        options.sweep.sweep_from.unwrap_or(from),
+        options.sweep.sweep_to.unwrap_or(to),
     )
 }
 
 /// A fault of a camera or a light is the option's where no file of rows moves them.
 pub(super) fn of_options(options: &RenderOptions, option: &str, error: Error) -> Error {
-    let from_file = matches!(options.sweep, Sweep::File(_)) || options.camera_path.is_some();
+    let from_file =
+        matches!(options.sweep.kind, Sweep::File(_)) || options.camera.camera_path.is_some();
     match error {
         Error::Data(fault) if !from_file => Error::option(
             option,
@@ -376,7 +383,8 @@ fn move_key_light(key: &mut LightSpec, row: &Row) {
 mod tests {
     use super::*;
     use crate::mesh::triangle_mesh::TriangleMesh;
-    use crate::render::values::Point;
+    use crate::render::option_values::Point;
+    use crate::render::options::{CameraOptions, LightOptions, SweepOptions};
 
     /// The plan for an octahedron of radius 1.
     fn planned(options: &RenderOptions) -> Result<Vec<PlannedFrame>> {
@@ -389,7 +397,7 @@ mod tests {
                 .collect(),
         };
         let subject = Subject::new(&mesh, DVec3::ZERO, options)?;
-        plan(options, &subject, &Progress::silent())
+        plan(options, &subject, Progress::silent())
     }
 
     fn towards(frame: &PlannedFrame) -> DVec3 {
@@ -402,11 +410,20 @@ mod tests {
     #[test]
     fn azimuth_sweeps_start_at_the_camera_and_turn_counter_clockwise() {
         let options = RenderOptions {
-            sweep: Sweep::LightAzimuth,
-            frames: Some(FrameRange::count(4)),
-            light_azimuth: 0.0,
-            light_elevation: 0.0,
-            camera_azimuth: 90.0,
+            sweep: SweepOptions {
+                kind: Sweep::LightAzimuth,
+                frames: Some(FrameRange::count(4)),
+                ..SweepOptions::default()
+            },
+            lights: LightOptions {
+                light_azimuth: 0.0,
+                light_elevation: 0.0,
+                ..LightOptions::default()
+            },
+            camera: CameraOptions {
+                camera_azimuth: 90.0,
+                ..CameraOptions::default()
+            },
             ..RenderOptions::default()
         };
         let frames = planned(&options).unwrap();
@@ -426,12 +443,18 @@ mod tests {
     #[test]
     fn a_part_of_a_sweep_is_the_sweep_there() {
         let whole = RenderOptions {
-            sweep: Sweep::LightSpiral,
-            frames: Some(FrameRange::count(12)),
+            sweep: SweepOptions {
+                kind: Sweep::LightSpiral,
+                frames: Some(FrameRange::count(12)),
+                ..SweepOptions::default()
+            },
             ..RenderOptions::default()
         };
         let part = RenderOptions {
-            frames: Some("3-12x4".parse().unwrap()),
+            sweep: SweepOptions {
+                frames: Some("3-12x4".parse().unwrap()),
+                ..whole.sweep.clone()
+            },
             ..whole.clone()
         };
         let (whole, part) = (planned(&whole).unwrap(), planned(&part).unwrap());
@@ -445,9 +468,15 @@ mod tests {
     #[test]
     fn elevations_rise_and_set() {
         let options = RenderOptions {
-            sweep: Sweep::LightElevation,
-            frames: Some(FrameRange::count(3)),
-            light_azimuth: 0.0,
+            sweep: SweepOptions {
+                kind: Sweep::LightElevation,
+                frames: Some(FrameRange::count(3)),
+                ..SweepOptions::default()
+            },
+            lights: LightOptions {
+                light_azimuth: 0.0,
+                ..LightOptions::default()
+            },
             ..RenderOptions::default()
         };
         let frames = planned(&options).unwrap();
@@ -459,9 +488,15 @@ mod tests {
     #[test]
     fn orbits_carry_a_given_camera_round_its_target() {
         let options = RenderOptions {
-            sweep: Sweep::ViewOrbit,
-            frames: Some(FrameRange::count(4)),
-            camera_position: Some(Point([0.0, 1.0, 3.0])),
+            sweep: SweepOptions {
+                kind: Sweep::ViewOrbit,
+                frames: Some(FrameRange::count(4)),
+                ..SweepOptions::default()
+            },
+            camera: CameraOptions {
+                camera_position: Some(Point([0.0, 1.0, 3.0])),
+                ..CameraOptions::default()
+            },
             ..RenderOptions::default()
         };
         let frames = planned(&options).unwrap();
@@ -486,19 +521,28 @@ mod tests {
     fn impossible_plans_are_refused() {
         let refused = |options: RenderOptions| planned(&options).unwrap_err().to_string();
         let short = RenderOptions {
-            sweep: Sweep::ViewOrbit,
-            frames: Some("5-9".parse().unwrap()),
-            sweep_length: Some(6),
+            sweep: SweepOptions {
+                kind: Sweep::ViewOrbit,
+                frames: Some("5-9".parse().unwrap()),
+                sweep_length: Some(6),
+                ..SweepOptions::default()
+            },
             ..RenderOptions::default()
         };
         assert!(refused(short).contains("--sweep-length"));
         let many = RenderOptions {
-            frames: Some(FrameRange::count(20_000)),
+            sweep: SweepOptions {
+                frames: Some(FrameRange::count(20_000)),
+                ..SweepOptions::default()
+            },
             ..RenderOptions::default()
         };
         assert!(refused(many).contains("--pattern"));
         let inside = RenderOptions {
-            light: vec!["point:0,0,0".parse().unwrap()],
+            lights: LightOptions {
+                light: vec!["point:0,0,0".parse().unwrap()],
+                ..LightOptions::default()
+            },
             ..RenderOptions::default()
         };
         let error = refused(inside);

@@ -6,9 +6,9 @@ use glam::{DVec3, Vec3};
 use crate::error::{Error, Result};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
+use crate::render::azimuth::{Axis, AzimuthFrame};
 use crate::render::bounds::{Bounds, used_points};
 use crate::render::camera::View;
-use crate::render::compass::{Axis, Compass};
 use crate::render::framing::{Aim, FittedProjection};
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 
@@ -16,13 +16,15 @@ use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 /// from a camera fitted at azimuth 25° and elevation 20° of the +y axis; returns row-major
 /// (height, width, RGB) bytes, as [`write_png`](crate::format::image::write_png) takes them.
 pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) -> Result<Vec<u8>> {
+    // Check the colours.
     if colors.len() != mesh.positions.len() {
         return Err(Error::data("colors", colors.len().to_string())
             .expected(format!("{}, one a vertex", mesh.positions.len())));
     }
+    // Fit the camera.
     let bounds = Bounds::of(mesh)?;
-    let compass = Compass::facing(Axis::Y, Axis::Z);
-    let towards = compass.direction(25f64.to_radians(), 20f64.to_radians());
+    let azimuths = AzimuthFrame::facing(Axis::Y, Axis::Z);
+    let towards = azimuths.direction(25f64.to_radians(), 20f64.to_radians());
     let aim = Aim {
         target: bounds.centre,
         towards,
@@ -34,12 +36,13 @@ pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) ->
     };
     let framed = aim.still(used_points(mesh), bounds.radius, true);
     let view = View::new(aim.camera(&framed), size)?;
+    // Draw.
     let surface = SurfaceBuffer::draw(
         &view,
         mesh,
         Samples::Four,
         bounds.nearest(),
-        &Progress::silent(),
+        Progress::silent(),
     );
     let light = towards.as_vec3();
     let pixels = surface.map_pixels(

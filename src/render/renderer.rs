@@ -7,13 +7,14 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::Result;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 use crate::render::bounds::Bounds;
+use crate::render::btf_lookup::BtfLookup;
 use crate::render::camera::View;
 use crate::render::cover::Cover;
 use crate::render::fill::{Fill, openness};
@@ -26,20 +27,19 @@ use crate::render::occlusion::Occluders;
 use crate::render::parallax::PatchReach;
 use crate::render::pixel_shading::{self, Visibility, Workspace};
 use crate::render::pixel_shadows::sample_visibilities;
-use crate::render::radiance::Radiance;
 use crate::render::raster::{Hit, Samples, SurfaceBuffer};
 use crate::render::seen_points::KeptPoints;
 use crate::render::sides::has_border;
 use crate::render::vertex_lights::VertexLights;
-use crate::render::vertex_shading::{self, Scene, Site};
+use crate::render::vertex_shading::{self, ShadingScene, Site};
 use crate::render::vertex_shadows::{ShadowCaster, VertexShadows};
 use crate::render::vertices::Vertices;
 
 /// The rate at which colour is computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shading {
-    /// At every vertex, interpolated (Tong et al. 2002).
+    /// At every vertex, interpolated between them (Tong et al. 2002).
     #[default]
     Vertex,
     /// In every pixel: a coarse mesh shows the sample at full resolution.
@@ -47,7 +47,7 @@ pub enum Shading {
 }
 
 /// Where lights are found to be hidden.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shadows {
     /// Nowhere: no cast shadows.
@@ -61,7 +61,7 @@ pub enum Shadows {
 
 /// How frames are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Manner {
+pub struct RenderSettings {
     /// The rate of colour.
     pub shading: Shading,
     /// The rate of shadows.
@@ -83,8 +83,8 @@ pub struct Manner {
 /// A decorated mesh and a sample, ready to be seen from anywhere.
 pub struct Renderer<'a> {
     map: &'a SurfaceTextonMap,
-    radiance: &'a Radiance,
-    manner: Manner,
+    lookup: &'a BtfLookup,
+    settings: RenderSettings,
     cover: Option<&'a Cover>,
     patches: Option<PatchReach>,
     progress: Progress<'a>,
@@ -118,36 +118,38 @@ impl<'a> Renderer<'a> {
     /// Prepares a map for rendering from a sample; frames stop when `progress` asks to.
     pub fn new(
         map: &'a SurfaceTextonMap,
-        radiance: &'a Radiance,
-        manner: Manner,
+        lookup: &'a BtfLookup,
+        settings: RenderSettings,
         progress: Progress<'a>,
     ) -> Result<Self> {
+        // Prepare what shadows need.
         let bounds = Bounds::of(&map.mesh)?;
         let has_border = has_border(&map.mesh);
-        let casts_shadows = manner.shadows != Shadows::None;
+        let casts_shadows = settings.shadows != Shadows::None;
         let occluders = || Occluders::new(&map.mesh, &bounds);
         let caster = casts_shadows.then(|| ShadowCaster::new(&map.mesh, occluders(), has_border));
+        // Prepare the ground, and how open each vertex is to fill light.
         let (mut ground, mut open) = (None, None);
         if let Some(caster) = &caster {
-            let below = |up| Ground::below(&bounds, up, &caster.occluders, manner.fill.is_some());
-            ground = manner.ground.map(below);
-            let openness = |_| openness(&caster.occluders, map, caster.vertices(), &progress);
-            open = manner.fill.map(openness);
+            let below = |up| Ground::below(&bounds, up, &caster.occluders, settings.fill.is_some());
+            ground = settings.ground.map(below);
+            let openness = |_| openness(&caster.occluders, map, caster.vertices(), progress);
+            open = settings.fill.map(openness);
         }
         progress.check()?;
         Ok(Self {
             map,
             ground,
             openness: open,
-            radiance,
-            manner,
+            lookup,
+            settings,
             cover: None,
-            patches: radiance.has_parallax().then(|| PatchReach::of_map(map)),
+            patches: lookup.has_parallax().then(|| PatchReach::of_map(map)),
             progress,
             has_border,
             bounds,
             vertices: Vertices {
-                by_texel: vertex_shading::sites_by_texel(map, radiance.grid()),
+                by_texel: vertex_shading::sites_by_texel(map, lookup.grid()),
                 by_place: caster
                     .iter()
                     .flat_map(ShadowCaster::vertices)
@@ -170,19 +172,23 @@ impl<'a> Renderer<'a> {
     /// Renders one frame. Every loop over pixels or vertices leaves off once it is interrupted; what
     /// it made till then is dropped.
     pub fn frame(&mut self, view: &View, lights: &[Light]) -> Result<Frame> {
+        // Find what is seen; keep it where the camera stands still.
         let seen = match self.seen.take() {
-            Some(seen) if seen.view == *view => self.look_on(seen),
-            _ => self.look(view),
+            Some(seen) if seen.view == *view => self.revisit(seen),
+            _ => self.rasterize(view),
         };
+        // Shade it.
         self.refresh_weights(&seen, lights);
         let mut shadows = std::mem::take(&mut self.shadows);
         let mut rgba = self.resolve(&seen, lights, &mut shadows);
         let mut geometry = seen.layers.clone();
+        // Darken the ground.
         if let Some(ground) = &self.ground {
             let scene = self.scene(view, lights, KnownWeights::default());
             ground.darken(&scene, &seen.surface, &mut rgba, geometry.as_mut());
         }
-        let extra = self.manner.extra_layers;
+        // Fill the other layers.
+        let extra = self.settings.extra_layers;
         let (shadow, beyond) = if extra {
             let (shadow, beyond) = self.extra_layers(&seen, lights, &mut shadows);
             (Some(shadow), Some(beyond))
@@ -217,7 +223,7 @@ impl<'a> Renderer<'a> {
     /// Finds what will be asked of the lights more than once: by pixels, or by frames to come.
     fn refresh_weights(&mut self, seen: &Seen, lights: &[Light]) {
         let mut weights = std::mem::take(&mut self.weights);
-        let needs: &[Site] = match self.manner.shading {
+        let needs: &[Site] = match self.settings.shading {
             Shading::Pixel => &seen.vertices.by_texel,
             Shading::Vertex => &[],
         };
@@ -231,34 +237,34 @@ impl<'a> Renderer<'a> {
         view: &'b View,
         lights: &'b [Light],
         weights: KnownWeights<'b>,
-    ) -> Scene<'b> {
-        Scene {
+    ) -> ShadingScene<'b> {
+        ShadingScene {
             weights,
             map: self.map,
-            radiance: self.radiance,
+            lookup: self.lookup,
             view,
             lights,
             occluders: self.caster.as_ref().map(|caster| &caster.occluders),
             has_border: self.has_border,
             shows_inside: self.has_border,
-            soft_rays: self.manner.soft_rays,
+            soft_rays: self.settings.soft_rays,
             patches: self.patches.as_ref(),
             cover: self.cover,
-            fill: self.manner.fill,
+            fill: self.settings.fill,
             openness: self.openness.as_deref(),
             side: None,
             progress: self.progress,
         }
     }
 
-    fn look(&self, view: &View) -> Seen {
+    fn rasterize(&self, view: &View) -> Seen {
         let mesh = &self.map.mesh;
         let surface = SurfaceBuffer::draw(
             view,
             mesh,
-            self.manner.samples,
+            self.settings.samples,
             self.bounds.nearest(),
-            &self.progress,
+            self.progress,
         );
         let scene = self.scene(view, &[], KnownWeights::default());
         let inside = |hit: &Hit| scene.turns(hit.triangle, point(mesh, hit));
@@ -266,15 +272,15 @@ impl<'a> Renderer<'a> {
         Seen {
             view: *view,
             vertices: self.vertices.seen_in(&surface, mesh, inside),
-            layers: self.manner.geometry_layers.then(layers),
+            layers: self.settings.geometry_layers.then(layers),
             points: None,
             surface,
         }
     }
 
     /// What the view sees, for one more frame.
-    fn look_on(&self, seen: Seen) -> Seen {
-        if self.manner.shading == Shading::Vertex || seen.points.is_some() {
+    fn revisit(&self, seen: Seen) -> Seen {
+        if self.settings.shading == Shading::Vertex || seen.points.is_some() {
             return seen;
         }
         let scene = self.scene(&seen.view, &[], KnownWeights::default());
@@ -286,7 +292,7 @@ impl<'a> Renderer<'a> {
 
     fn resolve(&self, seen: &Seen, lights: &[Light], shadows: &mut VertexShadows) -> Vec<[f32; 4]> {
         let scene = self.scene(&seen.view, lights, self.weights.all());
-        match (self.manner.shading, self.manner.shadows) {
+        match (self.settings.shading, self.settings.shadows) {
             (Shading::Vertex, Shadows::None | Shadows::Vertex) => {
                 self.resolve_vertices(seen, &scene, Some(shadows))
             }
@@ -299,7 +305,7 @@ impl<'a> Renderer<'a> {
     fn resolve_vertices(
         &self,
         seen: &Seen,
-        scene: &Scene,
+        scene: &ShadingScene,
         shadows: Option<&mut VertexShadows>,
     ) -> Vec<[f32; 4]> {
         let colors = self.shade_vertices(scene, &seen.vertices, shadows);
@@ -314,7 +320,7 @@ impl<'a> Renderer<'a> {
     /// Colours by vertex, red to blue, of the chosen ones; without `shadows` as if nothing cast any.
     fn shade_vertices(
         &self,
-        scene: &Scene,
+        scene: &ShadingScene,
         chosen: &Vertices,
         mut shadows: Option<&mut VertexShadows>,
     ) -> Vec<Vec4> {
@@ -324,7 +330,7 @@ impl<'a> Renderer<'a> {
             let first = part * LIGHTS_AT_ONCE;
             let last = scene.lights.len().min(first + LIGHTS_AT_ONCE);
             let lights = &scene.lights[first..last];
-            let scene = Scene {
+            let scene = ShadingScene {
                 lights,
                 weights: scene.weights.from(first),
                 fill: scene.fill.filter(|_| part == 0),
@@ -353,15 +359,15 @@ impl<'a> Renderer<'a> {
         let Some(caster) = &self.caster else {
             return Vec::new();
         };
-        let rays = self.manner.soft_rays;
+        let rays = self.settings.soft_rays;
         let vertices = &chosen.by_place;
-        shadows.find(caster, self.map, lights, rays, vertices, &self.progress);
+        shadows.find(caster, self.map, lights, rays, vertices, self.progress);
         shadows.of_lights()
     }
 
     /// Vertex colours, light by light, under shadows found in every pixel.
-    fn resolve_pixel_shadows(&self, seen: &Seen, scene: &Scene) -> Vec<[f32; 4]> {
-        let filled = scene.fill.map(|_| Scene {
+    fn resolve_pixel_shadows(&self, seen: &Seen, scene: &ShadingScene) -> Vec<[f32; 4]> {
+        let filled = scene.fill.map(|_| ShadingScene {
             lights: &[],
             ..*scene
         });
@@ -370,7 +376,7 @@ impl<'a> Renderer<'a> {
             None => Vec::new(),
         };
         for (index, light) in scene.lights.iter().enumerate() {
-            let scene = Scene {
+            let scene = ShadingScene {
                 lights: std::slice::from_ref(light),
                 weights: scene.weights.from(index),
                 fill: None,
@@ -391,7 +397,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Colours under the scene's one light.
-    fn resolve_shadows_of(&self, seen: &Seen, scene: &Scene) -> Vec<[f32; 4]> {
+    fn resolve_shadows_of(&self, seen: &Seen, scene: &ShadingScene) -> Vec<[f32; 4]> {
         let (mesh, order) = (&self.map.mesh, seen.surface.by_distance());
         let colors = self.shade_vertices(scene, &seen.vertices, None);
         let share = 1.0 / order.len() as f32;
@@ -422,12 +428,14 @@ impl<'a> Renderer<'a> {
     fn resolve_pixels(
         &self,
         seen: &Seen,
-        scene: &Scene,
+        scene: &ShadingScene,
         shadows: &mut VertexShadows,
     ) -> Vec<[f32; 4]> {
+        // Prepare the shadows.
         let of_vertices = self.interpolated_shadows(&seen.vertices, scene.lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
         let surface = &seen.surface;
+        // Shade the points of each band, and add them up per pixel.
         surface.map_bands(CLEAR, Workspace::default, |work, band, pixels| {
             let Workspace { points, shading } = work;
             let points = match &seen.points {
@@ -457,7 +465,7 @@ impl<'a> Renderer<'a> {
 
     /// Whether views are blended with their parallax.
     pub(super) fn has_parallax(&self) -> bool {
-        self.radiance.has_parallax()
+        self.lookup.has_parallax()
     }
 
     /// Who may ask to stop.
@@ -481,14 +489,14 @@ impl<'a> Renderer<'a> {
         lights: &[Light],
         shadows: &'s mut VertexShadows,
     ) -> Vec<&'s [f32]> {
-        match self.manner.shadows {
+        match self.settings.shadows {
             Shadows::Vertex => self.find_shadows(lights, chosen, shadows),
             Shadows::None | Shadows::Pixel => Vec::new(),
         }
     }
 
     pub(super) fn pixel_visibility<'b>(&self, of_vertices: &'b [&'b [f32]]) -> Visibility<'b> {
-        match self.manner.shadows {
+        match self.settings.shadows {
             Shadows::None => Visibility::Open,
             Shadows::Vertex => Visibility::OfVertices(of_vertices),
             Shadows::Pixel => Visibility::Rays(&[]),

@@ -13,7 +13,7 @@ use crate::render::fragment::{Pieces, SampleSet, point};
 use crate::render::nearest::{Scratch, Weight, lifted};
 use crate::render::raster::{Hit, SurfaceBuffer};
 use crate::render::vertex_frame::Axes;
-use crate::render::vertex_shading::Scene;
+use crate::render::vertex_shading::ShadingScene;
 
 /// Pixels whose points are kept at most: a quarter of a kilobyte each.
 const KEPT: usize = 1 << 20;
@@ -65,7 +65,7 @@ pub struct KeptPoints {
 
 impl KeptPoints {
     /// Finds all points, if they are not too many to be kept.
-    pub fn find(scene: &Scene, surface: &SurfaceBuffer) -> Option<Self> {
+    pub fn find(scene: &ShadingScene, surface: &SurfaceBuffer) -> Option<Self> {
         let find = |band: usize| {
             let mut points = SeenPoints::default();
             points.find_band(scene, surface, band);
@@ -86,7 +86,7 @@ impl SeenPoints {
     }
 
     /// Finds the points of a band in place of those known.
-    pub fn find_band(&mut self, scene: &Scene, surface: &SurfaceBuffer, band: usize) {
+    pub fn find_band(&mut self, scene: &ShadingScene, surface: &SurfaceBuffer, band: usize) {
         self.forget();
         let order = surface.by_distance();
         surface.visit_band(band, |pixel, hits| {
@@ -118,7 +118,7 @@ impl SeenPoints {
     }
 
     /// Finds what the view has to do with a point; the lists join those known.
-    pub fn see(&mut self, scene: &Scene, hit: &Hit) -> SeenPoint {
+    pub fn see(&mut self, scene: &ShadingScene, hit: &Hit) -> SeenPoint {
         see(self, scene, hit)
     }
 }
@@ -127,11 +127,13 @@ impl SeenPoints {
     "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+bmi1+bmi2",
     "x86_64+avx2+bmi1+bmi2"
 ))]
-fn see(known: &mut SeenPoints, scene: &Scene, hit: &Hit) -> SeenPoint {
+fn see(known: &mut SeenPoints, scene: &ShadingScene, hit: &Hit) -> SeenPoint {
+    // Find the point and its frame.
     let map = scene.map;
     let place = point(&map.mesh, hit);
     let viewer = scene.view.towards_viewer(place.as_dvec3());
     let turned = scene.turns(hit.triangle, place);
+    // Weight the views at each corner of the triangle.
     let mut corners = [SeenCorner::default(); 3];
     let triangle = &map.mesh.triangles[hit.triangle as usize];
     for (corner, &vertex) in corners.iter_mut().zip(triangle) {
@@ -140,7 +142,7 @@ fn see(known: &mut SeenPoints, scene: &Scene, hit: &Hit) -> SeenPoint {
         let view = axes.local(viewer);
         let above = lifted(view);
         let (scratch, found) = (&mut known.scratch, &mut known.found);
-        scene.radiance.view_weights(above, scratch, found);
+        scene.lookup.view_weights(above, scratch, found);
         let start = known.weights.len() as u32;
         known.weights.extend_from_slice(found);
         let texel = map.texel_at(vertex);

@@ -19,21 +19,21 @@ use crate::format::ours::{Format, check_replaceable};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_text;
 use crate::progress::Progress;
+use crate::render::btf_lookup::BtfLookup;
 use crate::render::cover::Cover;
 use crate::render::fill::Fill;
 use crate::render::frame::{Frame, LayerGroup};
 use crate::render::front::Front;
 use crate::render::light::Origin;
-use crate::render::options::RenderOptions;
+use crate::render::option_values::{Layer, Sweep};
+use crate::render::options::{ImageOptions, RenderOptions};
 use crate::render::parallax::{Decision, Parallax};
+use crate::render::placement;
 use crate::render::plan::{PlannedFrame, of_options, plan};
-use crate::render::radiance::Radiance;
-use crate::render::renderer::{Manner, Renderer};
+use crate::render::renderer::{RenderSettings, Renderer};
 use crate::render::subject::Subject;
-use crate::render::surroundings;
-use crate::render::texel_table::Allowance;
+use crate::render::texel_table::MemoryBudget;
 use crate::render::tone::{Tone, preview};
-use crate::render::values::{Layer, Sweep};
 
 /// What a sweep is made from and where it goes.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +74,7 @@ pub struct Report {
     pub rendered: usize,
     /// Frames kept from an earlier run.
     pub kept: usize,
-    /// Frames of an earlier run, with other options, that were made anew.
+    /// Frames of an earlier run, with other options, that were made again.
     pub replaced: usize,
     /// All frames of the sweep's range, those of other shards too.
     pub files: Vec<FrameFile>,
@@ -105,14 +105,10 @@ const IDLE_OPTIONS: [&str; 9] = [
 const HASH: &str = "mesotex:hash";
 
 /// Renders a sweep into a folder.
-pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Result<Report> {
-    options.validate()?;
-    check_pair(inputs)?;
-    check_fill(inputs, options)?;
+pub fn render(inputs: &Inputs, options: &RenderOptions, progress: Progress<'_>) -> Result<Report> {
     let map = inputs.map;
-    let subject = Subject::new(&map.mesh, map.header.origin, options)?;
-    let frames = plan(options, &subject, progress)?;
-    surroundings::check(&map.mesh, &subject.bounds, &frames, progress)
+    let (subject, frames) = planned(inputs, options, progress)?;
+    placement::check(&map.mesh, &subject.bounds, &frames, progress)
         .map_err(|error| of_options(options, "light", error))?;
     let job = Job {
         inputs,
@@ -139,19 +135,28 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
 pub fn with_renderer<R>(
     inputs: &Inputs,
     options: &RenderOptions,
-    progress: &Progress,
+    progress: Progress<'_>,
     work: impl FnOnce(&mut Renderer, &[PlannedFrame]) -> Result<R>,
 ) -> Result<(R, Decision)> {
-    options.validate()?;
+    let (_, frames) = planned(inputs, options, progress)?;
+    let (lookup, parallax) = lay_out(inputs, options, progress)?;
+    let renderer = Renderer::new(inputs.map, &lookup, settings(options), progress)?;
+    let mut renderer = renderer.over(inputs.cover);
+    Ok((work(&mut renderer, &frames)?, parallax))
+}
+
+/// Checks that map, sample and options fit each other, and plans the frames.
+fn planned<'a>(
+    inputs: &Inputs<'a>,
+    options: &RenderOptions,
+    progress: Progress<'_>,
+) -> Result<(Subject<'a>, Vec<PlannedFrame>)> {
     check_pair(inputs)?;
     check_fill(inputs, options)?;
     let map = inputs.map;
     let subject = Subject::new(&map.mesh, map.header.origin, options)?;
     let frames = plan(options, &subject, progress)?;
-    let (radiance, parallax) = lay_out(inputs, options, progress)?;
-    let renderer = Renderer::new(inputs.map, &radiance, manner(options), *progress)?;
-    let mut renderer = renderer.over(inputs.cover);
-    Ok((work(&mut renderer, &frames)?, parallax))
+    Ok((subject, frames))
 }
 
 /// Refuses a map that was made for another sample.
@@ -179,10 +184,10 @@ fn check_pair(inputs: &Inputs) -> Result<()> {
 
 /// Refuses fill light for scattered samples: their views have no lights of their own to sum over.
 fn check_fill(inputs: &Inputs, options: &RenderOptions) -> Result<()> {
-    match inputs.sample.description().pairs.is_some() && options.fill > 0.0 {
+    match inputs.sample.description().pairs.is_some() && options.lights.fill > 0.0 {
         true => Err(Error::option(
             "fill",
-            format!("{} for a sample of scattered pairs", options.fill),
+            format!("{} for a sample of scattered pairs", options.lights.fill),
             "a sample whose every view has all lights; --environment works with this one",
         )),
         false => Ok(()),
@@ -192,45 +197,50 @@ fn check_fill(inputs: &Inputs, options: &RenderOptions) -> Result<()> {
 fn lay_out(
     inputs: &Inputs,
     options: &RenderOptions,
-    progress: &Progress,
-) -> Result<(Radiance, Decision)> {
-    let parallax = Decision::of(inputs.sample, options.parallax, options.weights, progress)?;
-    let allowance = Allowance {
-        bytes: options.table_memory.saturating_mul(1 << 20),
-        folder: inputs.folder.to_path_buf(),
-    };
-    let radiance = Radiance::new(
+    progress: Progress<'_>,
+) -> Result<(BtfLookup, Decision)> {
+    let parallax = Decision::of(
         inputs.sample,
-        options.weights,
-        options.texels(),
-        options.uses_mip(),
-        options.fill > 0.0,
-        &allowance,
+        options.image.parallax,
+        options.image.weights,
         progress,
     )?;
-    let (views, lights) = radiance.counts();
+    let budget = MemoryBudget {
+        bytes: options.files.table_memory.saturating_mul(1 << 20),
+        folder: inputs.folder.to_path_buf(),
+    };
+    let lookup = BtfLookup::new(
+        inputs.sample,
+        options.image.weights,
+        options.image.texels(),
+        options.image.uses_mip(),
+        options.lights.fill > 0.0,
+        &budget,
+        progress,
+    )?;
+    let (views, lights) = lookup.counts();
     if views.min(lights) < 4 {
         progress.warn(format!(
             "the sample has {views} distinct views and {lights} distinct lights; with fewer than 4 \
              of either, pictures change little as that one turns"
         ));
     }
-    let radiance = radiance.with_heights(parallax.heights.as_ref());
-    Ok((radiance, parallax))
+    let lookup = lookup.with_heights(parallax.heights.as_ref());
+    Ok((lookup, parallax))
 }
 
-fn manner(options: &RenderOptions) -> Manner {
-    let any = |is: fn(&Layer) -> bool| options.layers.iter().any(is);
-    Manner {
-        shading: options.shading,
-        shadows: options.shadows,
-        samples: options.samples,
-        soft_rays: options.shadow_rays,
-        fill: (options.fill > 0.0).then(|| Fill {
-            radiance: options.fill as f32,
-            up: options.up.vector(),
+fn settings(options: &RenderOptions) -> RenderSettings {
+    let any = |is: fn(&Layer) -> bool| options.files.layers.iter().any(is);
+    RenderSettings {
+        shading: options.image.shading,
+        shadows: options.image.shadows,
+        samples: options.image.samples,
+        soft_rays: options.lights.shadow_rays,
+        fill: (options.lights.fill > 0.0).then(|| Fill {
+            radiance: options.lights.fill as f32,
+            up: options.camera.up.vector(),
         }),
-        ground: options.ground.then(|| options.up.vector()),
+        ground: options.lights.ground.then(|| options.camera.up.vector()),
         geometry_layers: any(|layer| !matches!(layer, Layer::Rgba | Layer::Shadow | Layer::Weight)),
         extra_layers: any(|layer| matches!(layer, Layer::Shadow | Layer::Weight)),
     }
@@ -255,13 +265,18 @@ struct Finished {
 impl Job<'_> {
     /// The frames this run has to make.
     fn choose<'f>(&self, frames: &'f [PlannedFrame], report: &mut Report) -> Vec<&'f PlannedFrame> {
-        let mine = |place: usize| self.options.shard.is_none_or(|shard| shard.takes(place));
+        let mine = |place: usize| {
+            self.options
+                .files
+                .shard
+                .is_none_or(|shard| shard.takes(place))
+        };
         let mut wanted = Vec::new();
         for (place, frame) in frames.iter().enumerate() {
             if !mine(place) {
                 continue;
             }
-            if self.options.skip_existing {
+            if self.options.files.skip_existing {
                 let file = self.file(frame);
                 if file.is_there {
                     report.kept += 1;
@@ -290,7 +305,7 @@ impl Job<'_> {
     fn stem(&self, frame: &PlannedFrame) -> PathBuf {
         self.inputs
             .folder
-            .join(self.options.pattern.stem(frame.number))
+            .join(self.options.files.pattern.stem(frame.number))
     }
 
     /// Refuses to write over files under the frames' names that are not of this program.
@@ -304,7 +319,7 @@ impl Job<'_> {
     }
 
     /// Says so when the folder holds frames that this sweep will not replace.
-    fn warn_of_strangers(&self, frames: &[PlannedFrame], progress: &Progress) {
+    fn warn_of_strangers(&self, frames: &[PlannedFrame], progress: Progress<'_>) {
         let planned: std::collections::HashSet<PathBuf> = frames
             .iter()
             .map(|frame| with_ending(&self.stem(frame), "exr"))
@@ -330,16 +345,18 @@ impl Job<'_> {
         &self,
         wanted: &[&PlannedFrame],
         report: &mut Report,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Result<()> {
-        let (radiance, parallax) = lay_out(self.inputs, self.options, progress)?;
+        // Lay out the sample, and prepare the surface.
+        let (lookup, parallax) = lay_out(self.inputs, self.options, progress)?;
         report.parallax = Some(parallax);
-        report.table_bytes = radiance.table.bytes();
-        report.table_mapped = radiance.table.is_mapped();
+        report.table_bytes = lookup.table.bytes();
+        report.table_mapped = lookup.table.is_mapped();
         progress.begin("preparing the surface", 0);
-        let renderer = Renderer::new(self.inputs.map, &radiance, manner(self.options), *progress)?;
+        let renderer = Renderer::new(self.inputs.map, &lookup, settings(self.options), progress)?;
         let mut renderer = renderer.over(self.inputs.cover);
         progress.end();
+        // Render each frame while the one before is written.
         progress.begin("frames", wanted.len() as u64);
         let mut waiting: Option<Finished> = None;
         for frame in wanted {
@@ -361,6 +378,7 @@ impl Job<'_> {
                 stem: self.stem(frame),
             });
         }
+        // Write the last.
         if let Some(last) = waiting {
             self.write(&last)?;
             report.rendered += 1;
@@ -377,31 +395,33 @@ impl Job<'_> {
             stem,
         } = finished;
         let tone = Tone {
-            exposure: self.options.exposure,
-            curve: self.options.tone,
-            background: self.options.background,
+            exposure: self.options.files.exposure,
+            curve: self.options.files.tone,
+            background: self.options.files.background,
         };
         let [width, height] = frame.size;
         let pixels = preview(&frame.rgba, tone);
         image::write_png(&with_ending(stem, "png"), width, height, &pixels)?;
         let groups: Vec<LayerGroup> = self
             .options
+            .files
             .layers
             .iter()
             .map(|layer| group(*layer))
             .collect();
         let picture = ExrImage {
             size: frame.size,
-            channels: frame.channels(&groups, self.options.float),
+            channels: frame.channels(&groups, self.options.files.float),
             attributes: attributes.clone(),
         };
         let path = with_ending(stem, "exr");
-        let encoded = exr::encode(&picture, self.options.compression)
+        let encoded = exr::encode(&picture, self.options.files.compression)
             .map_err(|error| error.in_file(&path))?;
         exr::write(&path, &encoded)
     }
 
     fn attributes(&self, frame: &PlannedFrame) -> BTreeMap<String, Attribute> {
+        // Name what every frame has.
         let text = |value: String| Attribute::Text(value);
         let mut attributes = BTreeMap::from([
             (
@@ -426,6 +446,7 @@ impl Job<'_> {
             ),
             (HASH.into(), text(self.hash(frame))),
         ]);
+        // Name what some have.
         if let Some(heights) = &self.heights {
             attributes.insert("mesotex:heights".into(), text(heights.to_string()));
         }
@@ -471,7 +492,7 @@ impl Job<'_> {
 
 /// The id of a sample's heights, where frames may depend on them.
 fn heights_id(sample: &Sample, options: &RenderOptions) -> Result<Option<ContentId>> {
-    if options.parallax == Parallax::Off {
+    if options.image.parallax == Parallax::Off {
         return Ok(None);
     }
     let heights = sample.heights()?;
@@ -482,7 +503,10 @@ fn heights_id(sample: &Sample, options: &RenderOptions) -> Result<Option<Content
 fn header_options(options: &RenderOptions) -> Result<String> {
     // What follows from other options stands as it was decided.
     let decided = RenderOptions {
-        texels: Some(options.texels()),
+        image: ImageOptions {
+            texels: Some(options.image.texels()),
+            ..options.image.clone()
+        },
         ..options.clone()
     };
     let value =
@@ -493,14 +517,14 @@ fn header_options(options: &RenderOptions) -> Result<String> {
     for idle in IDLE_OPTIONS {
         fields.remove(idle);
     }
-    let sweep = match &options.sweep {
+    let sweep = match &options.sweep.kind {
         Sweep::File(path) => format!("csv {}", ContentId::of_file(path)?),
         named => named.to_string(),
     };
     fields.insert("sweep".into(), sweep.into());
     let files = [
-        ("camera-path", &options.camera_path),
-        ("environment", &options.environment),
+        ("camera-path", &options.camera.camera_path),
+        ("environment", &options.lights.environment),
     ];
     for (field, path) in files {
         if let Some(path) = path {
@@ -549,7 +573,7 @@ fn with_ending(stem: &Path, ending: &str) -> PathBuf {
 }
 
 /// Says so when nothing of a frame is seen or lit.
-fn warn_if_dark(frame: &Frame, planned: &PlannedFrame, progress: &Progress) {
+fn warn_if_dark(frame: &Frame, planned: &PlannedFrame, progress: Progress<'_>) {
     let mut covered = frame.rgba.iter().filter(|pixel| pixel[3] > 0.0).peekable();
     let number = planned.number;
     if covered.peek().is_none() {

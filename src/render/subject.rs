@@ -28,7 +28,7 @@ impl<'a> Subject<'a> {
             mesh,
             bounds: Bounds::of(mesh)?,
             origin,
-            front: Front::of(mesh, options.up, options.front)?,
+            front: Front::of(mesh, options.camera.up, options.camera.front)?,
         })
     }
 }

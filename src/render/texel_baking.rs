@@ -14,13 +14,13 @@ use crate::render::cover::Cover;
 use crate::render::fill::RAYS;
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::Light;
-use crate::render::occlusion::{Departure, Occluders};
+use crate::render::occlusion::{Occluders, RayOrigin};
 use crate::render::parallax::PatchReach;
 use crate::render::pixel_shading::{Workspace, shade_hit};
 use crate::render::plan::PlannedFrame;
 use crate::render::raster::Hit;
 use crate::render::renderer::Renderer;
-use crate::render::vertex_shading::{Scene, shade, sites_of};
+use crate::render::vertex_shading::{ShadingScene, shade, sites_of};
 use crate::render::vertex_shadows::VertexShadows;
 
 /// Points that one task shades.
@@ -51,15 +51,17 @@ impl Renderer<'_> {
         hits: &[Hit],
         texel: f64,
     ) -> Result<Vec<[f32; 3]>> {
+        // Set up the scene.
         let progress = self.progress();
         let shadows = &mut VertexShadows::default();
         let of_vertices = self.visibility_of_all(&frame.lights, shadows);
         let visibility = self.pixel_visibility(&of_vertices);
-        let scene = Scene {
+        let scene = ShadingScene {
             side: Some(texel),
             shows_inside: false,
             ..self.scene(&frame.view, &frame.lights, KnownWeights::default())
         };
+        // Shade chunks of texels in parallel.
         progress.begin("texels", hits.len() as u64);
         let mut colors = vec![[0.0; 3]; hits.len()];
         colors
@@ -86,14 +88,15 @@ impl Renderer<'_> {
         points: OwnPoints<'_>,
         texel: f64,
     ) -> Result<Vec<[f32; 3]>> {
+        // Set up the scene with the points' own surroundings.
         let progress = self.progress();
         let patches = self
             .has_parallax()
             .then(|| PatchReach::of_edges(points.map, points.neighbors));
         let found = self.scene(&frame.view, &frame.lights, KnownWeights::default());
         let open = found.openness.and(found.occluders);
-        let open = open.map(|occluders| openness_of(occluders, points, &progress));
-        let whole = Scene {
+        let open = open.map(|occluders| openness_of(occluders, points, progress));
+        let whole = ShadingScene {
             patches: patches.as_ref(),
             map: points.map,
             cover: points.cover,
@@ -101,11 +104,12 @@ impl Renderer<'_> {
             side: Some(texel),
             ..found
         };
-        let sites = sites_of(points.map, whole.radiance.grid(), |_| true);
+        // Shade some lights at a time, so that their visibilities fit into memory.
+        let sites = sites_of(points.map, whole.lookup.grid(), |_| true);
         let mut colors = vec![Vec4::ZERO; sites.len()];
         progress.begin("texels", frame.lights.len() as u64);
         for (part, lights) in frame.lights.chunks(LIGHTS_AT_ONCE).enumerate() {
-            let scene = Scene {
+            let scene = ShadingScene {
                 lights,
                 fill: whole.fill.filter(|_| part == 0),
                 ..whole
@@ -130,20 +134,20 @@ impl Renderer<'_> {
 }
 
 /// The open share of the hemisphere above the triangle that each point lies on.
-fn openness_of(occluders: &Occluders, points: OwnPoints, progress: &Progress) -> Vec<f32> {
+fn openness_of(occluders: &Occluders, points: OwnPoints, progress: Progress<'_>) -> Vec<f32> {
     let all = points.map.mesh.positions.par_iter().zip(points.facets);
     let open = |(turn, (&point, facet)): (usize, (&Vec3, &Vec3))| {
         if progress.is_interrupted() {
             return 1.0;
         }
         let normal = facet.normalize_or(points.map.normals[turn]);
-        occluders.openness(point, normal, Departure::Point, RAYS, turn as u32)
+        occluders.openness(point, normal, RayOrigin::Point, RAYS, turn as u32)
     };
     all.enumerate().with_min_len(CHUNK).map(open).collect()
 }
 
 /// The share of a light that reaches each point, by rays that leave the side of its triangle that faces the light.
-fn reaches(scene: &Scene, facets: &[Vec3], light: &Light) -> Vec<f32> {
+fn reaches(scene: &ShadingScene, facets: &[Vec3], light: &Light) -> Vec<f32> {
     let points = scene.map.mesh.positions.par_iter().zip(facets).enumerate();
     let reaches = |(turn, (&point, facet)): (usize, (&Vec3, &Vec3))| {
         let incidence = light.at(point);
@@ -156,8 +160,8 @@ fn reaches(scene: &Scene, facets: &[Vec3], light: &Light) -> Vec<f32> {
             true => -facet,
             false => facet,
         };
-        let (departure, turn) = (Departure::Point, turn as u32);
-        scene.visibility(light, &incidence, point, side, departure, turn)
+        let (ray_origin, turn) = (RayOrigin::Point, turn as u32);
+        scene.visibility(light, &incidence, point, side, ray_origin, turn)
     };
     points.with_min_len(CHUNK).map(reaches).collect()
 }

@@ -3,7 +3,7 @@
 //!
 //! In: a sample, the images to keep, in the order wanted. Out: per pyramid level an array
 //! [H, W, images, RGB] in the sample's number type, weighted sums of the images beside them where asked for. Level l + 1 holds 2×2 means of level l. A
-//! table larger than the allowance is built slab by slab in a temporary file.
+//! table larger than the memory budget is built slab by slab in a temporary file.
 
 use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ const SLAB: usize = 256 << 20;
 
 /// Where a table may live.
 #[derive(Clone, Debug)]
-pub struct Allowance {
+pub struct MemoryBudget {
     /// Larger tables lie on disk.
     pub bytes: u64,
     /// Folder of the temporary files.
@@ -187,7 +187,7 @@ impl<T: Stored> Deref for Buffer<T> {
 
 /// One level of a table.
 #[derive(Debug)]
-pub struct Level<T> {
+pub struct MipLevel<T> {
     /// The texels.
     pub grid: TexelGrid,
     /// Numbers of each texel: 3 an image.
@@ -196,7 +196,7 @@ pub struct Level<T> {
     numbers: Buffer<T>,
 }
 
-impl<T: Stored> Level<T> {
+impl<T: Stored> MipLevel<T> {
     /// The numbers of a texel, RGB of image after image, and one number more.
     #[inline(always)]
     pub fn texel(&self, texel: TexelIndex) -> &[T] {
@@ -209,7 +209,7 @@ impl<T: Stored> Level<T> {
 #[derive(Debug)]
 pub struct TexelTable<T> {
     /// Finest first.
-    pub levels: Vec<Level<T>>,
+    pub levels: Vec<MipLevel<T>>,
 }
 
 /// A table in the number type of its sample.
@@ -228,8 +228,8 @@ impl AnyTable {
         sample: &Sample,
         (images, layout): (&[u32], &RowLayout),
         mip: bool,
-        allowance: &Allowance,
-        progress: &Progress,
+        budget: &MemoryBudget,
+        progress: Progress<'_>,
     ) -> Result<Self> {
         let source = Source {
             sample,
@@ -238,8 +238,8 @@ impl AnyTable {
             progress,
         };
         Ok(match sample.description().dtype {
-            DType::F2 => Self::Half(TexelTable::build(&source, mip, allowance)?),
-            DType::F4 => Self::Single(TexelTable::build(&source, mip, allowance)?),
+            DType::F2 => Self::Half(TexelTable::build(&source, mip, budget)?),
+            DType::F4 => Self::Single(TexelTable::build(&source, mip, budget)?),
         })
     }
 
@@ -264,17 +264,18 @@ struct Source<'a> {
     sample: &'a Sample,
     images: &'a [u32],
     layout: &'a RowLayout,
-    progress: &'a Progress<'a>,
+    progress: Progress<'a>,
 }
 
 impl<T: Stored> TexelTable<T> {
-    fn build(source: &Source, mip: bool, allowance: &Allowance) -> Result<Self> {
+    fn build(source: &Source, mip: bool, budget: &MemoryBudget) -> Result<Self> {
+        // Transpose the sample slab by slab.
         let mut grid = source.sample.grid();
         let stride = source.stride();
         source
             .progress
-            .begin("laying out the sample", grid.len() as u64);
-        let mut writer = LevelWriter::new(grid, stride, allowance)?;
+            .begin("copying the sample for shading", grid.len() as u64);
+        let mut writer = LevelWriter::new(grid, stride, budget)?;
         for slab in writer.slabs() {
             writer.append(slab, |texels, out| {
                 source.transpose(texels.start, out)?;
@@ -282,10 +283,11 @@ impl<T: Stored> TexelTable<T> {
             })?;
         }
         let mut levels = vec![writer.finish()?];
+        // Average coarser levels.
         while mip && grid.len() > 1 {
             let finer = &levels[levels.len() - 1];
             grid = grid.coarser();
-            let mut writer = LevelWriter::new(grid, stride, allowance)?;
+            let mut writer = LevelWriter::new(grid, stride, budget)?;
             for slab in writer.slabs() {
                 writer.append(slab, |texels, out| {
                     source.progress.check()?;
@@ -311,7 +313,7 @@ impl<T: Stored> TexelTable<T> {
     }
 }
 
-impl<T: Stored> Level<T> {
+impl<T: Stored> MipLevel<T> {
     /// The mean of the texels of this level that exist below a texel of the coarser `grid`.
     fn mean_of_children(&self, grid: TexelGrid, parent: TexelIndex, out: &mut [T]) {
         let (row, col) = grid.row_col(parent);
@@ -400,7 +402,7 @@ struct LevelWriter<'a, T> {
 }
 
 impl<'a, T: Stored> LevelWriter<'a, T> {
-    fn new(grid: TexelGrid, stride: usize, allowance: &'a Allowance) -> Result<Self> {
+    fn new(grid: TexelGrid, stride: usize, budget: &'a MemoryBudget) -> Result<Self> {
         let length = grid.len() * stride + 1;
         let mut writer = Self {
             grid,
@@ -408,11 +410,11 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
             memory: Vec::new(),
             file: None,
         };
-        let fits = (length * size_of::<T>()) as u64 <= allowance.bytes;
+        let fits = (length * size_of::<T>()) as u64 <= budget.bytes;
         if fits && writer.memory.try_reserve_exact(length).is_ok() {
             return Ok(writer);
         }
-        let folder = allowance.folder.as_path();
+        let folder = budget.folder.as_path();
         let file = NamelessWriter::create_in(folder)
             .map_err(Error::io(folder, "write the shading table to"))?;
         writer.file = Some((file, folder));
@@ -460,7 +462,7 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Level<T>> {
+    fn finish(mut self) -> Result<MipLevel<T>> {
         self.memory.push(T::zeroed());
         let numbers = match self.file {
             None => Buffer::Owned(self.memory),
@@ -469,7 +471,7 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
                 Buffer::OnDisk(finished.map_err(Error::io(folder, "write the shading table to"))?)
             }
         };
-        Ok(Level {
+        Ok(MipLevel {
             grid: self.grid,
             stride: self.stride,
             numbers,

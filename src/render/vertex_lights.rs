@@ -11,7 +11,7 @@ use crate::render::known_weights::{KnownWeights, Lists, UNKNOWN};
 use crate::render::light::{Light, Origin};
 use crate::render::nearest::{Scratch, Weight};
 use crate::render::vertex_frame::Axes;
-use crate::render::vertex_shading::{Scene, Site};
+use crate::render::vertex_shading::{ShadingScene, Site};
 
 /// Vertices of one task.
 const CHUNK: usize = 1 << 12;
@@ -30,7 +30,7 @@ pub struct VertexLights {
 impl VertexLights {
     /// Finds the weights of a scene's lights at the vertices it will need: those it `needs` when
     /// the lights are new, `all` when they stay, since then the view moves.
-    pub fn refresh(&mut self, scene: &Scene, needs: &[Site], all: &[Site]) {
+    pub fn refresh(&mut self, scene: &ShadingScene, needs: &[Site], all: &[Site]) {
         let origins = scene.lights.iter().map(|light| light.origin);
         let stay = self.origins.iter().copied().eq(origins.clone());
         if stay && self.is_whole {
@@ -50,8 +50,8 @@ impl VertexLights {
     }
 }
 
-fn lists_of(scene: &Scene, sites: &[Site]) -> Vec<Option<Lists>> {
-    if scene.radiance.is_scattered() || sites.is_empty() {
+fn lists_of(scene: &ShadingScene, sites: &[Site]) -> Vec<Option<Lists>> {
+    if scene.lookup.is_scattered() || sites.is_empty() {
         return Vec::new();
     }
     let listed = scene.lights.iter().take(LISTED);
@@ -63,7 +63,7 @@ fn lists_of(scene: &Scene, sites: &[Site]) -> Vec<Option<Lists>> {
 }
 
 /// The lists of a light at some vertices.
-fn find(scene: &Scene, light: &Light, sites: &[Site]) -> Lists {
+fn find(scene: &ShadingScene, light: &Light, sites: &[Site]) -> Lists {
     let chunks: Vec<(Vec<u32>, Vec<Weight>)> = sites
         .par_chunks(CHUNK)
         .map(|sites| weights_of(scene, light, sites))
@@ -85,16 +85,14 @@ fn find(scene: &Scene, light: &Light, sites: &[Site]) -> Lists {
 }
 
 /// The lists of some vertices, one after another, and where each ends.
-fn weights_of(scene: &Scene, light: &Light, sites: &[Site]) -> (Vec<u32>, Vec<Weight>) {
+fn weights_of(scene: &ShadingScene, light: &Light, sites: &[Site]) -> (Vec<u32>, Vec<Weight>) {
     let (mut ends, mut weights) = (Vec::with_capacity(sites.len()), Vec::new());
     let (mut scratch, mut found) = (Scratch::default(), Vec::new());
     for site in sites {
         let towards = light.at(site.point).towards.as_dvec3();
         let local = Axes::of_vertex(scene.map, site.vertex as usize).local(towards);
         if local.z > 0.0 {
-            scene
-                .radiance
-                .light_weights(local, &mut scratch, &mut found);
+            scene.lookup.light_weights(local, &mut scratch, &mut found);
             weights.extend_from_slice(&found);
         }
         ends.push(weights.len() as u32);

@@ -12,14 +12,14 @@ use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
+use crate::render::btf_lookup::{Blend, BtfLookup};
 use crate::render::camera::View;
 use crate::render::cover::{Cover, received};
 use crate::render::fill::Fill;
 use crate::render::known_weights::KnownWeights;
 use crate::render::light::{Incidence, Light};
-use crate::render::occlusion::{Cone, Departure, Occluders};
+use crate::render::occlusion::{Cone, Occluders, RayOrigin};
 use crate::render::parallax::PatchReach;
-use crate::render::radiance::{Blend, Radiance};
 use crate::render::sides::shows_inside;
 use crate::render::texel_table::{AnyTable, Stored, TexelTable};
 use crate::render::vertex_frame::Axes;
@@ -41,11 +41,11 @@ pub struct Site {
 
 /// Everything that shading a point needs.
 #[derive(Clone, Copy)]
-pub struct Scene<'a> {
+pub struct ShadingScene<'a> {
     /// The decorated surface.
     pub map: &'a SurfaceTextonMap,
     /// The sample.
-    pub radiance: &'a Radiance,
+    pub lookup: &'a BtfLookup,
     /// The viewer.
     pub view: &'a View,
     /// The lights.
@@ -114,7 +114,7 @@ pub fn sites_of(
 /// Shades vertices: linear radiance red to blue, in the order of `sites`; the fourth number means
 /// nothing. `reaches` has for each light the share that reaches each vertex, or nothing at all
 /// where nothing casts shadows.
-pub fn shade(scene: &Scene, reaches: &[&[f32]], sites: &[Site]) -> Vec<Vec4> {
+pub fn shade(scene: &ShadingScene, reaches: &[&[f32]], sites: &[Site]) -> Vec<Vec4> {
     let mut shaded = vec![Vec4::ZERO; sites.len()];
     sites
         .par_chunks(CHUNK)
@@ -123,7 +123,7 @@ pub fn shade(scene: &Scene, reaches: &[&[f32]], sites: &[Site]) -> Vec<Vec4> {
             if scene.progress.is_interrupted() {
                 return;
             }
-            match &scene.radiance.table {
+            match &scene.lookup.table {
                 AnyTable::Half(table) => shade_chunk(scene, table, reaches, blend, sites, out),
                 AnyTable::Single(table) => shade_chunk(scene, table, reaches, blend, sites, out),
             }
@@ -131,7 +131,7 @@ pub fn shade(scene: &Scene, reaches: &[&[f32]], sites: &[Site]) -> Vec<Vec4> {
     shaded
 }
 
-impl Scene<'_> {
+impl ShadingScene<'_> {
     /// How far images may be read from a vertex's coordinate, in texels.
     #[inline(always)]
     pub fn reach(&self, vertex: usize) -> f32 {
@@ -156,7 +156,7 @@ impl Scene<'_> {
             _ => 1.0,
         };
         let shares = fill.shares(up).map(|share| share * open);
-        self.radiance.add_fill::<T>(blend, shares);
+        self.lookup.add_fill::<T>(blend, shares);
         let received = open * fill.irradiance(up.z);
         Vec4::new(received, received, received, 0.0)
     }
@@ -176,14 +176,14 @@ impl Scene<'_> {
         incidence: &Incidence,
         point: Vec3,
         normal: Vec3,
-        departure: Departure,
+        ray_origin: RayOrigin,
         turn: u32,
     ) -> f32 {
         let Some(occluders) = self.occluders else {
             return 1.0;
         };
         let cone = Cone::of_light(light, self.soft_rays);
-        occluders.visibility(point, normal, departure, incidence, cone, turn)
+        occluders.visibility(point, normal, ray_origin, incidence, cone, turn)
     }
 }
 
@@ -192,17 +192,18 @@ impl Scene<'_> {
     "x86_64+avx2+bmi1+bmi2"
 ))]
 fn shade_chunk<T: Stored>(
-    scene: &Scene,
+    scene: &ShadingScene,
     table: &TexelTable<T>,
     reaches: &[&[f32]],
     blend: &mut Blend,
     sites: &[Site],
     out: &mut [Vec4],
 ) {
-    let radiance = scene.radiance;
-    let one_texel = radiance.reads_one_texel();
+    let lookup = scene.lookup;
+    let one_texel = lookup.reads_one_texel();
     let mut near = Vec::new();
     let mut out = out.iter_mut();
+    // Visit the vertices that share a texel together.
     for sharing in sites.chunk_by(|a, b| a.texel == b.texel) {
         let mut numbers = table.levels[0].texel(sharing[0].texel);
         if one_texel && sharing.len() >= SHARED {
@@ -210,17 +211,18 @@ fn shade_chunk<T: Stored>(
             near.extend_from_slice(numbers);
             numbers = &near;
         }
+        // Shade each.
         for (site, out) in sharing.iter().zip(&mut out) {
             let begun = begin::<T>(scene, reaches, blend, site);
             let vertex = site.vertex as usize;
             let color = if blend.is_dark() {
                 Vec4::ZERO
             } else if one_texel {
-                radiance.blend_texel(numbers, blend)
+                lookup.blend_texel(numbers, blend)
             } else {
                 let texel = scene.map.texel_at(vertex);
                 let detail = scene.detail(site.point, begun.view_cosine, texel);
-                radiance.at(table, scene.map.coords[vertex], detail, blend)
+                lookup.at(table, scene.map.coords[vertex], detail, blend)
             };
             *out = match scene.cover {
                 Some(cover) => cover.mixed(vertex, color, begun.irradiance),
@@ -240,12 +242,19 @@ struct Begun {
 
 /// Gathers view and lights of a vertex.
 #[inline(always)]
-fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: &Site) -> Begun {
+fn begin<T: Stored>(
+    scene: &ShadingScene,
+    reaches: &[&[f32]],
+    blend: &mut Blend,
+    site: &Site,
+) -> Begun {
+    // Turn the view to the frame of the vertex.
     let mut received_light = Vec4::ZERO;
     let axes = Axes::new(site.normal, site.orientation).turned(site.turned);
     let view = axes.local(scene.view.towards_viewer(site.point.as_dvec3()));
-    scene.radiance.begin(blend, view);
+    scene.lookup.begin(blend, view);
     blend.set_reach(scene.reach(site.vertex as usize));
+    // Add the lights that reach it.
     for (index, light) in scene.lights.iter().enumerate() {
         let incidence = light.at(site.point);
         let local = axes.local(incidence.towards.as_dvec3());
@@ -256,18 +265,19 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
             let irradiance = incidence.irradiance.map(|value| value * reaches);
             let known = scene.weights.of(index, site.vertex as usize);
             let weights = known.filter(|_| !site.turned);
-            let radiance = scene.radiance;
+            let lookup = scene.lookup;
             if scene.cover.is_some() {
                 received_light += received(irradiance, local.z);
             }
             match weights {
-                Some(weights) => radiance.add_weighted::<T>(blend, local, weights, irradiance),
-                None => radiance.add_light::<T>(blend, local, irradiance),
+                Some(weights) => lookup.add_weighted::<T>(blend, local, weights, irradiance),
+                None => lookup.add_light::<T>(blend, local, irradiance),
             }
         }
     }
+    // Join lights that read the same images, and add the fill light.
     if scene.lights.len() > 1 {
-        scene.radiance.merge_lights(blend);
+        scene.lookup.merge_lights(blend);
     }
     received_light += scene.add_fill::<T>(blend, &axes, site.vertex as usize, site.turned);
     Begun {
@@ -276,7 +286,7 @@ fn begin<T: Stored>(scene: &Scene, reaches: &[&[f32]], blend: &mut Blend, site: 
     }
 }
 
-impl Scene<'_> {
+impl ShadingScene<'_> {
     /// How many pyramid levels up a pixel's footprint at a point is as large as a texel of `texel`
     /// mesh units: log₂ of the longer side of the footprint, in texels. The foreshortening counts up to eightfold.
     /// Where the scene states the side of what is shaded, that counts in place of the footprint.

@@ -9,7 +9,7 @@ use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 use crate::render::light::Light;
-use crate::render::occlusion::{Cone, Departure, Occluders};
+use crate::render::occlusion::{Cone, Occluders, RayOrigin};
 
 /// What casts shadows on the vertices of a map.
 pub struct ShadowCaster {
@@ -75,9 +75,9 @@ impl ShadowCaster {
             normal = -normal;
         }
         let cone = Cone::of_light(light, rays);
-        let departure = Departure::Vertex(point);
+        let ray_origin = RayOrigin::Vertex(point);
         self.occluders
-            .visibility(point, normal, departure, &incidence, cone, vertex)
+            .visibility(point, normal, ray_origin, &incidence, cone, vertex)
     }
 }
 
@@ -91,7 +91,7 @@ impl VertexShadows {
         lights: &[Light],
         rays: u32,
         vertices: &[u32],
-        progress: &Progress,
+        progress: Progress<'_>,
     ) {
         self.lights.truncate(lights.len());
         for (index, light) in lights.iter().enumerate() {

@@ -27,6 +27,7 @@ impl Vertices {
         mesh: &TriangleMesh,
         inside: impl Fn(&Hit) -> bool + Sync,
     ) -> Self {
+        // Mark the vertices of the triangles that are seen, and from which side.
         let none = || -> Vec<AtomicBool> {
             let vertices = mesh.positions.iter();
             vertices.map(|_| AtomicBool::new(false)).collect()
@@ -41,6 +42,7 @@ impl Vertices {
                 }
             }
         });
+        // Keep the marked ones.
         let is_needed = |vertex: u32| needed[vertex as usize].load(Ordering::Relaxed);
         let turned = |site: &Site| {
             let mut site = *site;

@@ -29,7 +29,7 @@ pub fn write_gif(
             .map_err(io::Error::other)?;
         for picture in pictures {
             let frame = gif_frame(&picture?, rate)
-                .ok_or_else(|| io::Error::other("a picture of another size than it says"))?;
+                .ok_or_else(|| io::Error::other("an image of another size than stated"))?;
             encoder.encode_frame(frame).map_err(io::Error::other)?;
         }
         Ok(())
@@ -56,7 +56,7 @@ pub fn write_apng(
     let count = pictures.len() as u32;
     write_pictures(path, pictures, |sink, pictures| {
         let Some(first) = pictures.next().transpose()? else {
-            return Err(io::Error::other("no picture to show"));
+            return Err(io::Error::other("no image to show"));
         };
         let [keyword, text] = PICTURE_MARK.map(String::from);
         let mut encoder = Encoder::new(sink, first.width, first.height);
@@ -75,7 +75,7 @@ pub fn write_apng(
     })
 }
 
-/// Writes a file, whole or not at all, of pictures; the fault of a picture is handed on as it is.
+/// Writes a file, complete or not at all, of pictures; the fault of a picture is handed on as it is.
 pub(super) fn write_pictures(
     path: &Path,
     pictures: impl Iterator<Item = Result<Picture>>,

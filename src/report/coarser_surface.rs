@@ -64,6 +64,7 @@ fn middle(positions: &[Vec3], cluster: &[u32]) -> u32 {
 }
 
 fn of_clusters(map: &SurfaceTextonMap, clusters: &[Vec<u32>]) -> SurfaceTextonMap {
+    // Keep the middle vertex of each cluster.
     let positions = &map.mesh.positions;
     let kept: Vec<usize> = clusters
         .iter()
@@ -75,6 +76,7 @@ fn of_clusters(map: &SurfaceTextonMap, clusters: &[Vec<u32>]) -> SurfaceTextonMa
             .iter()
             .for_each(|&vertex| becomes[vertex as usize] = number);
     }
+    // Keep the triangles that still have three corners.
     let triangles = map.mesh.triangles.iter();
     let triangles = triangles.map(|corners| corners.map(|vertex| becomes[vertex as usize]));
     let is_whole = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;

@@ -55,8 +55,10 @@ impl Picture {
         if self.width <= width {
             return self.clone();
         }
+        // Find the height.
         let height =
             (u64::from(self.height) * u64::from(width)).div_ceil(u64::from(self.width)) as u32;
+        // Average the linear light of the pixels that each new one covers.
         let linear: Vec<f32> = (0..=255u8)
             .map(|v| decode_srgb(f32::from(v) / 255.0))
             .collect();

@@ -47,29 +47,22 @@ impl Embedded {
 
 fn png(picture: &Picture) -> Result<String> {
     let mut bytes = Cursor::new(Vec::new());
-    PngEncoder::new(&mut bytes)
-        .write_image(
-            &picture.pixels,
-            picture.width,
-            picture.height,
-            ExtendedColorType::Rgb8,
-        )
-        .map_err(|error| Error::data("picture", error.to_string()))?;
+    encode(picture, PngEncoder::new(&mut bytes))?;
     Ok(address("png", bytes.get_ref()))
 }
 
 /// The address of a picture as JPEG.
 pub fn jpeg(picture: &Picture) -> Result<String> {
     let mut bytes = Vec::new();
-    JpegEncoder::new_with_quality(&mut bytes, QUALITY)
-        .write_image(
-            &picture.pixels,
-            picture.width,
-            picture.height,
-            ExtendedColorType::Rgb8,
-        )
-        .map_err(|error| Error::data("picture", error.to_string()))?;
+    encode(picture, JpegEncoder::new_with_quality(&mut bytes, QUALITY))?;
     Ok(address("jpeg", &bytes))
+}
+
+fn encode(picture: &Picture, encoder: impl ImageEncoder) -> Result<()> {
+    let (width, height) = (picture.width, picture.height);
+    encoder
+        .write_image(&picture.pixels, width, height, ExtendedColorType::Rgb8)
+        .map_err(|error| Error::data("picture", error.to_string()))
 }
 
 fn address(kind: &str, bytes: &[u8]) -> String {

@@ -12,15 +12,23 @@
 //!
 //! `web/` has the templates, the style, the scripts and the shaders.
 
-pub mod animation;
-pub mod coarser_surface;
-pub mod contact_sheet;
-pub mod embedded;
-pub mod lettering;
-pub mod numbers;
-pub mod page;
-pub mod summary;
-pub mod surface_columns;
-pub mod video;
-pub mod view_factors;
-pub mod viewer;
+pub(crate) mod animation;
+pub(crate) mod coarser_surface;
+pub(crate) mod contact_sheet;
+pub(crate) mod embedded;
+pub(crate) mod lettering;
+pub(crate) mod numbers;
+pub(crate) mod page;
+pub(crate) mod summary;
+pub(crate) mod surface_columns;
+pub(crate) mod video;
+pub(crate) mod view_factors;
+pub(crate) mod viewer;
+
+pub use animation::{write_apng, write_gif};
+pub use contact_sheet::{Picture, contact_sheet};
+pub use embedded::Embedded;
+pub use summary::{Chapter, Fact, Figure, OutputFacts, Sequence, StageFacts, Summary};
+pub use video::{Container, VideoEncoder};
+pub use view_factors::{Limits, ViewFactors, view_factors};
+pub use viewer::{ViewerOptions, ViewerPage, viewer_page};

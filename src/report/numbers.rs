@@ -20,7 +20,7 @@ pub fn base64(bytes: &[u8]) -> String {
     STANDARD.encode(bytes)
 }
 
-/// Characters that base64 makes of so many bytes.
+/// Characters that base64 makes of this many bytes.
 pub fn base64_length(bytes: usize) -> usize {
     4 * bytes.div_ceil(3)
 }

@@ -137,6 +137,7 @@ pub struct Summary {
 impl Summary {
     /// The page; with a sample, its images are on it.
     pub fn page(&self, sample: Option<&Sample>, progress: Progress<'_>) -> Result<String> {
+        // Pack the sample's images.
         let shown = sample
             .map(|sample| ShownSample::new(sample, progress))
             .transpose()?;
@@ -145,6 +146,7 @@ impl Summary {
             of_sample["packed"] = json!(shown.packed);
             of_sample["error"] = json!(format!("{:.1} %", 100.0 * shown.error));
         }
+        // Describe the sequences.
         let sequences: Vec<Value> = self
             .sequences
             .iter()
@@ -160,6 +162,7 @@ impl Summary {
             "sample": shown.as_ref().map(|shown| &shown.description),
             "sequences": self.sequences,
         });
+        // Fill the template.
         filled(
             include_str!("web/report.html"),
             json!({

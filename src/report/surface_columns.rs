@@ -40,6 +40,7 @@ pub fn surface_columns(
     bounds: &Bounds,
 ) -> Result<(SurfaceDescription, Vec<u8>)> {
     let mut bytes = Vec::new();
+    // Write positions within their bounds.
     let within = |value: f64, low: f64, high: f64| {
         let share = if high > low {
             (value - low) / (high - low)
@@ -56,11 +57,13 @@ pub fn surface_columns(
             positions.map(|p| within(f64::from(p[axis]), low, high)),
         );
     }
+    // Write unit vectors on an octahedron.
     for vectors in [&map.normals, &map.orientations] {
         for place in 0..2 {
             append_column(&mut bytes, vectors.iter().map(|&v| on_octahedron(v)[place]));
         }
     }
+    // Write texture coordinates.
     let [width, height] = map.header.exemplar;
     let coordinate = |value: f32, side: u32| {
         (f64::from(value) / f64::from(side) * (MOST + 1.0)).min(MOST) as u16
@@ -73,6 +76,7 @@ pub fn surface_columns(
         &mut bytes,
         map.coords.iter().map(|at| coordinate(at.t, height)),
     );
+    // Write the logarithm of the scale.
     let (mut scale_low, mut scale_high) = (0.0, 0.0);
     if let Some(scale) = &map.scale {
         let logarithms = || scale.iter().map(|&value| f64::from(value).ln());
@@ -83,7 +87,9 @@ pub fn surface_columns(
             logarithms().map(|value| within(value, scale_low, scale_high)),
         );
     }
+    // Write the triangles.
     append_indices(&mut bytes, map.mesh.triangles.iter().flatten().copied());
+    // Describe the columns.
     let description = SurfaceDescription {
         vertices: map.mesh.positions.len(),
         triangles: map.mesh.triangles.len(),

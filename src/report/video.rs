@@ -128,7 +128,7 @@ impl VideoEncoder {
 
     fn fill(&self, path: &Path, pictures: &mut Pictures<'_>, rate: u32) -> io::Result<()> {
         let Some(first) = pictures.next().transpose()? else {
-            return Err(io::Error::other("no picture to show"));
+            return Err(io::Error::other("no image to show"));
         };
         let mut complaints = tempfile::tempfile()?;
         let mut command = self.command(&first, rate);
@@ -197,7 +197,7 @@ fn send(running: &mut Child, first: Picture, pictures: &mut Pictures<'_>) -> io:
     for picture in [Ok(first)].into_iter().chain(pictures) {
         let picture = picture?;
         if [picture.width, picture.height] != [width, height] {
-            return Err(io::Error::other("pictures of different sizes"));
+            return Err(io::Error::other("images of different sizes"));
         }
         pipe.write_all(&picture.pixels)?;
     }

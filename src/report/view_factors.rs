@@ -39,7 +39,7 @@ pub struct Limits {
     pub error: f64,
     /// The most bytes, compressed; where they do not suffice, the error grows.
     pub bytes: usize,
-    /// The most texels of all images multiplied out; where there are more, grids are halved.
+    /// The most texels of all images expanded; where there are more, grids are halved.
     pub texels: u64,
 }
 
@@ -81,6 +81,7 @@ pub fn view_factors(
     limits: &Limits,
     progress: Progress<'_>,
 ) -> Result<ViewFactors> {
+    // Factor the images of each view.
     let images = GroupedImages::new(source, limits.texels)?;
     progress.begin("eigentextures of views", images.groups.len() as u64);
     let spectra: Vec<Spectrum> = images
@@ -93,8 +94,10 @@ pub fn view_factors(
         })
         .collect::<Result<_>>()?;
     progress.end();
+    // Find the largest step that meets the wanted error.
     let total: f64 = spectra.iter().map(|spectrum| spectrum.total).sum();
     let mut step = step_for(&spectra, images.columns(), limits.error, total);
+    // Quantize, and coarsen the step until the bytes suffice.
     loop {
         let (groups, squares) = images.quantized(&spectra, step, progress)?;
         let error = if total > 0.0 {
@@ -222,6 +225,7 @@ impl<'a> GroupedImages<'a> {
 /// Groups of distinct views, lights or pairs, and which directions these are.
 fn grouped(description: &Description) -> Result<(Vec<Rows>, [Vec<u32>; 2])> {
     let (views, lights) = (&description.views, &description.lights);
+    // Make one group of a scattered sample.
     if let Some(pairs) = &description.pairs {
         let kept = PairSet::new(views, lights, pairs, Weighting::Continuous)?
             .kept()
@@ -232,6 +236,7 @@ fn grouped(description: &Description) -> Result<(Vec<Rows>, [Vec<u32>; 2])> {
         let run = 0..pairs.len();
         return Ok((vec![Rows { run, kept }], directions));
     }
+    // Make a group per view.
     let [views_kept, lights_kept] = [views, lights].map(|directions| {
         DirectionSet::new(directions, Weighting::Continuous)
             .kept()

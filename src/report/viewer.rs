@@ -100,6 +100,7 @@ pub fn viewer_page(
     progress: Progress<'_>,
 ) -> Result<ViewerPage> {
     options.validate()?;
+    // Pack the surface, and the sample into what room is left.
     let surface = PackedSurface::fitting(map, LARGEST_PAGE)?;
     let bounds = &surface.bounds;
     let limits = Limits {
@@ -108,6 +109,7 @@ pub fn viewer_page(
         texels: MOST_TEXELS,
     };
     let factors = view_factors(sample, &limits, progress)?;
+    // Note what was left out.
     let mut notes = notes(&factors, options, sample);
     if surface.vertices < map.mesh.positions.len() {
         notes.push(format!(
@@ -116,6 +118,7 @@ pub fn viewer_page(
             surface.vertices
         ));
     }
+    // Describe what the scripts draw.
     let up = options.up;
     let front = Front::of(&map.mesh, up, options.front)?
         .axis
@@ -135,6 +138,7 @@ pub fn viewer_page(
         "environment": ENVIRONMENT,
         "background": 0.03,
     });
+    // Fill the template.
     let html = filled(
         include_str!("web/view.html"),
         json!({
@@ -178,7 +182,7 @@ struct PackedSurface {
 }
 
 impl PackedSurface {
-    /// A map's surface, with fewer vertices where a page of so many bytes has no room for all.
+    /// A map's surface, with fewer vertices where a page of this many bytes has no room for all.
     fn fitting(map: &SurfaceTextonMap, page: usize) -> Result<Self> {
         let mut map = Cow::Borrowed(map);
         loop {
@@ -241,6 +245,7 @@ fn directions(sample: &Sample, factors: &ViewFactors) -> String {
 
 /// What the scripts need to know of a sample's factors.
 pub(super) fn sample_description(sample: &Sample, factors: &ViewFactors) -> Value {
+    // List the directions that are kept.
     let of = sample.description();
     let chosen = |indices: &[u32], list: &[Direction]| -> Vec<[f64; 3]> {
         let unit = |&index: &u32| list[index as usize].0.normalize().to_array();
@@ -252,10 +257,12 @@ pub(super) fn sample_description(sample: &Sample, factors: &ViewFactors) -> Valu
         .iter()
         .map(|&light| of.lights[light as usize])
         .collect();
+    // Share out even light.
     let even_light = match is_scattered {
         true => Vec::new(),
         false => even_light::shares(&kept),
     };
+    // Describe the groups.
     let groups: Vec<Value> = factors
         .groups
         .iter()

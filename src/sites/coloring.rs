@@ -43,6 +43,7 @@ fn greedy_colors<const N: usize, S: Sites<N>>(
         if site.is_multiple_of(SITES_BETWEEN_CHECKS) {
             progress.check()?;
         }
+        // Mark the colours of all sites that this one reads or is read by.
         collect_read(level, site, &mut near, &mut seen);
         let own = &mut taken[site * words..][..words];
         for &other in &near {
@@ -51,6 +52,7 @@ fn greedy_colors<const N: usize, S: Sites<N>>(
                 own[color as usize / 64] |= 1 << (color % 64);
             }
         }
+        // Take the first free one.
         let Some(color) = first_free(own) else {
             return Ok(None);
         };
@@ -101,7 +103,7 @@ fn classes(colors: &[u32]) -> Vec<Vec<u32>> {
 mod tests {
     use super::*;
     use crate::neighborhood::Neighborhood;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
     use crate::synthesis::tests::fixtures;
 
     #[test]
@@ -131,7 +133,7 @@ mod tests {
 
     #[test]
     fn no_site_of_a_grid_reads_another_of_its_class() {
-        let grid = GridTarget {
+        let grid = SiteGrid {
             width: 18,
             height: 10,
             toroidal: true,

@@ -64,11 +64,11 @@ fn nearest_children<const N: usize, S: Sites<N>>(parents: &[Parent], coarser: &S
 mod tests {
     use super::*;
     use crate::neighborhood::Neighborhood;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
 
     #[test]
     fn coarser_sites_have_the_controls_of_a_site_below_them() {
-        let target = GridTarget {
+        let target = SiteGrid {
             width: 8,
             height: 6,
             toroidal: false,

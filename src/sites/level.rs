@@ -101,7 +101,7 @@ pub trait Sites<const N: usize>: Sync {
         None
     }
 
-    /// The scan lines of a method of one pass. It never mends the borders of patches where lines run into finished
+    /// The scan lines of a method of one pass. It never repairs the borders of patches where lines run into finished
     /// sites, so these must not be the same places for all lines, as the borders of charts are.
     fn one_pass_lines(&self) -> Option<Vec<u32>> {
         self.scan_lines()

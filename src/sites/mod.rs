@@ -26,7 +26,7 @@ pub mod vertices;
 pub use atlas::options::{AtlasOptions, ChartSource, Sampling};
 pub use atlas::preparation::AtlasSurface;
 pub use controls::SiteControls;
-pub use grid::target::GridTarget;
+pub use grid::window::SiteGrid;
 pub use level::{Neighbor, Parent, SampleLocation, SiteEdge, SiteHierarchy, Sites};
 pub use order::Order;
 pub use target::{Target, TargetSites, TargetSurface, WithSites};

@@ -17,7 +17,7 @@ use crate::sites::level::Sites;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
-    /// Where most neighbours are done first.
+    /// The site with the most finished neighbours is next.
     #[default]
     Constrained,
     /// Along the orientation field (Turk 2001).
@@ -76,8 +76,10 @@ fn most_constrained<const N: usize, S: Sites<N>>(
     let mut reached: Vec<(u32, u32)> = vec![(0, 0); count];
     let mut order = Vec::with_capacity(count);
     let (mut queue, mut clock) = (BinaryHeap::new(), 0);
+    // Begin anew in every component.
     for seed in seeds(sites, start) {
         queue.push((0, Reverse(0), seed as u32));
+        // Visit the site of most visited neighbours.
         while let Some((count, _, site)) = queue.pop() {
             let site = site as usize;
             if visited[site] || count < reached[site].0 {
@@ -88,6 +90,7 @@ fn most_constrained<const N: usize, S: Sites<N>>(
             }
             visited[site] = true;
             order.push(site as u32);
+            // Count it among its neighbours' visited ones.
             for neighbor in sites.neighbors(site) {
                 let (count, since) = &mut reached[neighbor.site as usize];
                 if *count == 0 {
@@ -205,10 +208,10 @@ mod tests {
     use super::*;
     use crate::neighborhood::Neighborhood;
     use crate::sites::grid::GridSites;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
 
     fn lists(width: u32, height: u32, toroidal: bool) -> GridSites {
-        let target = GridTarget {
+        let target = SiteGrid {
             width,
             height,
             toroidal,

@@ -22,7 +22,7 @@ pub fn scan_order<const N: usize, S: Sites<N>>(
     }
 }
 
-/// The same for a method of one pass, which never mends where lines meet.
+/// The same for a method of one pass, which never repairs where lines meet.
 pub fn one_pass_order<const N: usize, S: Sites<N>>(
     sites: &S,
     start: usize,
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::mesh::compressed_rows::Rows;
     use crate::neighborhood::Neighborhood;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
     use crate::sites::level::Neighbor;
     use crate::sites::vertices::VertexSites;
 
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn a_grid_is_visited_row_by_row() {
-        let target = GridTarget {
+        let target = SiteGrid {
             width: 5,
             height: 4,
             toroidal: true,

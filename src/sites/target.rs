@@ -16,7 +16,7 @@ use crate::sites::atlas::preparation::{self, AtlasSurface};
 use crate::sites::controls::SiteControls;
 use crate::sites::grid::GridSites;
 use crate::sites::grid::round::RoundGridSites;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::vertices::VertexSites;
 use crate::sites::vertices::circles::{self, CircleSource, RoundOptions};
@@ -51,7 +51,7 @@ pub struct TargetSurface {
     /// What positions count from.
     pub origin: DVec3,
     /// The flat grid that it is, if it is one.
-    pub grid: Option<GridTarget>,
+    pub grid: Option<SiteGrid>,
     /// The atlas that it is, if it is one: its mesh has a vertex at every texel inside a chart.
     pub atlas: Option<Box<AtlasSurface>>,
 }
@@ -93,7 +93,7 @@ impl TargetSites {
 
 impl Target {
     /// A flat grid with the square windows of as many levels, finest first.
-    pub fn grid(grid: GridTarget, neighborhoods: &[Neighborhood]) -> Result<Self> {
+    pub fn grid(grid: SiteGrid, neighborhoods: &[Neighborhood]) -> Result<Self> {
         Ok(Self {
             sites: TargetSites::Grid(grid.hierarchy(neighborhoods)?),
             surface: TargetSurface::of_grid(grid),
@@ -102,10 +102,10 @@ impl Target {
         })
     }
 
-    /// A flat grid with round neighbourhoods of so many rings at every level; its map is measured in the
-    /// window `square`.
+    /// A flat grid with round neighbourhoods of this many rings at every level; its map is measured in the window
+    /// `square`.
     pub fn round_grid(
-        grid: GridTarget,
+        grid: SiteGrid,
         (rings, levels): (u32, usize),
         square: Neighborhood,
     ) -> Result<Self> {
@@ -138,6 +138,7 @@ impl Target {
         cache: Option<&Path>,
         progress: Progress<'_>,
     ) -> Result<(Self, CircleSource)> {
+        // Prepare the sites.
         let round = circles::prepare(user, options, cache, progress)?;
         let was_marched = round
             .levels
@@ -147,6 +148,7 @@ impl Target {
             true => CircleSource::Marched,
             false => CircleSource::Read,
         };
+        // Take the surface.
         let surface = TargetSurface {
             mesh: user.mesh.clone(),
             normals: round.frames.iter().map(|frame| frame.n).collect(),
@@ -227,7 +229,7 @@ impl Target {
 
 impl TargetSurface {
     /// The surface of a flat grid.
-    pub fn of_grid(grid: GridTarget) -> Self {
+    pub fn of_grid(grid: SiteGrid) -> Self {
         let mesh = grid.mesh();
         let sites = mesh.positions.len();
         Self {
@@ -244,12 +246,14 @@ impl TargetSurface {
 
     /// Every edge i < j, with the place of j seen from i in texels of i.
     pub fn edges(&self) -> Vec<SiteEdge> {
+        // Take the edges of grids and atlases.
         if let Some(grid) = self.grid {
             return grid.edges();
         }
         if let Some(atlas) = &self.atlas {
             return atlas.edges.clone();
         }
+        // List those of a mesh, each once.
         let corners = self.mesh.triangles.iter();
         let mut pairs: Vec<[u32; 2]> = corners
             .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
@@ -257,6 +261,7 @@ impl TargetSurface {
             .collect();
         pairs.sort_unstable();
         pairs.dedup();
+        // See each from its first end.
         let scale = |vertex: u32| self.scale.as_ref().map_or(1.0, |of| of[vertex as usize]);
         let edge = |&[from, to]: &[u32; 2]| {
             let at = from as usize;

@@ -12,6 +12,7 @@ use crate::sites::atlas::preparation::AtlasSurface;
 /// The atlas map of a surface whose sites hold what the vertices of `map` do, in the same order; `tileable`
 /// says whether the borders of the sample continue each other.
 pub fn atlas_map(surface: &AtlasSurface, map: &SurfaceTextonMap, tileable: bool) -> AtlasMap {
+    // Find the texel of each site.
     let points = &surface.points;
     let texels = Texels {
         texels: &surface.texels,
@@ -19,6 +20,7 @@ pub fn atlas_map(surface: &AtlasSurface, map: &SurfaceTextonMap, tileable: bool)
     };
     let charts: Vec<i32> = surface.charts.iter().map(|&chart| chart as i32).collect();
     let coords: Vec<_> = map.coords.iter().copied().map(Some).collect();
+    // Spread what the sites hold over the image.
     AtlasMap {
         mesh: surface.mesh.clone(),
         vertex_normals: surface.vertex_normals.clone(),

@@ -1,9 +1,9 @@
 //! The checkpoint of an interrupted run: the last finished level, beside the output, keyed by what
 //! the run was given.
 //!
-//! A checkpoint is checked like any file. One of other inputs or options is an error: the user asked to go
-//! on with another run. One that is damaged, or of another version of the program, is of no use to anyone:
-//! the caller is told and the run begins anew.
+//! A checkpoint is checked like any file. One of other inputs or options is an error: the user asked to continue with
+//! another run. One that is damaged, or of another version of the program, is of no use to anyone: the caller is told
+//! and the run starts over.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -99,6 +99,7 @@ impl Checkpoint {
 
     /// The run and the level that the file holds, if it is sound.
     fn read(&self) -> Result<(ContentId, LevelMap)> {
+        // Check what the file is.
         if !self.path.is_file() {
             return Err(Error::data("checkpoint", "no plain file").in_file(&self.path));
         }
@@ -111,6 +112,7 @@ impl Checkpoint {
                 .fault("meta.json, format", found)
                 .expected(format!("{FORMAT} {VERSION} of mesotex {ENGINE}")));
         }
+        // Read the level.
         let coords: Array2<f32> = reader.array("coords")?;
         if coords.ncols() != 2 {
             let place = format!("level {}, coords", meta.level);
@@ -127,6 +129,7 @@ impl Checkpoint {
             coords: coords.rows().into_iter().map(coord).collect(),
             searched: meta.searched,
         };
+        // Check that it is whole, and fits this run if it is of this run.
         if seal(&meta.run, &map) != meta.seal {
             return Err(reader.fault("seal", "it does not belong to what the file holds"));
         }

@@ -80,6 +80,7 @@ pub fn class_by_class<const N: usize, S: Sites<N>, R: Rule>(
     let mut changes = Changes::new(sites.count(), classes.len());
     let batch = rule.batch();
     let mut chosen = Vec::new();
+    // Choose for all sites of a class, in parallel.
     for class in (0..passes).flat_map(|_| classes) {
         changes.next_class();
         chosen.clear();
@@ -102,6 +103,7 @@ pub fn class_by_class<const N: usize, S: Sites<N>, R: Rule>(
             spare.push(scratch);
         });
         progress.check()?;
+        // Then set them.
         for (&site, &take) in class.iter().zip(&chosen) {
             let site = site as usize;
             if take != rule.held(state, site) {

@@ -13,7 +13,7 @@ pub fn coordinate_colors(grid: TexelGrid, coords: &[TexCoord]) -> Vec<[u8; 3]> {
     coords.iter().map(color).collect()
 }
 
-/// A hue a label, neighbouring labels far apart; grey where there is none.
+/// One hue per label, neighbouring labels far apart; grey where there is none.
 pub fn label_colors(labels: &[TextonLabel]) -> Vec<[u8; 3]> {
     const GOLDEN: f32 = 0.618_034;
     let color = |label: &TextonLabel| match *label {

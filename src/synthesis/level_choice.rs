@@ -48,10 +48,12 @@ impl LevelChoice {
             fitting: fitting_levels(space, table).max(1),
             feature: space.levels.first().map_or(1, feature_size),
         };
+        // Take as many levels as have enough sites, but enough to hold the features.
         let (possible, populous) = (of.possible(), of.populous());
         let least = LEAST_LEVELS.max(of.holding_features()).min(possible);
         let levels = populous.max(least);
         let coarsest = of.coarsest(levels);
+        // Say why.
         let reason = match levels {
             _ if levels == table.levels.len() => {
                 format!("all of the table; {coarsest} sites on the coarsest")
@@ -77,12 +79,12 @@ impl LevelChoice {
 }
 
 impl Levels<'_> {
-    /// Sites on the coarsest of so many levels: retiling leaves about a quarter of the vertices.
+    /// Sites on the coarsest of this many levels: retiling leaves about a quarter of the vertices.
     fn coarsest(&self, levels: usize) -> usize {
         self.sites >> (2 * (levels - 1))
     }
 
-    /// The width of the window on the coarsest of so many levels, in texels of the finest.
+    /// The width of the window on the coarsest of this many levels, in texels of the finest.
     fn reach(&self, levels: usize) -> u64 {
         let offsets = &self.table.levels[levels - 1].neighborhood.offsets;
         u64::from(window_width(offsets)) << (levels - 1)

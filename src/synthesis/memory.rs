@@ -58,14 +58,14 @@ fn window_bytes(level: &SpaceLevel, options: &SynthesisOptions) -> u64 {
 }
 
 /// Bytes that polishing so many sites takes.
-pub fn polish_bytes(sites: u64, options: &SynthesisOptions) -> u64 {
-    match options.k_coherence.polish {
+pub fn polish_bytes(sites: u64, tileable: bool, options: &SynthesisOptions) -> u64 {
+    match options.k_coherence.polish.rounds(tileable) {
         0 => 0,
         _ => POLISHED_SITE * sites,
     }
 }
 
-/// Bytes that a flat grid of so many sites takes while it is synthesized on.
+/// Bytes that a flat grid of this many sites takes while it is synthesized on.
 pub fn grid_bytes(width: u32, height: u32) -> u64 {
     GRID_SITE * u64::from(width) * u64::from(height)
 }

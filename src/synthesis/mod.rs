@@ -25,22 +25,22 @@
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
 //! than the [checkpoint] of an interrupted run.
 
-pub mod atlas_map;
+pub(crate) mod atlas_map;
 mod candidates;
 mod changes;
 pub(crate) mod check;
-pub mod checkpoint;
+pub(crate) mod checkpoint;
 pub(crate) mod drive;
 pub mod faces;
 pub(crate) mod false_color;
-pub mod inputs;
+pub(crate) mod inputs;
 mod keep;
-pub mod level_choice;
+pub(crate) mod level_choice;
 pub(crate) mod map;
 pub(crate) mod memory;
 mod metric;
 mod option_ranges;
-pub mod options;
+pub(crate) mod options;
 pub(crate) mod pattern_controls;
 mod polish;
 pub(crate) mod quality;
@@ -48,12 +48,17 @@ pub mod recipes;
 pub(crate) mod rule;
 pub(crate) mod state;
 
+pub use atlas_map::atlas_map;
 pub use check::neighborhoods;
+pub use checkpoint::Checkpoint;
 pub use inputs::{Inputs, LevelMap};
+pub use level_choice::LevelChoice;
 pub use map::synthesize_map;
-pub use options::{KCoherenceOptions, Method, MetricKind, SynthesisOptions};
+pub use options::{KCoherenceOptions, Method, MetricKind, Search, SynthesisOptions};
+pub use polish::Effort;
 pub use recipes::adaptive::options::{AdaptiveOptions, Similarity};
 pub use recipes::multiscale::options::MultiscaleOptions;
+pub use recipes::progressive::options::{ProgressiveOptions, Widths};
 pub use recipes::synthesize;
 
 #[cfg(test)]

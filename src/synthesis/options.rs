@@ -10,24 +10,24 @@ use crate::synthesis::recipes::multiscale::options::MultiscaleOptions;
 use crate::synthesis::recipes::progressive::options::ProgressiveOptions;
 pub use crate::synthesis::recipes::tong::options::{KCoherenceOptions, Search};
 
-/// The paper that is followed.
+/// The method of synthesis, by its paper.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Tong 2002: coherent texels and the nearest of each, level after level
     #[default]
     KCoherence,
-    /// Wei and Levoy 2001: every texel is compared at every site; slow, a baseline
+    /// Wei and Levoy 2001: every texel is compared at every site; slow, for comparison
     WeiLevoy,
     /// Chen and Dong 2008: round neighbourhoods of growing size on the same sites at every level
     Adaptive,
-    /// Ying 2001 §4: every texel is compared, first by the coarser level alone; one of the nearest is drawn
+    /// Ying 2001 §4: every texel is compared, first on the coarser level alone; one of the nearest is drawn at random
     Multiscale,
-    /// Ying 2001 §5: patches go on from finished sites at real coordinates; one level, one pass, fast
+    /// Ying 2001 §5: continues the patches of finished sites at real coordinates; one level, one pass, fast
     Coherent,
-    /// Zhang 2003 §5: textures that change over the surface, and masks that keep their elements whole
+    /// Zhang 2003 §5: textures that change over the surface, with masks that keep elements whole
     Progressive,
-    /// Castellanos and Williams: faces in place of texels, isotropic textures without any orientation
+    /// Castellanos and Williams: isotropic textures on faces, without an orientation
     Choosy,
 }
 
@@ -52,7 +52,7 @@ pub(crate) fn needs_faces() -> Error {
     Error::option(
         "method",
         "choosy, which writes on faces",
-        "--onto faces beside it",
+        "--onto faces as well",
     )
 }
 
@@ -72,15 +72,15 @@ pub enum MetricKind {
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Synthesis")]
 pub struct SynthesisOptions {
-    /// The paper that is followed
+    /// The method of synthesis, by its paper
     #[arg(long, value_enum, default_value_t = Self::default().method)]
     pub method: Method,
-    /// Levels of the pyramid, the finest included; 1 grows the finest level from one random
-    /// site [default: the table's; 2 with --method adaptive; with --method multiscale those that its windows
-    /// fit; --method coherent has 1]
+    /// Levels of the pyramid, the finest included; 1 grows the finest level from one random site [default: chosen for
+    /// a mesh, else the table's; 2 with --method adaptive; with --method multiscale those that its windows fit;
+    /// --method coherent has 1]
     #[arg(long)]
     pub levels: Option<u32>,
-    /// Width of the neighbourhood; it is the table's, and stating another is an error
+    /// Width of the neighbourhood; it must be the table's
     #[arg(long)]
     pub neighborhood: Option<u32>,
     /// How neighbourhoods are compared
@@ -90,8 +90,8 @@ pub struct SynthesisOptions {
     /// plain images are always kept whole
     #[arg(long, default_value_t = Self::default().spectrum)]
     pub spectrum: f64,
-    /// Passes per level: 1 only copies from the coarser level, 2 also compares two-level
-    /// neighbourhoods (Tong 2002), each more repeats the second
+    /// Passes per level: 1 only copies from the coarser level, 2 also compares two-level neighbourhoods (Tong 2002),
+    /// and each further one repeats the second
     #[arg(long, default_value_t = Self::default().passes)]
     pub passes: u32,
     /// Options of k-coherence.
@@ -167,6 +167,7 @@ impl SynthesisOptions {
 
     /// Refuses options that the method does not use.
     fn check_method(&self) -> Result<()> {
+        // Refuse options of other methods.
         let name = self.method.name();
         if self.method != Method::KCoherence {
             self.k_coherence.refuse_for(name)?;
@@ -183,6 +184,7 @@ impl SynthesisOptions {
         if self.method != Method::Choosy {
             self.choosy.refuse_for(name)?;
         }
+        // Refuse too few passes.
         if self.method == Method::Progressive && self.passes < 2 {
             let found = format!("{} with --method {name}", self.passes);
             return Err(Error::option(
@@ -203,6 +205,7 @@ impl SynthesisOptions {
 
     /// A given one of the options that several methods share, and what this method has instead of it.
     fn unused_option(&self) -> Option<(&'static str, &'static str)> {
+        // Tell which shared options the method has no use for.
         let default = Self::default();
         let (levels, metric, neighborhood, passes) = match self.method {
             Method::KCoherence | Method::WeiLevoy => return None,
@@ -212,6 +215,7 @@ impl SynthesisOptions {
             Method::Choosy => return self.unused_by_choosy(),
             Method::Progressive => (false, true, true, false),
         };
+        // Find one that was given.
         let given = [
             (
                 levels && self.levels.is_some_and(|levels| levels != 1),

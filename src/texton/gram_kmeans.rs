@@ -21,7 +21,7 @@ use crate::random::Stream;
 const SAME_POINT: f64 = 1e-6;
 /// A point moves only for a gain beyond this share of its squared norm.
 const LEAST_GAIN: f64 = 1e-12;
-/// Beyond this share of moved points the sums are made anew instead of corrected.
+/// Beyond this share of moved points the sums are made again instead of corrected.
 const RECOMPUTE_SHARE: usize = 8;
 
 /// What K-means found.

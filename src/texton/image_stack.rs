@@ -52,7 +52,7 @@ impl ImageStack<'_> {
         self.panel_of(self.channels.count())
     }
 
-    /// What is read at once of things of so many planes each.
+    /// What is read at once of things of this many planes each.
     pub fn panel_of(&self, planes: usize) -> usize {
         (PANEL_NUMBERS / (self.grids[0].len() * planes)).max(1)
     }

@@ -1,6 +1,6 @@
 //! The textons of every level: which texels are alike (Tong 2002 §4 and §5.1).
 //!
-//! In: the representative images, and the route each level takes. Out: a clustering a level. The
+//! In: the representative images, and the route each level takes. Out: one clustering per level. The
 //! finer levels may be sketched, for want of memory; all others go through all dot products of
 //! their texels. Every pass over the images serves all levels.
 

@@ -17,43 +17,53 @@
 //! | [`row_blocks`] | rows too many for one piece of memory |
 
 pub(crate) mod analysis;
-pub mod basis;
+pub(crate) mod basis;
 mod border;
-pub mod dot_products;
+pub(crate) mod dot_products;
 mod eigenplanes;
-pub mod filter_bank;
-pub mod gram_kmeans;
-pub mod image_blocks;
+pub(crate) mod filter_bank;
+pub(crate) mod gram_kmeans;
+pub(crate) mod image_blocks;
 mod image_products;
 mod image_stack;
 mod level;
 mod level_textons;
-pub mod mixed_responses;
-pub mod options;
-pub mod outer_products;
+pub(crate) mod mixed_responses;
+pub(crate) mod options;
+pub(crate) mod outer_products;
 mod panels;
 pub(crate) mod parts;
 pub(crate) mod picture;
 mod plan;
-pub mod plane_filters;
+pub(crate) mod plane_filters;
 pub(crate) mod report;
 mod representatives;
 mod row_blocks;
 mod sketch;
 pub(crate) mod study;
-pub mod sub_grid;
-pub mod texel_gram;
-pub mod texel_mixtures;
+pub(crate) mod sub_grid;
+pub(crate) mod texel_gram;
+pub(crate) mod texel_mixtures;
 mod turning;
 mod vector_kmeans;
-pub mod vocabulary;
+pub(crate) mod vocabulary;
 
 #[cfg(test)]
 mod oracle;
 
 pub use analysis::{Analysis, analyze, find};
-pub use options::TextonOptions;
+pub use basis::PlaneBasis;
+pub use dot_products::dot_products;
+pub use filter_bank::leung_malik;
+pub use gram_kmeans::cluster;
+pub use mixed_responses::mix_into;
+pub use options::{ByteSize, TextonOptions};
+pub use outer_products::OuterProducts;
 pub use parts::{PartFile, PartReport, Parts, write_part};
+pub use plane_filters::PlaneFilters;
 pub use report::{AnalysisReport, LevelReport};
 pub use study::Study;
+pub use sub_grid::SubGrid;
+pub use texel_gram::texel_gram;
+pub use texel_mixtures::TexelMixtures;
 pub use vocabulary::{FoundVocabulary, StoredVocabulary, Vocabulary, VocabularyLevel};

@@ -110,7 +110,7 @@ impl TextonOptions {
         }
     }
 
-    /// How many representative images are taken of so many, at most all of them.
+    /// How many representative images are taken of this many, at most all of them.
     pub fn chosen_of(&self, held: usize) -> usize {
         match self.images {
             None => held.min(PAPER_COUNT as usize),

@@ -50,7 +50,7 @@ impl Picture {
     }
 }
 
-/// The image seen and lit from nearest to straight above.
+/// The image seen and lit from nearest to directly above.
 pub fn frontal_image(sample: &Sample) -> usize {
     let description = sample.description();
     let height = |image: usize| {

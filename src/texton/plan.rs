@@ -1,6 +1,6 @@
 //! Which route every level takes, from what it would need and what it may take.
 //!
-//! In: sizes and a memory limit. Out: a route a level, and how images are held; or the least
+//! In: sizes and a memory limit. Out: one route per level, and how images are held; or the least
 //! memory that would do. Figures are of the arrays that dominate, with a margin for the rest.
 
 use crate::error::{Error, Result};
@@ -51,7 +51,7 @@ pub struct Sizes<'a> {
 /// What is done within the memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// A route a level.
+    /// One route per level.
     pub routes: Vec<Route>,
     /// How image appearance vectors are held.
     pub image_vectors: ImageVectors,

@@ -35,7 +35,7 @@ pub enum ImageVectors {
 pub const FOLDED: usize = 512;
 
 impl ImageVectors {
-    /// Bytes to make some images' vectors of so many responses, where they are written as they are made.
+    /// Bytes to make some images' vectors of this many responses, where they are written as they are made.
     pub fn reading_bytes(self, components: usize) -> u64 {
         let folds = match self {
             Self::Exact => 0,
@@ -44,7 +44,7 @@ impl ImageVectors {
         folds + 3 * 4 * READ_NUMBERS as u64
     }
 
-    /// Bytes to cluster so many images of so many planes' responses.
+    /// Bytes to cluster so many images of this many planes' responses.
     pub fn bytes(self, images: usize, components: usize) -> u64 {
         let (images, components) = (images as u64, components as u64);
         match self {

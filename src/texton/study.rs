@@ -103,7 +103,7 @@ pub fn random_of_images(options: &TextonOptions) -> Stream {
     stream(options.seed, "representative images", 0, 0)
 }
 
-/// The factors whose planes take the place of so many images: where they are no more than the images'.
+/// The factors whose planes take the place of this many images: where they are no more than the images'.
 pub fn standing_for(sample: &Sample, images: usize, channels: Channels) -> Option<&Factors> {
     let factors = sample.factors()?;
     (Eigenplanes::count_of(factors) <= images * channels.count()).then_some(factors)

@@ -54,7 +54,7 @@ pub struct SubGrid {
     odd: HalfFilters,
 }
 
-/// A plane continued on all sides, and the same turned by 180°.
+/// A plane continued on all sides, and the same rotated by 180°.
 struct Continued {
     width: usize,
     plane: Vec<f32>,

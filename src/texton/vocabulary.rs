@@ -6,10 +6,12 @@ use std::path::Path;
 use ndarray::{Array2, Array3, ArrayView2, Ix1, Ix2, Ix3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::Value;
 
+use crate::btf::texel_size::check_texel_mm;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
+use crate::format::json::as_map;
 use crate::format::npz;
 use crate::format::stored_array::StoredArray;
 use crate::grid::TexelGrid;
@@ -275,14 +277,7 @@ fn check_meta(file: &npz::Reader, meta: &Meta) -> Result<()> {
             )
             .expected(format!("1 to {MOST_LEVELS}, as many of each")));
     }
-    if let Some(size) = meta
-        .texel_mm
-        .filter(|size| !(*size > 0.0 && size.is_finite()))
-    {
-        return Err(file
-            .fault("meta.json: texel_mm", size.to_string())
-            .expected("a length above 0"));
-    }
+    check_texel_mm(file, meta.texel_mm)?;
     let sound = |inertia: &f64| *inertia >= 0.0 && inertia.is_finite();
     if let Some(inertia) = meta.inertia.iter().find(|inertia| !sound(inertia)) {
         return Err(file
@@ -427,13 +422,4 @@ fn first_unsound(numbers: &StoredArray<f32>) -> Result<Option<f32>> {
 pub fn label_image(labels: &[u16], grid: TexelGrid) -> std::io::Result<ArrayView2<'_, u16>> {
     ArrayView2::from_shape((grid.height as usize, grid.width as usize), labels)
         .map_err(std::io::Error::other)
-}
-
-/// A description as the map that [`npz::write`] takes.
-pub fn as_map(meta: &impl Serialize) -> Result<Map<String, Value>> {
-    match serde_json::to_value(meta) {
-        Ok(Value::Object(map)) => Ok(map),
-        Ok(other) => Err(Error::data("meta.json", other.to_string())),
-        Err(error) => Err(Error::data("meta.json", error.to_string())),
-    }
 }

@@ -73,6 +73,7 @@ impl SampleChannel {
         grid: TexelGrid,
         detail: u32,
     ) -> Result<Self> {
+        // Check image and kind.
         image.check_finite()?;
         let factor = factor_of(&image, grid)?;
         if !kind.counts().contains(&image.channels) {
@@ -84,6 +85,7 @@ impl SampleChannel {
                 )),
             );
         }
+        // Store its numbers.
         let range = range_of_image(kind, &image);
         let (width, count) = (image.width as usize, image.channels as usize);
         let (precision, encoding) = (image.precision, image.encoding);
@@ -94,6 +96,7 @@ impl SampleChannel {
         };
         let mut channel = Self::new(name, kind, range, precision, grid, stored);
         channel.detail = kept_detail(factor, detail);
+        // Reduce it to the detail that is kept.
         let block = (factor / channel.detail) as usize;
         if block > 1 {
             channel.numbers = block_means(&channel.numbers, width, channel.count, block);

@@ -47,8 +47,10 @@ pub struct Decorated {
 
 /// The map on a mesh of about a vertex per texel.
 pub fn decorated(map: &AtlasMap, shape: Shape<'_>, progress: Progress<'_>) -> Result<Decorated> {
+    // Cut the surface finely enough.
     let texel = texel_of(map);
     let mut surface = cut(surface_of(map), texel, progress)?.surface;
+    // Leave out, or cover, what is transparent.
     let mut below = None;
     if let Some(alpha) = shape.alpha {
         let means = vertex_means(&surface, alpha);
@@ -57,6 +59,7 @@ pub fn decorated(map: &AtlasMap, shape: Shape<'_>, progress: Progress<'_>) -> Re
             false => surface = without_holes(surface, &means)?,
         }
     }
+    // Find the texel nearest to each vertex, and what it holds.
     let texels = nearest_texels(map, &surface, texel as f32);
     progress.check()?;
     let coords = texels
@@ -73,10 +76,12 @@ pub fn decorated(map: &AtlasMap, shape: Shape<'_>, progress: Progress<'_>) -> Re
     });
     let label = |texel: &Option<usize>| texel.map_or(TextonLabel::NONE, |texel| map.textons[texel]);
     let textons = texels.iter().map(label).collect();
+    // Displace the surface.
     if let Some((heights, amount)) = shape.relief {
         displace(&mut surface, heights, amount);
         own_normals(&mut surface);
     }
+    // Project the orientations onto it.
     let orientation = |(texel, normal): (&Option<usize>, &Vec3)| {
         let s = texel.map_or(Vec3::X, |texel| map.orientation[texel]);
         let flat = s - *normal * s.dot(*normal);

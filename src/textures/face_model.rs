@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::format::gltf::{self, AlphaMode, GltfMaterial, GltfMesh};
+use crate::format::gltf::{self, GltfMesh};
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::textures::model::ROUGHNESS;
+use crate::textures::model::vertex_material;
 
 /// Writes the model. Vertices 3·f … 3·f + 2 of `corners` are those of face f, whose linear colour is `colors[f]`.
 pub fn write(path: &Path, corners: &SurfaceTextonMap, colors: &[[f32; 3]]) -> Result<()> {
@@ -18,13 +18,7 @@ pub fn write(path: &Path, corners: &SurfaceTextonMap, colors: &[[f32; 3]]) -> Re
             normals: bytemuck::cast_slice(&corners.normals),
             triangles: &corners.mesh.triangles,
             colors: Some(&colors),
-            material: Some(GltfMaterial {
-                base_color: None,
-                normal_map: None,
-                alpha: AlphaMode::Opaque,
-                roughness: ROUGHNESS,
-                is_unlit: false,
-            }),
+            material: Some(vertex_material(false)),
             ..GltfMesh::default()
         },
     )

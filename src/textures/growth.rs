@@ -9,6 +9,7 @@ pub(super) fn grown(
     is_inside: impl Fn(usize) -> bool,
     reach: u32,
 ) -> Vec<(u32, u32)> {
+    // Begin with the texels inside.
     let texels = width * height;
     let mut source: Vec<u32> = (0..texels)
         .map(|texel| {
@@ -23,6 +24,7 @@ pub(super) fn grown(
         .filter(|&t| source[t as usize] != NONE)
         .collect();
     let mut pairs = Vec::new();
+    // Grow ring after ring.
     for _ in 0..reach {
         let mut next = Vec::new();
         for &texel in &ring {

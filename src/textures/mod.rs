@@ -23,27 +23,35 @@
 //! | [`texel_sites`] | the texels as points that are shaded one by one |
 //! | [`memory`] | the memory that this takes |
 
-pub mod atlas_surface;
+pub(crate) mod atlas_surface;
 mod base_color;
-pub mod channel;
-pub mod decorated;
-pub mod face_channels;
-pub mod face_model;
+pub(crate) mod channel;
+pub(crate) mod decorated;
+pub(crate) mod face_channels;
+pub(crate) mod face_model;
 mod fine_texels;
-pub mod folder;
+pub(crate) mod folder;
 mod frames;
 mod growth;
 mod holes;
 mod image_file;
-pub mod memory;
-pub mod model;
-pub mod properties;
+pub(crate) mod memory;
+pub(crate) mod model;
+pub(crate) mod properties;
 mod relief;
-pub mod surface_color;
-pub mod texel_sites;
-pub mod texture;
-pub mod transfer;
-pub mod vertex_model;
+pub(crate) mod surface_color;
+pub(crate) mod texel_sites;
+pub(crate) mod texture;
+pub(crate) mod transfer;
+pub(crate) mod vertex_model;
 
 pub use channel::SampleChannel;
+pub use decorated::{Decorated, Shape, decorated};
+pub use face_channels::carry_onto_faces;
+pub use folder::{Written, read_channel, write_atlas, write_lit, write_set, write_textures};
+pub use model::{ModelFacts, ModelOptions, Subject, Transparency};
+pub use surface_color::SurfaceColor;
+pub use texel_sites::TexelSites;
 pub use texture::Texture;
+pub use transfer::{Canvas, onto_vertices};
+pub use vertex_model::{ModelFormat, VertexModel};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
@@ -19,23 +19,23 @@ use crate::textures::relief::{Cut, cut, displace, own_normals};
 use crate::textures::surface_color::SurfaceColor;
 use crate::textures::texture::Texture;
 
-/// What becomes of texels that are not opaque.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+/// What to do with texels that are not opaque.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Transparency {
-    /// Texels of less than one half are holes
+    /// Texels with an alpha below one half are holes
     #[default]
     Mask,
-    /// They are mixed with what lies behind; programs may draw surfaces behind each other in the wrong order
+    /// They are blended with what lies behind; programs may draw overlapping surfaces in the wrong order
     Blend,
 }
 
 /// How the model is made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct ModelOptions {
-    /// Move the surface of the model along its normals by X mesh units per unit of the height channel;
-    /// triangles are cut to about a texel
+    /// Displace the surface of the model along its normals by X mesh units per unit of the height channel; triangles
+    /// are subdivided to about one texel
     #[arg(
         long,
         value_name = "X",
@@ -43,7 +43,7 @@ pub struct ModelOptions {
         help_heading = "Model"
     )]
     pub displace: Option<f64>,
-    /// What becomes of texels that are not opaque
+    /// What to do with texels that are not opaque
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub transparency: Transparency,
     /// A plain colour that shows where the texture is transparent, in place of holes: sRGB, numbers from 0 to 255
@@ -55,6 +55,17 @@ pub struct ModelOptions {
 const MOST_DISPLACED: f64 = 1e9;
 /// The roughness of surfaces of which nothing is known: between satin and chalk.
 pub(super) const ROUGHNESS: f32 = 0.8;
+
+/// A surface whose colours are those of its vertices; `is_unlit` where they have their light in them.
+pub(super) fn vertex_material(is_unlit: bool) -> GltfMaterial<'static> {
+    GltfMaterial {
+        base_color: None,
+        normal_map: None,
+        alpha: AlphaMode::Opaque,
+        roughness: ROUGHNESS,
+        is_unlit,
+    }
+}
 
 impl ModelOptions {
     /// Refuses values that no model can have.
@@ -142,10 +153,12 @@ pub fn write(
     progress: Progress<'_>,
 ) -> Result<ModelFacts> {
     options.validate()?;
+    // Choose the textures.
     options.check_kinds(textures.iter().map(|texture| texture.kind))?;
     let first = |kind| textures.iter().find(|texture| texture.kind == kind);
     let alpha = first(ChannelKind::Alpha);
     let normals = first(ChannelKind::Normal);
+    // Displace the surface.
     let relief = match (options.displace, first(ChannelKind::Height)) {
         (Some(amount), Some(heights)) => Some(relief(subject, heights, amount, normals, progress)?),
         _ => None,
@@ -153,6 +166,7 @@ pub fn write(
     let surface = relief
         .as_ref()
         .map_or(subject.surface, |relief| &relief.surface);
+    // Encode the images.
     let base_color = base_color(first(ChannelKind::Color), alpha, options.surface_color)?;
     let normal_map = normals
         .map(|texture| png8(texture, &bits8(texture), false))
@@ -172,6 +186,7 @@ pub fn write(
         is_unlit: subject.is_lit,
     };
     progress.check()?;
+    // Write it.
     write_mesh(path, surface, subject.origin, material)?;
     Ok(ModelFacts {
         triangles: surface.mesh.triangles.len(),

@@ -21,6 +21,7 @@ pub struct TexelSites {
 impl TexelSites {
     /// The texels of a map, whose points are `points`.
     pub fn new(map: &AtlasMap, points: &TexelPoints) -> Self {
+        // List the texels inside charts.
         let texels: Vec<u32> = (0..map.len() as u32)
             .filter(|&texel| map.coords[texel as usize].is_some())
             .collect();
@@ -28,6 +29,7 @@ impl TexelSites {
         let coord =
             |&texel: &u32| map.coords[texel as usize].unwrap_or(TexCoord { s: 0.5, t: 0.5 });
         let scales = map.scale.as_ref();
+        // Make a vertex of each.
         Self {
             facets: texels
                 .iter()

@@ -273,7 +273,7 @@ mod tests {
             .iter_mut()
             .for_each(|s| *s = Vec3::Y * s.length());
         assert!((at(&map) - Vec3::new(0.0, x, z)).length() < 1e-5);
-        // A chart that lies turned by a quarter: u runs along −y.
+        // A chart that lies rotated by a quarter: u runs along −y.
         let mut turned = square();
         let quarter = |uv: glam::Vec2| glam::Vec2::new(0.75 - uv.y, uv.x);
         turned

@@ -1,4 +1,4 @@
-//! How a texture's mask goes on where the output is larger than the texture.
+//! How a texture's mask continues where the output is larger than the texture.
 
 use ndarray::Array2;
 
@@ -22,7 +22,7 @@ impl Extension {
         }
     }
 
-    /// The texture's place for a place along a side, of a texture of so many pixels.
+    /// The texture's place for a place along a side, of a texture of this many pixels.
     pub fn place(self, at: usize, side: usize) -> usize {
         match self {
             Self::Repeat => at % side,

@@ -38,7 +38,7 @@ pub const SCALES: std::ops::RangeInclusive<f64> = 0.1..=8.0;
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 #[command(next_help_heading = "Field distortion")]
 pub struct DistortionOptions {
-    /// Size of the texture's elements where the transition is 0; 1 leaves them as they are
+    /// Size of the texture's elements where the transition is 0; 1 is their own size
     #[arg(long, default_value_t = Self::default().scale_from, value_name = "X")]
     pub scale_from: f64,
     /// Size of the texture's elements where the transition is 1
@@ -128,6 +128,7 @@ pub fn distorted(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<Vec<u32>> {
+    // Check what is given.
     options.validate()?;
     let output = check(material.grid(), transition, orientation)?;
     let controls = Controls {
@@ -137,6 +138,7 @@ pub fn distorted(
     };
     controls.check(output)?;
     let levels = options.distortion_levels;
+    // Make an exemplar of the material.
     let none = ContentId::of_bytes(&[]);
     let space = space_of_images(
         &material.images,
@@ -147,6 +149,7 @@ pub fn distorted(
     );
     let space = space.map_err(named_as_here)?;
     let table = neighbor_table::build(&space, &options.table(), progress)?;
+    // Synthesize on a grid of turned and scaled sites.
     let sites = hierarchy(controls, output, &table.neighborhoods(), options);
     let inputs = Inputs {
         space: &space,

@@ -43,7 +43,7 @@ pub fn transition_of_keys(
         return Err(Error::option(
             OPTION,
             found,
-            "two or more: one says no change",
+            "two or more: one alone means no change",
         ));
     }
     let values: Vec<[f64; 1]> = keys.iter().map(|key| [key.value]).collect();

@@ -73,6 +73,7 @@ pub fn blended_mask(
 ) -> Result<Array2<u8>> {
     options.validate()?;
     let (rows, cols) = transition.dim();
+    // Check the sizes.
     for mask in masks {
         if mask.dim() != transition.dim() {
             let (height, width) = mask.dim();
@@ -80,11 +81,13 @@ pub fn blended_mask(
                 .expected(format!("{cols}×{rows}, the transition's size")));
         }
     }
+    // Join the masks, label by label.
     let labels = labels_of(masks);
     let shares: Vec<Array2<f32>> = labels
         .iter()
         .map(|&label| joined(masks, transition, (label, options.joining)))
         .collect();
+    // Blur each, and take the label of the largest share.
     let deviation = |row: usize, col: usize| match options.joining {
         Joining::Average => options.blur,
         Joining::Slice => {

@@ -48,11 +48,13 @@ impl Material {
             return Err(Error::option("compare-images", count.to_string(), expected));
         }
         let description = sample.description();
+        // Choose the images that are compared.
         let chosen = far_apart(description, count);
         let (numbers, all) = (description.grid().len() * 3, sample.image_count());
         let mut sums = vec![0.0_f64; numbers];
         let mut values = vec![0.0; numbers];
         let mut pictures = vec![Vec::new(); chosen.len()];
+        // Read all once, for the mean.
         progress.begin("reading the sample", all as u64);
         for image in 0..all {
             sample.image(image)?.copy_to(&mut values);
@@ -66,6 +68,7 @@ impl Material {
             progress.advance(1)?;
         }
         progress.end();
+        // Make channels of mean and images.
         let mean = sums.iter().map(|sum| (sum / all as f64) as f32).collect();
         let images = std::iter::once(mean).chain(pictures).enumerate();
         let images = images.map(|(number, data)| channel(number, data, description));

@@ -13,16 +13,27 @@
 //! | [`canvas`] | how a texture's mask goes on beyond its borders |
 //! | [`material`] | images and BTF samples: what is compared of them, and what is made |
 
-pub mod canvas;
-pub mod color_mask;
-pub mod contours;
-pub mod distortion;
+pub(crate) mod canvas;
+pub(crate) mod color_mask;
+pub(crate) mod contours;
+pub(crate) mod distortion;
 pub mod filtering;
-pub mod key_values;
-pub mod label_set;
-pub mod mask_blending;
-pub mod material;
-pub mod morphology;
-pub mod nearest_pixel;
-pub mod planar_basis;
+pub(crate) mod key_values;
+pub(crate) mod label_set;
+pub(crate) mod mask_blending;
+pub(crate) mod material;
+pub(crate) mod morphology;
+pub(crate) mod nearest_pixel;
+pub(crate) mod planar_basis;
 pub mod warp;
+
+pub use canvas::{Extension, extended};
+pub use color_mask::{Pick, PickedColor, mask_of_colors};
+pub use contours::{Feature, Features};
+pub use distortion::{DistortionOptions, distorted};
+pub use key_values::{Key, orientation_of_keys, ramp, straight_orientation, transition_of_keys};
+pub use label_set::LabelSet;
+pub use mask_blending::{BlendOptions, Joining, blended_mask};
+pub use material::{Material, Picks};
+pub use morphology::{Edit, Operation, morph};
+pub use nearest_pixel::Axis;

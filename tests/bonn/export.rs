@@ -2,11 +2,9 @@
 
 use std::path::Path;
 
-use mesotex::btf::bonn::color::{Color, ColorModel};
-use mesotex::btf::description::{Description, Layout};
-use mesotex::btf::sample::DType;
-use mesotex::btf::{HeightMap, Sample, SampleWriter};
-use mesotex::format::id::ContentId;
+use mesotex::btf::bonn::{Color, ColorModel};
+use mesotex::btf::{DType, Description, HeightMap, Layout, Sample, SampleWriter};
+use mesotex::format::ContentId;
 use serde_json::Value;
 
 use crate::files::{Dfmf, directions};
@@ -264,7 +262,7 @@ fn what_cannot_be_exported_is_refused_with_words() {
     assert!(refused(&["--to", "folder", "--rank", "9"], 2).contains("--rank"));
     std::fs::write(folder.path().join("mine.btf"), "!DFMF08FCR of others").unwrap();
     let words = ["export", "a.sample", "--to", "bdi", "-o", "mine.btf"];
-    assert!(refuse(folder.path(), &words, 2).contains("no .btf file of this program"));
+    assert!(refuse(folder.path(), &words, 2).contains("not a .btf file of this program"));
 }
 
 #[test]

@@ -6,15 +6,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mesotex::btf::DirectionSet;
-use mesotex::btf::bonn::color::{Color, ColorModel};
-use mesotex::btf::bonn::encode::{Written, encode};
-use mesotex::btf::bonn::factors::Channel;
-use mesotex::btf::bonn::header::{Header, Meta};
-use mesotex::btf::bonn::sampling::Sampling;
-use mesotex::btf::bonn::scalar::Scalar;
-use mesotex::btf::bonn::signature::{SIGNATURES, Signature};
 use mesotex::btf::bonn::{
-    BdiContent, Compression, DfmfContent, ExtraHeader, FmfContent, PvfContent, View,
+    BdiContent, Channel, Color, ColorModel, Compression, DfmfContent, ExtraHeader, FmfContent,
+    Header, Meta, PvfContent, SIGNATURES, Sampling, Scalar, Signature, View, Written, encode,
 };
 use ndarray::Array2;
 

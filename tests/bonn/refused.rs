@@ -2,8 +2,7 @@
 
 use std::fs;
 
-use mesotex::btf::bonn::Compression;
-use mesotex::btf::bonn::scalar::Scalar;
+use mesotex::btf::bonn::{Compression, Scalar};
 
 use crate::files::{self, Dfmf, TEXELS, bdi, fmf, header, import, pvf};
 

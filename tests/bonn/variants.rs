@@ -4,13 +4,11 @@ use std::f64::consts::FRAC_1_PI;
 use std::fs;
 
 use glam::DVec3;
-use mesotex::btf::Sample;
-use mesotex::btf::bonn::color::{Color, ColorModel};
-use mesotex::btf::bonn::header::Header;
-use mesotex::btf::bonn::scalar::Scalar;
-use mesotex::btf::bonn::{BonnImport, BonnOptions, Compression, ExtraHeader};
+use mesotex::btf::bonn::{
+    BonnImport, BonnOptions, Color, ColorModel, Compression, ExtraHeader, Header, Scalar,
+};
 use mesotex::btf::import::{Handedness, ImportOptions, Region};
-use mesotex::btf::sample::DType;
+use mesotex::btf::{DType, Sample};
 use mesotex::progress::Progress;
 use tempfile::TempDir;
 
@@ -401,7 +399,7 @@ fn one_channel_is_grey() {
         scalar: Scalar::Half,
         transposed: false,
     };
-    let written = mesotex::btf::bonn::encode::Written::Dfmf(content);
+    let written = mesotex::btf::bonn::Written::Dfmf(content);
     let bytes = files::bytes_of(&files::signature("!DFMF08FCR"), written);
     let wanted = |image, texel| [product(&one[0], image, texel); 3];
     check(&bytes, &BonnOptions::default(), &header, 1e-6, wanted);

@@ -8,31 +8,24 @@ use std::path::Path;
 use glam::Vec3;
 use half::f16;
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
-use mesotex::btf::direction::Direction;
 use mesotex::btf::factored::{FactoredWriter, Factorization};
-use mesotex::btf::fits::hsh::{self, Lists};
-use mesotex::btf::fits::{Basis, Colors, Fit, ptm};
-use mesotex::btf::sample::{DType, Description, Layout};
-use mesotex::btf::writer::SampleWriter;
-use mesotex::exemplar::channels::ChannelKind;
-use mesotex::exemplar::controls::Controls;
-use mesotex::exemplar::knn_options::KnnOptions;
-use mesotex::exemplar::neighbor_table::{self, NeighborTable};
-use mesotex::exemplar::plain_images::{ChannelImage, space_of_images};
-use mesotex::exemplar::space::{Features, Space, SpaceLevel};
-use mesotex::format::exr::{self, Attribute, Compression, ExrImage, Numbers};
-use mesotex::format::gltf::{self, GltfMesh};
-use mesotex::format::id::ContentId;
+use mesotex::btf::fits::hsh::Lists;
+use mesotex::btf::fits::{Basis, Colors, Fit, hsh, ptm};
+use mesotex::btf::{DType, Description, Direction, Layout, SampleWriter};
+use mesotex::exemplar::neighbor_table::NeighborTable;
+use mesotex::exemplar::{
+    ChannelImage, ChannelKind, Controls, Features, KnnOptions, Space, SpaceLevel, neighbor_table,
+    space_of_images,
+};
+use mesotex::format::exr::{Attribute, Compression, ExrImage, Numbers};
+use mesotex::format::gltf::GltfMesh;
 use mesotex::format::image::{Encoding, FloatImage, Precision};
-use mesotex::format::{npy, npz};
+use mesotex::format::{ContentId, exr, gltf, npy, npz};
 use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::TextonLabel;
-use mesotex::maps::AtlasMap;
-use mesotex::maps::MapHeader;
-use mesotex::maps::face_map::{FaceChannel, FaceMap, Square};
-use mesotex::maps::vertex_map::SurfaceTextonMap;
+use mesotex::maps::{AtlasMap, FaceChannel, FaceMap, MapHeader, Square, SurfaceTextonMap};
+use mesotex::mesh::TriangleMesh;
 use mesotex::mesh::reading::{CleaningOptions, UserMesh, clean, parse};
-use mesotex::mesh::triangle_mesh::TriangleMesh;
 use mesotex::progress::Progress;
 use ndarray::{Array, Array2};
 use serde_json::json;
@@ -312,7 +305,7 @@ pub fn space() -> Space {
     };
     Space {
         levels: vec![level(8), level(4)],
-        channels: mesotex::exemplar::channels::Channels::default(),
+        channels: mesotex::exemplar::Channels::default(),
         controls: Vec::new(),
         id: ContentId::of_bytes(b"space"),
         texel_mm: None,

@@ -4,41 +4,31 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
-use mesotex::btf::HeightMap;
 use mesotex::btf::bake::maps::read_recipe;
-use mesotex::btf::direction::Direction;
-use mesotex::btf::direction_set::DirectionSet;
 use mesotex::btf::fits::{Fit, hsh, ptm};
-use mesotex::btf::import::array;
-use mesotex::btf::import::photographs::PhotographOptions;
 use mesotex::btf::import::{
-    ImportOptions, ListOptions, SetOptions, assemble, read_list, read_source,
+    ImportOptions, ListOptions, PhotographOptions, SetOptions, array, assemble, read_list,
+    read_source,
 };
-use mesotex::btf::sample::{DType, Layout, Sample};
-use mesotex::cli::run::faults::Faults;
-use mesotex::cli::run::scene::Scene;
+use mesotex::btf::{DType, Direction, DirectionSet, HeightMap, Layout, Sample};
+use mesotex::cli::run::{Faults, Scene};
 use mesotex::error::{Error, Result};
 use mesotex::exemplar::neighbor_table::NeighborTable;
-use mesotex::exemplar::space::{Space, from_vocabulary};
-use mesotex::exemplar::windows::Windows;
+use mesotex::exemplar::{Space, Windows, space_of_vocabulary};
 use mesotex::format::guard::guarded;
 use mesotex::format::{compress, exr, image as images, json, npy};
 use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::Level;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
-use mesotex::maps::{AtlasMap, FaceMap};
+use mesotex::maps::{AtlasMap, FaceMap, SurfaceTextonMap};
 use mesotex::mesh::field::guides::GuideFile;
 use mesotex::mesh::reading;
 use mesotex::progress::Progress;
 use mesotex::render::path_file;
+use mesotex::sites::SurfaceOptions;
 use mesotex::sites::vertices::cache;
 use mesotex::sites::vertices::surface::prepare;
-use mesotex::sites::vertices::surface_options::SurfaceOptions;
-use mesotex::synthesis::checkpoint::Checkpoint;
-use mesotex::synthesis::inputs::{Inputs, LevelMap};
-use mesotex::synthesis::options::SynthesisOptions;
-use mesotex::texton::PartFile;
-use mesotex::texton::vocabulary::StoredVocabulary;
+use mesotex::synthesis::{Checkpoint, Inputs, LevelMap, SynthesisOptions};
+use mesotex::texton::{PartFile, StoredVocabulary};
 
 use crate::bonn_files;
 use crate::corpus;
@@ -277,9 +267,10 @@ fn use_scene(path: &Path) -> Result<()> {
     let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
     guarded(path, || {
         let mut faults = Faults::default();
-        let scene = Scene::parse(&text, &mut faults);
-        for draft in scene.drafts(&mut faults) {
-            draft.words(&[]);
+        for scene in Scene::all(&text, &mut faults) {
+            for draft in scene.drafts(&mut faults) {
+                draft.words(&[]);
+            }
         }
         faults.into_result(path)
     })
@@ -344,7 +335,7 @@ fn product_readers() -> Vec<Reader> {
             zip,
             "a.textons.npz",
             vec![corpus::vocabulary(false), corpus::vocabulary(true)],
-            |path| from_vocabulary(&StoredVocabulary::open(path)?),
+            |path| space_of_vocabulary(&StoredVocabulary::open(path)?),
         ),
         reader(
             "texton part",

@@ -8,8 +8,9 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use image::{ImageFormat, Rgb, RgbImage};
-use mesotex::btf::direction::Direction;
-use mesotex::format::exr::{self, Compression, ExrImage, Numbers};
+use mesotex::btf::Direction;
+use mesotex::format::exr;
+use mesotex::format::exr::{Compression, ExrImage, Numbers};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 

@@ -37,7 +37,7 @@ fn small_files() -> &'static Path {
         let folder = tempfile::tempdir().unwrap();
         let at = folder.path();
         let mesh = mesotex::mesh::builtin::kettlebell(400);
-        mesotex::mesh::writing::write_mesh(&at.join("m.ply"), &mesh).unwrap();
+        mesotex::mesh::write_mesh(&at.join("m.ply"), &mesh).unwrap();
         for line in [
             "bake --preset weave --size 16 --samples 1 --views fibonacci:4 --lights fibonacci:4 -o s.sample",
             "textons s.sample -o s.textons.npz --textons 8 --levels 2",

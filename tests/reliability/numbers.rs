@@ -4,22 +4,18 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
-use mesotex::btf::direction::Direction;
-use mesotex::btf::direction_set::DirectionSet;
-use mesotex::format::gltf::{self, GltfMesh};
-use mesotex::format::id::ContentId;
-use mesotex::format::obj::{self, ObjMesh};
-use mesotex::format::ply::{self, Column};
-use mesotex::format::{json, npz};
+use mesotex::btf::{Direction, DirectionSet};
+use mesotex::format::gltf::GltfMesh;
+use mesotex::format::obj::ObjMesh;
+use mesotex::format::ply::Column;
+use mesotex::format::{ContentId, gltf, json, npz, obj, ply};
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
-use mesotex::maps::MapHeader;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
-use mesotex::mesh::triangle_mesh::TriangleMesh;
+use mesotex::maps::{MapHeader, SurfaceTextonMap};
+use mesotex::mesh::TriangleMesh;
 use mesotex::random;
-use mesotex::render::options::RenderOptions;
-use mesotex::render::values::{LightSpec, Point};
-use mesotex::texton::options::ByteSize;
+use mesotex::render::{FileOptions, LightSpec, Point, RenderOptions, SweepOptions};
+use mesotex::texton::ByteSize;
 use ndarray::Array1;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -294,14 +290,21 @@ fn option_values_give_numbers_back() {
 fn options_in_descriptions_give_numbers_back() {
     for (a, b) in doubles(400).into_iter().zip(singles(400)) {
         let options = RenderOptions {
-            turns: a,
-            exposure: b,
+            sweep: SweepOptions {
+                turns: a,
+                ..SweepOptions::default()
+            },
+            files: FileOptions {
+                exposure: b,
+                ..FileOptions::default()
+            },
             ..RenderOptions::default()
         };
         let value = serde_json::to_value(&options).unwrap();
-        let read: RenderOptions = serde_json::from_str(&value.to_string()).unwrap();
-        assert_eq!(read.turns.to_bits(), a.to_bits());
-        assert_eq!(read.exposure.to_bits(), b.to_bits());
+        let read: serde_json::Value = serde_json::from_str(&value.to_string()).unwrap();
+        assert_eq!(read["turns"].as_f64().unwrap().to_bits(), a.to_bits());
+        let exposure = read["exposure"].as_f64().unwrap() as f32;
+        assert_eq!(exposure.to_bits(), b.to_bits());
     }
 }
 

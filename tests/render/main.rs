@@ -19,16 +19,12 @@ use std::process::{Command, Output};
 
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
 use glam::{DVec3, Vec3};
-use mesotex::btf::direction::Direction;
-use mesotex::btf::sample::{DType, Description, FORMAT, Layout, Sample, VERSION};
-use mesotex::btf::writer::SampleWriter;
-use mesotex::format::id::ContentId;
-use mesotex::format::ply;
+use mesotex::btf::{DType, Description, Direction, FORMAT, Layout, Sample, SampleWriter, VERSION};
+use mesotex::format::{ContentId, ply};
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
-use mesotex::maps::MapHeader;
-use mesotex::maps::vertex_map::SurfaceTextonMap;
-use mesotex::mesh::triangle_mesh::TriangleMesh;
+use mesotex::maps::{MapHeader, SurfaceTextonMap};
+use mesotex::mesh::TriangleMesh;
 
 use weights::{Near, angle, fit, light_weights, log_map, nearest, view_weights};
 

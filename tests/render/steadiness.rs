@@ -2,11 +2,12 @@
 
 use mesotex::progress::Progress;
 use mesotex::render::nearest::Weighting;
-use mesotex::render::options::RenderOptions;
 use mesotex::render::parallax::Parallax;
-use mesotex::render::renderer::Shadows;
 use mesotex::render::sequence::{Inputs, with_renderer};
-use mesotex::render::values::{ImageSize, Sweep};
+use mesotex::render::{
+    CameraOptions, ImageOptions, ImageSize, LightOptions, RenderOptions, Shadows, Sweep,
+    SweepOptions,
+};
 
 use super::*;
 
@@ -25,32 +26,36 @@ fn largest_change(bench: &Bench, options: &RenderOptions, frames_a_turn: u32) ->
         force: true,
     };
     let options = RenderOptions {
-        sweep: Sweep::LightAzimuth,
-        sweep_length: Some(frames_a_turn),
-        frames: Some(format!("1-{}", frames_a_turn / 4 + 1).parse().unwrap()),
-        size: ImageSize([8, 8]),
-        light_elevation: 35.0,
-        shadows: Shadows::None,
+        sweep: SweepOptions {
+            kind: Sweep::LightAzimuth,
+            sweep_length: Some(frames_a_turn),
+            frames: Some(format!("1-{}", frames_a_turn / 4 + 1).parse().unwrap()),
+            ..options.sweep.clone()
+        },
+        image: ImageOptions {
+            size: ImageSize([8, 8]),
+            shadows: Shadows::None,
+            ..options.image.clone()
+        },
+        lights: LightOptions {
+            light_elevation: 35.0,
+            ..options.lights.clone()
+        },
         ..options.clone()
     };
-    with_renderer(
-        &inputs,
-        &options,
-        &Progress::silent(),
-        |renderer, frames| {
-            let mut largest = 0f32;
-            let mut last: Option<Vec<[f32; 3]>> = None;
-            for frame in frames {
-                let colors = renderer.vertex_colors(&frame.view, &frame.lights)?;
-                let numbers = || colors.as_flattened().iter();
-                for (a, b) in numbers().zip(last.iter().flatten().flatten()) {
-                    largest = largest.max((a - b).abs());
-                }
-                last = Some(colors);
+    with_renderer(&inputs, &options, Progress::silent(), |renderer, frames| {
+        let mut largest = 0f32;
+        let mut last: Option<Vec<[f32; 3]>> = None;
+        for frame in frames {
+            let colors = renderer.vertex_colors(&frame.view, &frame.lights)?;
+            let numbers = || colors.as_flattened().iter();
+            for (a, b) in numbers().zip(last.iter().flatten().flatten()) {
+                largest = largest.max((a - b).abs());
             }
-            Ok(largest)
-        },
-    )
+            last = Some(colors);
+        }
+        Ok(largest)
+    })
     .unwrap()
     .0
 }
@@ -59,7 +64,10 @@ fn largest_change(bench: &Bench, options: &RenderOptions, frames_a_turn: u32) ->
 fn ratio(lights: &str, weights: Weighting) -> f32 {
     let bench = Bench::new(baked("weave", lights), |id| ball(14, [16, 16], id));
     let options = RenderOptions {
-        weights,
+        image: ImageOptions {
+            weights,
+            ..ImageOptions::default()
+        },
         ..RenderOptions::default()
     };
     largest_change(&bench, &options, 720) / largest_change(&bench, &options, 360)
@@ -83,9 +91,15 @@ fn parallax_keeps_sweeps_of_the_light_steady() {
         square(8, [16, 16], 1.0 / 16.0, id)
     });
     let with = |weights, parallax| RenderOptions {
-        weights,
-        parallax,
-        camera_azimuth: -50.0,
+        image: ImageOptions {
+            weights,
+            parallax,
+            ..ImageOptions::default()
+        },
+        camera: CameraOptions {
+            camera_azimuth: -50.0,
+            ..CameraOptions::default()
+        },
         ..RenderOptions::default()
     };
     let change =

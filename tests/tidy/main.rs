@@ -1,7 +1,9 @@
 //! The conventions of docs/architecture.md that a machine can check: imports follow the rooms, no files
-//! use each other in a circle, every file says what it is, none grows crowded.
+//! use each other in a circle, every file says what it is, none grows crowded. And those of docs/glossary.md:
+//! one word per idea.
 
 mod circles;
+mod language;
 mod paths;
 mod source;
 
@@ -132,4 +134,34 @@ fn no_file_grows_crowded() {
         let lines = file.text.lines().count();
         assert!(lines <= MOST_LINES, "{} has {lines} lines", file.name);
     }
+}
+
+fn faults_of(pattern: &regex::Regex) -> Vec<String> {
+    let prose = language::prose();
+    assert!(prose.len() > 10_000, "pages and sources were not found");
+    let found = prose.iter().filter(|prose| pattern.is_match(&prose.line));
+    found
+        .map(|prose| format!("{}: {}", prose.place, prose.line.trim()))
+        .collect()
+}
+
+#[test]
+fn the_words_are_those_of_the_glossary() {
+    let replaced = language::replaced_words();
+    assert!(replaced.len() > 10, "{replaced:?}");
+    let faults = faults_of(&language::any_of(&replaced));
+    assert!(
+        faults.is_empty(),
+        "docs/glossary.md has other words:\n{}",
+        faults.join("\n")
+    );
+}
+
+/// One label per texel, not one label a texel.
+#[test]
+fn quantities_are_per_unit() {
+    let unit =
+        r"(?i)\b(a|one|few) [a-z]+ a (texel|site|vertex|face|label|level|subcommand|pixel|frame)\b";
+    let faults = faults_of(&regex::Regex::new(unit).unwrap());
+    assert!(faults.is_empty(), "per, not a:\n{}", faults.join("\n"));
 }

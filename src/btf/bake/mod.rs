@@ -7,18 +7,18 @@
 //! Not handled: transmission, translucency, overhangs (a height field has none).
 
 mod angular;
-pub mod brdf;
+pub(crate) mod brdf;
 mod directions;
 pub(crate) mod export;
 mod glare;
 mod half_range;
-pub mod height_field;
+pub(crate) mod height_field;
 mod lights;
 pub mod maps;
-pub mod material;
+pub(crate) mod material;
 mod options;
 mod parts;
-pub mod presets;
+pub(crate) mod presets;
 pub(crate) mod preview;
 mod refinement;
 mod sample_plan;
@@ -29,6 +29,8 @@ pub(crate) mod steepness;
 mod trace;
 
 pub use angular::AngularFilter;
+pub use brdf::Diffuse;
+pub use material::Material;
 pub use options::BakeOptions;
 pub use parts::join;
 pub use presets::Preset;
@@ -45,7 +47,6 @@ use crate::btf::bake::angular::Widening;
 use crate::btf::bake::directions::Directions;
 use crate::btf::bake::glare::Glare;
 use crate::btf::bake::height_field::{HeightField, SurfacePoint};
-use crate::btf::bake::material::Material;
 use crate::btf::bake::refinement::{error_left, typical_radiance};
 use crate::btf::bake::sample_plan::SamplePlan;
 use crate::btf::bake::samples::AUTO_LEAST;
@@ -113,8 +114,8 @@ impl Baked {
     }
 }
 
-/// Bakes `material` into the sample folder `target`. An interrupted bake leaves a hidden folder beside
-/// it, from which the same call goes on to the same bytes; any other failure leaves nothing.
+/// Bakes `material` into the sample folder `target`. An interrupted bake leaves a hidden folder beside it, from which
+/// the same call continues to the same bytes; any other failure leaves nothing.
 pub fn bake(
     material: &Material,
     options: &BakeOptions,

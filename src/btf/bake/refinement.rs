@@ -16,7 +16,7 @@ use crate::progress::Progress;
 
 /// Places, each a texel of a view, that are looked at.
 const PLACES: usize = 256;
-/// In small samples, one place stands for so many.
+/// In small samples, one place stands for this many.
 const LEAST_SHARE: usize = 16;
 /// Samples per texel that stand for the truth.
 const REFERENCE: u32 = 1024;

@@ -247,7 +247,7 @@ struct Path {
     disc: Option<DVec2>,
 }
 
-/// Ends dark paths at random, and makes up for it in those that go on.
+/// Ends dark paths at random, and makes up for it in those that continue.
 fn survives(bounce: u32, throughput: &mut Vec3, random: &mut Stream) -> bool {
     if bounce < ROULETTE_FROM {
         return true;

@@ -49,8 +49,8 @@ impl HeightField {
     /// How many lights over one heading something stands before, seen from a surface point: the
     /// lowest so many. `slopes` are their rises a texel along `heading`, ascending.
     ///
-    /// What a walk has passed below a light's ray lies below a higher light's too, so at every
-    /// obstacle the ray is raised to the next light and goes on from there.
+    /// What a walk has passed below a light's ray lies below a higher light's too, so at every obstacle the ray is
+    /// raised to the next light and continues from there.
     pub fn shadowed(&self, from: SurfacePoint, heading: DVec2, slopes: &[f64]) -> usize {
         let Some(&lowest) = slopes.first() else {
             return 0;

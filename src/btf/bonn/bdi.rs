@@ -2,8 +2,8 @@
 //!
 //! Behind measurement and directions: u32 width, u32 height, u32 scan lines per chunk, u8 compression (0 all texels,
 //! 1 all texels with bzip2, 2 the texels of the mask), u8 mask \[width\]\[height\], u32 rotations and their numbers.
-//! Then chunks of so many scan lines' texels: u32 bytes, and per texel \[view\]\[light\]\[channel\]. Texels are stored
-//! row by row. The last chunk may be short, or filled up.
+//! Then chunks of this many scan lines' texels: u32 bytes, and per texel \[view\]\[light\]\[channel\]. Texels are
+//! stored row by row. The last chunk may be short, or filled up.
 //!
 //! btflib reads the mask column by column, and writes it row by row; the two agree where no texel is missing. Here it
 //! is read and written column by column, since only the reader has met files of others.
@@ -30,7 +30,7 @@ use crate::format::positioned::PositionedFile;
 
 /// What chunks packed with bzip2 may expand to, in bytes per byte of the file, and besides.
 const EXPANSION: (u64, u64) = (256, 32 << 20);
-/// A mask may leave out all but one of so many texels.
+/// A mask may leave out all but one of this many texels.
 const MOST_MISSING: usize = 256;
 
 /// Which texels a file has, and how.
@@ -102,6 +102,7 @@ pub(super) fn read(
     folder: &Path,
     notes: &mut Vec<String>,
 ) -> Result<(Header, Bdi)> {
+    // Read the header.
     let meta = Meta::read(fields)?;
     let rgb = meta.rgb_channels()?;
     let sampling = Sampling::read(fields, notes)?;
@@ -116,8 +117,10 @@ pub(super) fn read(
         height,
         rotations: read_rotations(fields)?,
     };
+    // Find which texels are stored, and where their chunks lie.
     let stored = stored_texels(&mask, &header, compression, notes)?;
     let chunks = Chunks::of(&header, lines, stored.len())?;
+    // Unpack compressed chunks once; others stay in the file.
     let store = match compression {
         Compression::Bzip => Store::Unpacked(chunks.unpack(fields, folder)?),
         Compression::Full | Compression::Sparse => {
@@ -236,6 +239,7 @@ impl Chunks {
     /// Unpacks all chunks into a file without a name.
     fn unpack(&self, fields: &mut Fields, folder: &Path) -> Result<Nameless<f16>> {
         let io = |action| Error::io(folder, action);
+        // Refuse chunks that would expand beyond all reason.
         let most = fields
             .file()
             .length()
@@ -246,6 +250,7 @@ impl Chunks {
             return Err(Error::data("bzip2", "chunks that expand too far")
                 .expected(format!("at most {most} bytes for a file of this length")));
         }
+        // Unpack chunk after chunk, a texel at a time.
         let mut writer = NamelessWriter::create_in(folder).map_err(io("write"))?;
         for (chunk, texels) in self.texels().enumerate() {
             let place = format!("chunk {chunk}");
@@ -257,7 +262,7 @@ impl Chunks {
                 decoder.read_exact(&mut texel).map_err(|error| {
                     Error::data(format!("{place}: bzip2"), error.to_string())
                         .expected(format!("{texels} texels of {} bytes", self.texel_bytes))
-                        .advice("the file is cut off or damaged")
+                        .advice("the file is truncated or damaged")
                 })?;
                 let (words, _) = texel.as_chunks::<2>();
                 let halves: Vec<f16> = words.iter().map(|w| f16::from_le_bytes(*w)).collect();

@@ -64,7 +64,7 @@ impl ColorModel {
             .collect();
         let fault = match number {
             6 => Error::data("color_model", "6 (SPECTRAL_LINEAR)").advice(
-                "the one public account of this model cannot be undone; convert the file to \
+                "the only public description of this model is not invertible; convert the file to \
                  another model with the program that made it",
             ),
             other => Error::data("color_model", other.to_string()),
@@ -166,6 +166,7 @@ impl Color {
             true => part.signum() * (part.abs() / EPSILON).ln(),
             false => 0.0,
         };
+        // Undo the model; those with a matrix share one way.
         Some(match self.model {
             ColorModel::Rgb | ColorModel::Yuv | ColorModel::YCoCg | ColorModel::Pca => {
                 let (matrix, mean) = self.linear()?;

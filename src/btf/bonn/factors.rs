@@ -16,7 +16,7 @@ use crate::btf::bonn::matrix::{MatrixRows, to_array};
 use crate::error::{Error, Result};
 use crate::matrix::product_of;
 
-/// Images multiplied out together by one thread.
+/// Images expanded together by one thread.
 const IMAGES: usize = 8;
 /// Texels whose eigentextures stay in a cache.
 const TEXELS: usize = 512;
@@ -118,7 +118,7 @@ impl Factors {
     }
 }
 
-/// The same in memory, to be multiplied out.
+/// The same in memory, to be expanded.
 pub(super) struct LoadedFactors {
     /// U and E of each channel.
     channels: Vec<[Arc<Array2<f32>>; 2]>,

@@ -1,5 +1,5 @@
-//! The numbers of a `.btf` file in their order, little endian; nothing is believed that the rest of the file
-//! could not hold.
+//! The numbers of a `.btf` file in their order, little endian; sizes are accepted only if the rest of the file can
+//! hold them.
 
 use std::path::Path;
 
@@ -52,7 +52,7 @@ impl Fields {
                     .expected(bytes.map_or("fewer than 2^64 bytes".into(), |bytes| {
                         format!("{bytes} bytes")
                     }))
-                    .advice("the file is cut off, or its header says another size"),
+                    .advice("the file is truncated, or its header says another size"),
             ),
         }
     }

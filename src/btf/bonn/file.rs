@@ -63,6 +63,7 @@ impl BonnFile {
     fn read_as(signature: Signature, fields: &mut Fields, scratch: &Path) -> Result<Self> {
         fields.go_to(signature.text.len() as u64);
         let (mut notes, mut heights) = (Vec::new(), None);
+        // Read the header and the content of the format that the signature names.
         let (header, content) = match signature.format {
             Format::Bdi => {
                 let (header, texels) = bdi::read(fields, scratch, &mut notes)?;
@@ -97,6 +98,7 @@ impl BonnFile {
                 (header, Content::Factors(factors))
             }
         };
+        // Tell what is read but not applied.
         if header.meta.rgb_scale != [1.0; 3] && header.meta.rgb_scale != [0.0; 3] {
             let [r, g, b] = header.meta.rgb_scale;
             notes.push(format!(

@@ -110,6 +110,7 @@ fn channels_of(
     let count = header.meta.channels.len();
     let (images, texels) = (header.sampling.images(), header.texels());
     let rows = [left.rows(), right.rows()];
+    // Tell by the rows which factor holds the directions.
     let transposed = match rows {
         [l, r] if Some(l) == images.checked_mul(count) && r == texels => false,
         [l, r] if Some(l) == texels.checked_mul(count) && r == images => true,
@@ -125,6 +126,7 @@ fn channels_of(
         }
     };
     let shared: Arc<dyn MatrixRows> = right;
+    // Take every n-th row of the interleaved factor per channel; all share the other.
     let channel = |first| {
         let own = Arc::new(EveryNth {
             matrix: Arc::clone(&left),

@@ -58,6 +58,7 @@ fn rgb() -> Vec<String> {
 impl Meta {
     pub(super) fn read(fields: &mut Fields) -> Result<Self> {
         let start = fields.at();
+        // Read what every version has.
         let size = fields.u32("header size")?;
         let version = fields.u32("header version")?;
         check_version(version)?;
@@ -71,6 +72,7 @@ impl Meta {
             has_cosine: false,
             ..Self::default()
         };
+        // Read what later versions add.
         if version > 1 {
             meta.has_cosine = fields.u32("cosine flag")? != 0;
         }
@@ -81,6 +83,7 @@ impl Meta {
         if version > 3 {
             meta.channels = channel_names(fields)?;
         }
+        // Check the stated size against what was read.
         match fields.at() - start {
             read if read == u64::from(size) => Ok(meta),
             read => Err(Error::data("header size", format!("{size} bytes"))

@@ -1,13 +1,13 @@
 //! A `.btf` file becomes a sample.
 //!
-//! DFMF and FMF files whose colours are linear in their factors become factored samples, number for number. Those with
-//! logarithms are multiplied out and factored anew in linear RGB, with the error stated. PVF and BDI files, and all
+//! DFMF and FMF files whose colours are linear in their factors become factored samples, number for number. Those
+//! with logarithms are expanded and factored again in linear RGB, with the error stated. PVF and BDI files, and all
 //! with `--expand`, become samples of whole images.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::btf::bonn::expand::{expand, expand_turned};
@@ -28,14 +28,14 @@ use crate::format::image::{Alpha, Orientation, SourceEncoding};
 use crate::progress::Progress;
 
 /// How a `.btf` file becomes a sample.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Options of Bonn's .btf files")]
 pub struct BonnOptions {
     /// Write every image of a DFMF or FMF file, not its factors. PVF and BDI files are always expanded.
     #[arg(long)]
     pub expand: bool,
-    /// Components per channel of a file with a logarithmic colour model, which is factored anew; as many as the file
+    /// Components per channel of a file with a logarithmic colour model, which is factored again; as many as the file
     /// has by default.
     #[arg(long, value_name = "K", conflicts_with = "expand")]
     pub rank: Option<u32>,
@@ -92,10 +92,12 @@ impl BonnImport<'_> {
         file.notes()
             .iter()
             .for_each(|note| self.progress.warn(note.as_str()));
+        // Describe the sample.
         let frames = LocalFrames::of(file.header())?;
         let description = self.describe(&file, &frames);
         description.check()?;
         let is_turned = matches!(frames, LocalFrames::PerTexel(_));
+        // Choose the way: copy the factors, factor anew, or expand to images.
         let way = Way::of(&file, self.bonn.expand || is_turned);
         self.check_rank(way)?;
         let heights = self.heights(&file, &description)?;
@@ -110,6 +112,7 @@ impl BonnImport<'_> {
             };
             return Ok((copy.write(description, self.target)?, Told::default()));
         }
+        // Write the sample from images, turned where every texel has a frame of its own.
         let components = file.factors().map_or(1, |(_, rank)| rank as u32);
         let sampling = file.header().sampling.clone();
         let images = self.images(file, description, heights)?;
@@ -135,7 +138,7 @@ impl BonnImport<'_> {
         match (self.bonn.rank, way) {
             (Some(rank), Way::Copied | Way::Expanded) => Err(Error::option(
                 "rank",
-                format!("{rank} for a file that is not factored anew"),
+                format!("{rank} for a file that is not factored again"),
                 "a DFMF or FMF file with logarithms; `mesotex factor` changes the rank of any sample",
             )),
             _ => Ok(()),
@@ -200,8 +203,8 @@ impl BonnImport<'_> {
         let origin = description.source.clone();
         let (sample, left) = factorize(images, &options, origin, self.target, self.progress)?;
         let line = format!(
-            "its logarithms were undone and its images factored anew: {rank} components per channel leave a relative \
-             error of {:.2e}",
+            "its logarithms were converted and its images factored again: {rank} components per channel have a \
+             relative error of {:.2e}",
             left.relative
         );
         let told = Told {
@@ -257,7 +260,7 @@ impl BonnImport<'_> {
 enum Way {
     /// Factors stay factors.
     Copied,
-    /// Logarithms are undone, and the images factored anew.
+    /// Logarithms are undone, and the images factored again.
     Refactored,
     /// All images are written.
     Expanded,
@@ -279,7 +282,7 @@ fn told_of(images: &BonnImages) -> Told {
     match images.negative.load(Ordering::Relaxed) {
         0 => {}
         negative => told.lines.push(format!(
-            "{negative} negative values, which factors leave where light is faint, were set to 0"
+            "{negative} negative values, which factors produce in dark parts, were set to 0"
         )),
     }
     told
@@ -305,7 +308,8 @@ fn check(options: &ImportOptions) -> Result<()> {
         Some(option) => Err(Error::option(
             option,
             "given for a .btf file",
-            "a set of images: the numbers of a .btf file are linear RGB, opaque, and taken as they are but for --crop",
+            "a set of images: the numbers of a .btf file are linear RGB, opaque, and taken as they are but for \
+             --crop",
         )),
     }
 }

@@ -93,12 +93,14 @@ fn turned(
     lights: &[Direction],
     out: &mut [f32],
 ) {
+    // Weight the directions of the texel's frame.
     let local = |set: &[Direction], lift: bool| -> Vec<Option<Weights>> {
         set.iter()
             .map(|direction| weights(rotation, *direction, set, lift))
             .collect()
     };
     let (view_weights, light_weights) = (local(views, true), local(lights, false));
+    // Blend the values of every pair of directions.
     let pairs = view_weights
         .iter()
         .flat_map(|view| light_weights.iter().map(move |light| (view, light)));
@@ -125,6 +127,7 @@ fn weights(
     set: &[Direction],
     lift: bool,
 ) -> Option<Weights> {
+    // Turn the direction to the texel's frame; lift views that are below its horizon.
     let mut local = *rotation * direction.0;
     if local.z < LIFTED {
         if !lift && local.z <= 0.0 {
@@ -135,12 +138,14 @@ fn weights(
         }
     }
     let local = Direction(local);
+    // Sort the set by angle.
     let mut nearest: Vec<(usize, f64)> = set
         .iter()
         .map(|other| other.angle_to(local))
         .enumerate()
         .collect();
     nearest.sort_by(|(i, a), (j, b)| a.total_cmp(b).then(i.cmp(j)));
+    // Weight the nearest by their inverse angles; an equal direction takes all the weight.
     let mut weights = [(0, 0.0); NEAREST];
     if nearest[0].1 < SAME_DIRECTION {
         weights[0] = (nearest[0].0, 1.0);

@@ -33,6 +33,7 @@ pub(super) fn read_header(
     notes: &mut Vec<String>,
 ) -> Result<(Header, u32)> {
     let start = fields.at();
+    // Tell the kind of header by its first number.
     let number = fields.u32("header size")?;
     if number.swap_bytes() == LEGACY {
         return Err(big_endian("header size", number));
@@ -44,6 +45,7 @@ pub(super) fn read_header(
         let views = fields.u32("number of view slots")?;
         return Ok((header, views));
     }
+    // Read the older header, which has fewer fields.
     fields.u32("number of components")?;
     let [width, height] = read_size(fields)?;
     let views = fields.u32("number of view slots")?;
@@ -94,12 +96,14 @@ pub struct View {
 pub(super) fn read(fields: &mut Fields, header: &Header, slots: u32) -> Result<Pvf> {
     let rgb = header.meta.rgb_channels()?;
     let views = header.sampling.views.len();
+    // Check that there is a slot per view.
     if slots as usize != views {
         return Err(Error::data("number of view slots", slots.to_string())
             .expected(format!("{views}, one per view")));
     }
     let (lights, texels) = (header.sampling.lights.len(), header.texels());
     let channels = header.meta.channels.len();
+    // Read each view and check its sides against directions and texels.
     let stored = (0..views)
         .map(|view| {
             let place = format!("view {view}");

@@ -41,6 +41,7 @@ impl Sampling {
             lights: Vec::new(),
         };
         let mut differing = None;
+        // Read the directions view by view.
         for view in 0..count as usize {
             let place = format!("view {view}");
             let angles = fields.float_array::<2>(&place)?;
@@ -52,6 +53,7 @@ impl Sampling {
                     .map(|(light, &angles)| direction(&format!("light {light}"), angles))
                     .collect::<Result<_>>()?;
             }
+            // Require as many lights of every view.
             let (found, wanted) = (angles.len(), sampling.lights.len());
             if found != wanted {
                 return Err(
@@ -64,6 +66,7 @@ impl Sampling {
                 differing = Some(view);
             }
         }
+        // Tell what is read otherwise than it stands.
         if let Some(view) = differing {
             notes.push(format!(
                 "the lights of view {view} differ from those of view 0; those of view 0 are taken for all views"

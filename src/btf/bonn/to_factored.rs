@@ -1,8 +1,8 @@
 //! The factors of a DFMF or FMF file, copied into a factored sample.
 //!
 //! Reflectance becomes radiance by the colour step alone: T and m are multiplied by 1/π, and all factors stay as they
-//! are, bit by bit where the number type does. Where the file has the cosine divided out, the rows of U are multiplied
-//! by it; a colour mean then becomes one more component, whose eigentextures are constant.
+//! are, bit for bit where the number type does. Where the file has the cosine divided out, the rows of U are
+//! multiplied by it; a colour mean then becomes one more component, whose eigentextures are constant.
 
 use std::path::Path;
 
@@ -165,7 +165,7 @@ fn mean_in_channels(matrix: DMat3, mean: DVec3) -> Result<DVec3> {
         true => Ok(inverse * mean),
         false => Err(
             Error::data("color transformation", "a matrix without inverse")
-                .expected("one that can be undone, as the cosine is to be put into the mean too")
+                .expected("an invertible one, because the cosine has to be put into the mean too")
                 .advice("--expand writes the images instead"),
         ),
     }

@@ -80,7 +80,7 @@ impl Factorization {
         vec![self.sets(), texels, self.rank as usize]
     }
 
-    /// Refuses ranks and colour steps that no sample of so many images and texels can have.
+    /// Refuses ranks and colour steps that no sample of this many images and texels can have.
     pub fn check(&self, images: usize, texels: usize) -> Result<()> {
         // A shared set stands for the images of all channels.
         let rows = images.saturating_mul(CHANNELS / self.sets());

@@ -49,7 +49,7 @@ pub struct FactorOptions {
 }
 
 impl FactorOptions {
-    /// Refuses what no images of so many and so large could meet.
+    /// Refuses what no images of this many and so large could meet.
     pub fn validate(&self, description: &Description) -> Result<()> {
         let most = most_directions(description);
         match self.accuracy {

@@ -1,8 +1,8 @@
 //! The factors of a sample in memory.
 //!
-//! In: `directions.npy` and `eigentextures.npy`, which a few megabytes hold where the images take
-//! gigabytes. They are read when a sample is opened, and every number is checked then. Out: eigentextures
-//! as planes, and images [multiplied out](super::products).
+//! In: `directions.npy` and `eigentextures.npy`, which a few megabytes hold where the images take gigabytes. They are
+//! read when a sample is opened, and every number is checked then. Out: eigentextures as planes, and images
+//! [expanded](super::products).
 
 use std::path::Path;
 

@@ -9,16 +9,16 @@
 //! | [`image_matrix`], [`randomized_svd`], [`orthonormal`] | the leading eigentextures, by passes over the images |
 //! | [`residual`] | the error that factors leave |
 
-pub mod content_id;
-pub mod factorization;
-pub mod factorize;
-pub mod factors;
+pub(crate) mod content_id;
+pub(crate) mod factorization;
+pub(crate) mod factorize;
+pub(crate) mod factors;
 mod image_matrix;
 pub(crate) mod orthonormal;
-pub mod products;
+pub(crate) mod products;
 mod randomized_svd;
-pub mod residual;
-pub mod writer;
+pub(crate) mod residual;
+pub(crate) mod writer;
 
 #[cfg(test)]
 mod factorize_tests;
@@ -28,4 +28,6 @@ mod tests;
 pub use factorization::Factorization;
 pub use factorize::{Accuracy, FactorOptions, factorize};
 pub use factors::Factors;
+pub use products::Values;
+pub use residual::Residual;
 pub use writer::FactoredWriter;

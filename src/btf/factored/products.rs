@@ -1,4 +1,4 @@
-//! Images multiplied out from their factors.
+//! Images expanded from their factors.
 //!
 //! In: images and a run of texels. Out: their values, row-major, interleaved. A value is summed factor
 //! after factor, whichever other images and texels are asked for with it: so every reader of a sample

@@ -89,7 +89,7 @@ pub fn leading_directions(
 ) -> Result<Vec<ChannelSvd>> {
     let mut bases = first_bases(images, count, seed, progress)?;
     for pass in 1..=SHARPENED {
-        let stage = format!("sharpening the eigentextures, {pass} of {SHARPENED}");
+        let stage = format!("refining the eigentextures, {pass} of {SHARPENED}");
         bases = sharpened(images, bases, &stage, progress)?;
     }
     coordinates(images, bases, progress)

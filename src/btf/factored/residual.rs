@@ -16,7 +16,7 @@ use crate::btf::sample::Pixels;
 use crate::error::Result;
 use crate::progress::Progress;
 
-/// Images multiplied out at once by one task.
+/// Images expanded at once by one task.
 const GROUP: usize = 8;
 /// Texels whose sums one task adds to.
 const TEXELS: usize = 1 << 12;

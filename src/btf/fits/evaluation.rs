@@ -1,4 +1,4 @@
-//! A fit evaluated at chosen lights becomes a sample of one view, straight above.
+//! A fit evaluated at chosen lights becomes a sample of one view, directly above.
 
 use std::path::Path;
 

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 
 /// Texels fitted by one task.
 const BLOCK: usize = 4096;
-/// A view further than this from straight above is worth a warning, in degrees.
+/// A view further than this from directly above is worth a warning, in degrees.
 const TILTED: f64 = 2.0;
 
 /// A fit and how well it repeats its sample. Residuals are root mean squares over all lights, texels and colours, in
@@ -37,13 +37,15 @@ pub fn fit_sample(
     colors: Colors,
     progress: Progress<'_>,
 ) -> Result<Fitted> {
-    let lights = lights_of(sample, &progress)?;
+    // Solve for the coefficients of every texel.
+    let lights = lights_of(sample, progress)?;
     let equations = NormalEquations::new(basis, &lights)?;
     let white = match basis {
         Basis::Polynomial => 255.0,
         Basis::Hemispherical(_) => 1.0,
     };
-    let solved = solve(sample, &equations, white, &progress)?;
+    let solved = solve(sample, &equations, white, progress)?;
+    // Round them to what the format stores.
     let fit = Fit {
         width: sample.grid().width,
         height: sample.grid().height,
@@ -59,6 +61,7 @@ pub fn fit_sample(
         Colors::Rgb => round_colors(fit, &solved, &equations)?,
         Colors::Lrgb => round_luminance(fit, &solved, &equations)?,
     };
+    // Measure both errors in steps of 8-bit values.
     errors.fitted += solved.error;
     errors.stored += solved.error;
     let count = (3 * lights.len() * sample.grid().len()) as f64;
@@ -71,7 +74,7 @@ pub fn fit_sample(
 }
 
 /// The light of each image; refuses samples of several views.
-fn lights_of(sample: &Sample, progress: &Progress<'_>) -> Result<Vec<Direction>> {
+fn lights_of(sample: &Sample, progress: Progress<'_>) -> Result<Vec<Direction>> {
     let description = sample.description();
     if description.views.len() != 1 {
         return Err(Error::data("views", description.views.len().to_string())
@@ -80,7 +83,7 @@ fn lights_of(sample: &Sample, progress: &Progress<'_>) -> Result<Vec<Direction>>
     let tilt = description.views[0].theta().to_degrees();
     if tilt > TILTED {
         progress.warn(format!(
-            "the view is {tilt:.1}° from straight above; readers of the fit take it as straight above"
+            "the view is {tilt:.1}° from directly above; readers of the fit take it as directly above"
         ));
     }
     let light = |image| description.lights[description.view_and_light(image).1];
@@ -99,7 +102,7 @@ fn solve(
     sample: &Sample,
     equations: &NormalEquations,
     white: f64,
-    progress: &Progress<'_>,
+    progress: Progress<'_>,
 ) -> Result<Solved> {
     let texels = sample.grid().len();
     let blocks: Vec<usize> = (0..texels).step_by(BLOCK).collect();
@@ -130,9 +133,10 @@ fn solve_block(
     block: std::ops::Range<usize>,
     equations: &NormalEquations,
     white: f64,
-    progress: &Progress<'_>,
+    progress: Progress<'_>,
 ) -> Result<Solved> {
     let (terms, numbers) = (equations.terms, 3 * block.len());
+    // Sum the products of values and basis functions over the images.
     let mut moments = vec![0.0; numbers * terms];
     let mut squares = 0.0;
     let mut pixels = Pixels::of_type(sample.description().dtype);
@@ -150,6 +154,7 @@ fn solve_block(
                 .for_each(|(moment, term)| *moment += value * term);
         }
     }
+    // Solve for the coefficients; what they explain of the squares is not left as error.
     let mut explained = 0.0;
     let mut of_number = |number: usize| {
         let moments = &moments[number * terms..][..terms];

@@ -1,4 +1,4 @@
-//! Headers in text before the bytes of a fit: words parted by blanks and line ends, in lines of any length.
+//! Headers in text before the bytes of a fit: words separated by blanks and line ends, in lines of any length.
 
 use std::str::FromStr;
 
@@ -99,7 +99,7 @@ pub(super) fn take<'a>(bytes: &mut &'a [u8], count: u64, what: &str) -> Result<&
     let Some((taken, rest)) = taken else {
         return Err(Error::data(what, format!("{} bytes", bytes.len()))
             .expected(format!("{count} bytes, by the header"))
-            .advice("the file is cut off, or its header states another size"));
+            .advice("the file is truncated, or its header states another size"));
     };
     *bytes = rest;
     Ok(taken)

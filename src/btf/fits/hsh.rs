@@ -41,11 +41,13 @@ pub fn read(path: &Path) -> Result<Fit> {
 
 /// The fit in the bytes of a file.
 fn parse(bytes: &[u8]) -> Result<Fit> {
+    // Read the mark of this program, if there is one.
     let mut header = Header::new(bytes);
     let mut is_marked = false;
     while header.is_at_comment() {
         is_marked |= header.line("comment")? == SCALED;
     }
+    // Check the header.
     expect(
         header.number("type", "a number")?,
         HSH,
@@ -71,6 +73,7 @@ fn parse(bytes: &[u8]) -> Result<Fit> {
         "bytes per coefficient",
         "1",
     )?;
+    // Read scale and offset, which other writers store as minimum and maximum.
     let mut body = header.end()?;
     let first = floats(take(&mut body, 4 * terms as u64, "first list")?);
     let second = floats(take(&mut body, 4 * terms as u64, "second list")?);
@@ -85,6 +88,7 @@ fn parse(bytes: &[u8]) -> Result<Fit> {
             first,
         ),
     };
+    // Read the coefficients.
     let texels = u64::from(width) * u64::from(height);
     Ok(Fit {
         width,

@@ -1,5 +1,5 @@
-//! Fits of reflectance-transformation imaging: per texel a short sum of functions of the light's direction, seen
-//! from straight above (Malzbender 2001: polynomial texture maps; Gautron 2004: hemispherical harmonics).
+//! Fits of reflectance-transformation imaging: per texel a short sum of functions of the light's direction, seen from
+//! directly above (Malzbender 2001: polynomial texture maps; Gautron 2004: hemispherical harmonics).
 //!
 //! | file | what it does |
 //! | --- | --- |
@@ -11,10 +11,10 @@
 //! | [`fitting`] | a sample of one view becomes a fit, by least squares |
 //! | [`normal_equations`], [`quantization`] | the algebra of that, and its rounding to bytes |
 
-pub mod basis;
-pub mod evaluation;
-pub mod fit;
-pub mod fitting;
+pub(crate) mod basis;
+pub(crate) mod evaluation;
+pub(crate) mod fit;
+pub(crate) mod fitting;
 mod header;
 pub mod hsh;
 mod normal_equations;
@@ -22,5 +22,6 @@ pub mod ptm;
 mod quantization;
 
 pub use basis::Basis;
+pub use evaluation::evaluate;
 pub use fit::{Colors, Fit};
 pub use fitting::{Fitted, fit_sample};

@@ -1,4 +1,4 @@
-//! The heights of least disagreement, with few steps between neighbours: semi-global matching (Hirschmüller 2008).
+//! The heights of least cost, with few steps between neighbours: semi-global matching (Hirschmüller 2008).
 //!
 //! Costs are summed along lines of texels in four directions. From one texel to the next a change by one step of the
 //! list costs a little, any other change costs more. Each texel takes the height whose four sums are least.
@@ -59,6 +59,7 @@ impl Line {
 
 fn summed_along_lines(volume: &CostVolume, costs: &[f32]) -> Vec<f32> {
     let [width, height] = [volume.grid.width, volume.grid.height].map(|side| side as usize);
+    // Lay out the lines of all four directions.
     let right = |row: usize| (row * width, 1, width);
     let left = |row: usize| (row * width + width - 1, -1, width);
     let down = |col: usize| (col, width as isize, height);
@@ -74,6 +75,7 @@ fn summed_along_lines(volume: &CostVolume, costs: &[f32]) -> Vec<f32> {
         (0..width).map(down).map(line).collect(),
         (0..width).map(up).map(line).collect(),
     ];
+    // Sum along lines in parallel, and add them up in a fixed order.
     let count = volume.heights.len();
     let mut sums = vec![0.0; costs.len()];
     for lines in &directions {

@@ -1,4 +1,4 @@
-//! Heights of a sample, estimated from its images in two ways that know nothing of each other.
+//! Heights of a sample, estimated from its images in two independent ways.
 //!
 //! *Photometrically*: how a texel's brightness changes with the light gives its normal, and normals are integrated to
 //! heights. These are fine in detail; where walls are too steep to be seen, they are too flat. *By flow*: the images are
@@ -22,7 +22,7 @@ mod matching;
 mod photometric;
 mod planes;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::height_map::HeightMap;
 use crate::btf::heights::cost_volume::CostVolume;
@@ -34,10 +34,10 @@ use crate::error::{Error, Result};
 use crate::progress::Progress;
 
 /// How heights are estimated.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct HeightOptions {
-    /// Heights that are looked for: from −N to N texels.
+    /// Range of heights: from −N to N texels.
     #[arg(long, value_name = "N", default_value_t = HeightOptions::default().range)]
     pub range: f64,
 }
@@ -89,7 +89,11 @@ pub struct Estimate {
 }
 
 /// Estimates the heights of a sample.
-pub fn estimate(sample: &Sample, options: &HeightOptions, progress: &Progress) -> Result<Estimate> {
+pub fn estimate(
+    sample: &Sample,
+    options: &HeightOptions,
+    progress: Progress<'_>,
+) -> Result<Estimate> {
     options.validate()?;
     let planes = Planes::choose(sample.description())?;
     let lit = planes.under_all_lights(sample, progress)?;

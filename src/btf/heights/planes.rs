@@ -42,6 +42,7 @@ pub(super) struct LitPlane {
 impl Planes {
     /// Chooses images of a sample of every view with every light.
     pub fn choose(description: &Description) -> Result<Self> {
+        // Check that there are enough directions.
         if description.pairs.is_some() {
             return Err(Error::data("layout", "a list of (view, light) pairs")
                 .expected("every view with every light"));
@@ -55,6 +56,7 @@ impl Planes {
                 ));
             }
         }
+        // Take the views near the normal and the lights that shade well; without any, all.
         let degrees = |direction: &Direction| direction.theta().to_degrees();
         let highest = views.iter().map(degrees).fold(f64::INFINITY, f64::min);
         let all = |of: &[Direction], from: f64, to: f64| -> Vec<usize> {
@@ -78,7 +80,11 @@ impl Planes {
 
     /// The mean of the views near the zenith under every light: their parallax is small, and that of opposite ones
     /// cancels.
-    pub fn under_all_lights(&self, sample: &Sample, progress: &Progress) -> Result<Vec<LitPlane>> {
+    pub fn under_all_lights(
+        &self,
+        sample: &Sample,
+        progress: Progress<'_>,
+    ) -> Result<Vec<LitPlane>> {
         let lights = &sample.description().lights;
         progress.begin("reading images", lights.len() as u64);
         let planes = lights.par_iter().enumerate().map(|(light, direction)| {
@@ -131,7 +137,7 @@ fn distinct(directions: &[Direction]) -> usize {
     kept.len()
 }
 
-/// At most so many of a list, evenly spread over it.
+/// At most this many of a list, evenly spread over it.
 fn spread(list: &[usize], most: usize) -> Vec<usize> {
     let count = most.min(list.len());
     (0..count).map(|at| list[at * list.len() / count]).collect()

@@ -119,6 +119,7 @@ fn write_xyz(path: &Path, size: [u32; 2], numbers: &[f32]) -> Result<()> {
 
 /// Directions in whole degrees; refuses those that are not.
 fn whole_degrees(kind: &str, directions: &[Direction]) -> Result<Vec<Degrees>> {
+    // Round to whole degrees.
     let rounded: Vec<Degrees> = directions
         .iter()
         .map(|direction| {
@@ -127,6 +128,7 @@ fn whole_degrees(kind: &str, directions: &[Direction]) -> Result<Vec<Degrees>> {
             [theta, if theta == 0 { 0 } else { phi }]
         })
         .collect();
+    // Name the directions that lie elsewhere.
     let is_off = |(place, degrees): &(usize, &Degrees)| {
         let [theta, phi] = degrees.map(|degrees| f64::from(degrees).to_radians());
         Direction::from_angles(theta, phi).angle_to(directions[*place]) > SAME_DIRECTION

@@ -80,6 +80,7 @@ impl Arrangement {
 impl Chosen {
     /// Numbers the directions of a list, in the order of rings for a set, and keeps what the user chose.
     fn of(list: &ImageList, preparation: &Preparation) -> Result<Self> {
+        // Number the directions as they come.
         let (mut views, mut lights) = (Vec::new(), Vec::new());
         let number = |(image, measured): (usize, &MeasuredImage)| Used {
             image,
@@ -89,6 +90,7 @@ impl Chosen {
             ],
         };
         let mut used: Vec<Used> = list.images.iter().enumerate().map(number).collect();
+        // Put those of a set in the order of rings.
         if list.is_set {
             let (of_views, of_lights) = (ring_order(&mut views), ring_order(&mut lights));
             for used in &mut used {
@@ -96,6 +98,7 @@ impl Chosen {
                 used.pair = [of_views[view], of_lights[light]];
             }
         }
+        // Drop what the user does not keep, and number anew.
         let (views, of_views) = kept("keep-views", &preparation.keep_views, views)?;
         let (lights, of_lights) = kept("keep-lights", &preparation.keep_lights, lights)?;
         let kept = |used: Used| {
@@ -273,6 +276,7 @@ fn kept(
         let numbers = (0..directions.len() as u32).map(Some).collect();
         return Ok((directions, numbers));
     };
+    // Refuse a choice of directions that are not there.
     let fault = |found: String| {
         let count = directions.len();
         Error::option(
@@ -284,6 +288,7 @@ fn kept(
     if let Some(beyond) = selection.beyond(directions.len()) {
         return Err(fault(format!("direction {beyond} of {}", directions.len())));
     }
+    // Number those that are kept.
     let (mut left, mut numbers) = (Vec::new(), Vec::new());
     for (number, &direction) in directions.iter().enumerate() {
         numbers.push(selection.keeps(number, direction).then(|| {

@@ -1,8 +1,8 @@
 //! An image list becomes a sample: images are decoded side by side and written in order.
 //!
-//! As many images are in memory as threads can use, and no more than a bound allows. When an image cannot be
-//! used, the others are read all the same, so that every fault is told at once; the sample appears when all
-//! images are written.
+//! As many images are in memory as threads can use, and no more than a bound allows. When an image cannot be used,
+//! the others are read all the same, so that every fault is reported together; the sample appears when all images are
+//! written.
 
 use std::path::Path;
 
@@ -39,15 +39,18 @@ pub fn assemble(
     target: &Path,
     progress: Progress<'_>,
 ) -> Result<Description> {
+    // Check the options against each other and against the list.
     let preparation = &options.preparation;
     preparation.check()?;
     check_grey_card(list, options)?;
     check_resampling(list, options)?;
+    // Arrange the images by direction.
     let arrangement = Arrangement::of(list, preparation)?;
     arrangement
         .notes
         .iter()
         .for_each(|note| progress.warn(note.as_str()));
+    // Prepare the steps that every image goes through.
     let reader = ImageReader::new(list, options);
     let used = arrangement.read_images();
     let rectification = options.photographs.rectification()?;
@@ -66,10 +69,11 @@ pub fn assemble(
         reader: &reader,
         steps: &steps,
     };
+    // Read, process and write image after image.
     progress.begin("importing images", arrangement.slots.len() as u64);
-    let (writer, notes) = work.write(target, &progress)?;
+    let (writer, notes) = work.write(target, progress)?;
     progress.end();
-    notes.warn(&progress);
+    notes.warn(progress);
     reader.check_options_used()?;
     writer.finish()
 }
@@ -131,7 +135,7 @@ impl Output {
     }
 
     /// The writer of the sample, when all images are in it; `None` where there were none.
-    fn finish(mut self, progress: &Progress<'_>) -> Result<Option<SampleWriter>> {
+    fn finish(mut self, progress: Progress<'_>) -> Result<Option<SampleWriter>> {
         if let (Some(resampler), Some(writer)) = (self.resampler.take(), &mut self.writer) {
             resampler.finish(progress, |image| writer.push(image))?;
         }
@@ -162,7 +166,7 @@ struct Writing<'a> {
 
 impl Work<'_> {
     /// Writes all images; refuses the set after the last one, where any could not be used.
-    fn write(&self, target: &Path, progress: &Progress<'_>) -> Result<(SampleWriter, Notes)> {
+    fn write(&self, target: &Path, progress: Progress<'_>) -> Result<(SampleWriter, Notes)> {
         let mut writing = Writing {
             target,
             output: Output::default(),
@@ -321,10 +325,12 @@ impl Work<'_> {
 
     /// Where the sample comes from: what is said of every import, then what is said where it was used.
     fn source(&self) -> Value {
+        // Collect what is said of every import.
         let (list, options, preparation) = (self.list, self.options, &self.options.preparation);
         let mut source = json!({ "kind": list.kind, "handedness": list.handedness,
             "values": options.values.of_family(list.family), "encoding": options.encoding,
             "orientation": options.orientation, "layer": options.layer });
+        // Add what was used of the rest.
         let given = [
             ("illuminant", json!(options.illuminant)),
             ("crop", json!(preparation.crop)),

@@ -44,7 +44,7 @@ impl<'a> ImageReader<'a> {
         {
             bytes = sound;
             let text = "its size line `+X … -Y …` is read as rows from the bottom, as ATRIUM's are \
-                (--size-line stated takes it as it stands)";
+                (--size-line stated reads it as stated)";
             notes.push(Note::new("size line", text));
         }
         let content = image::exr_content(&measured.path, &bytes)?;

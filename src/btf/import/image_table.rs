@@ -2,10 +2,10 @@
 //!
 //! Format: a header with the column `file`, and for the view either `view_theta_deg` and `view_phi_deg` or
 //! `camera_x_mm`, `camera_y_mm`, `camera_z_mm`, for the light either `light_theta_deg` and `light_phi_deg` or
-//! `light_x_mm`, `light_y_mm`, `light_z_mm` (in any order and case, others are ignored), one image per row.
-//! Files are relative to the table; θ from the surface normal, φ counter-clockwise from image right, both in
-//! degrees; positions from the patch's centre, x to image right, y up, z along the normal, in millimetres.
-//! Columns may be parted by commas, semicolons or tabs; where no comma parts them, decimals may have one.
+//! `light_x_mm`, `light_y_mm`, `light_z_mm` (in any order and case, others are ignored), one image per row. Files are
+//! relative to the table; θ from the surface normal, φ counter-clockwise from image right, both in degrees; positions
+//! from the patch's centre, x to image right, y up, z along the normal, in millimetres. Columns may be separated by
+//! commas, semicolons or tabs; where no comma parts them, decimals may have one.
 
 use glam::DVec3;
 

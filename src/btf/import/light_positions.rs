@@ -1,10 +1,10 @@
-//! RTI captures: a `.lp` file names one image per light, all taken from straight above.
+//! RTI captures: a `.lp` file names one image per light, all taken from directly above.
 //!
-//! Format: a first line with the number of images, which may be missing, then `file x y z` per line: the
-//! light's position on a dome, x to the image's right, y up, z towards the camera; positions are
-//! normalised. Numbers are parted by any white space, or by commas or semicolons; names may hold spaces
-//! and stand in quotes. Empty lines and lines that begin with `#` are left out, and so is what follows
-//! ` #` after the position. In the list of a calibrated dome, lines may be `x y z` alone.
+//! Format: a first line with the number of images, which may be missing, then `file x y z` per line: the light's
+//! position on a dome, x to the image's right, y up, z towards the camera; positions are normalised. Numbers are
+//! separated by any white space, or by commas or semicolons; names may hold spaces and stand in quotes. Empty lines
+//! and lines that begin with `#` are left out, and so is what follows ` #` after the position. In the list of a
+//! calibrated dome, lines may be `x y z` alone.
 
 use glam::DVec3;
 
@@ -36,6 +36,7 @@ struct Entry<'a> {
 
 /// Reads the text of a `.lp` file.
 pub(super) fn parse(text: &str) -> Result<Lights> {
+    // Read the lines, the announced count first.
     let text = text.trim_start_matches('\u{feff}');
     let mut lines = text
         .lines()
@@ -50,6 +51,7 @@ pub(super) fn parse(text: &str) -> Result<Lights> {
     if entries.is_empty() {
         return Err(Error::data("list", "no image").expected("a line `file x y z` per image"));
     }
+    // Check the count and the lights.
     if let Some((line, text)) = announced {
         let number = count(text).unwrap_or(0);
         if number != entries.len() as u64 {
@@ -177,7 +179,7 @@ fn note_on_lengths(entries: &[Entry]) -> Option<String> {
     let most = lengths().fold(0.0, f64::max);
     (off > 0).then(|| {
         format!(
-            "{off} of {} light positions are no unit vectors (lengths {least:.3} to {most:.3}); they are \
+            "{off} of {} light positions are not unit vectors (lengths {least:.3} to {most:.3}); they are \
              taken as directions to distant lights",
             entries.len()
         )

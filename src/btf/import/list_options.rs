@@ -6,32 +6,32 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::direction::Direction;
 
 /// How a list of images is read.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct ListOptions {
-    /// Where the images are: a folder, or a pattern in quotes as "photos/*.jpg". Files that have the names
-    /// of the list go with these. Where none has, as with the list of a calibrated dome, they are sorted
-    /// (2 before 10) and taken in the order of the list; there must be as many.
+    /// Where the images are: a folder, or a quoted pattern such as "photos/*.jpg". Images are matched with the list
+    /// by name. If no name matches, as with the list of a calibrated dome, they are sorted (2 before 10) and assigned
+    /// in the order of the list; their number must be the same.
     #[arg(long, value_name = "FOLDER|GLOB")]
     pub images: Option<PathBuf>,
-    /// Which way the list's y axis points where x is image right and z points to the camera: `right`, up
-    /// the image; `left`, down the image. With `left` y changes its sign (φ runs clockwise); x and z stay.
+    /// Direction of the list's y axis, with x to image right and z to the camera: `right`, up the image; `left`, down
+    /// the image. With `left` y changes its sign (φ runs clockwise); x and z do not.
     #[arg(long, value_enum, default_value_t = ListOptions::default().handedness)]
     pub handedness: Handedness,
-    /// The size of the patch in millimetres, for tables of positions: tells how far directions differ over it.
+    /// The size of the patch in millimetres, for tables of positions: reports how much directions differ over it.
     #[arg(long, value_name = "WxH")]
     pub patch_mm: Option<PatchSize>,
     /// Resamples images of near cameras and lamps where directions differ over the patch by more than so many
     /// degrees from those at its centre; with --patch-mm.
     #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "2")]
     pub near_field: Option<f64>,
-    /// The light stands where the camera does, as a flash beside the lens: each view is also the light. Tables
-    /// then have no columns of lights, and positions of a .lp file are those of camera and flash.
+    /// The light is at the camera, like a flash beside the lens: each view is also the light. Tables then have no
+    /// columns of lights, and positions of a .lp file are those of camera and flash.
     #[arg(long)]
     pub collocated: bool,
 }
@@ -51,8 +51,8 @@ impl ListOptions {
 }
 
 /// The size of a patch in millimetres.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(into = "String")]
 pub struct PatchSize {
     /// Along x.
     pub width: f64,
@@ -80,14 +80,6 @@ impl fmt::Display for PatchSize {
     }
 }
 
-impl TryFrom<String> for PatchSize {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
 impl From<PatchSize> for String {
     fn from(size: PatchSize) -> Self {
         size.to_string()
@@ -95,7 +87,7 @@ impl From<PatchSize> for String {
 }
 
 /// Which way the y axis of a list points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Handedness {
     /// Up the image: x, y and z are right-handed.

@@ -32,7 +32,7 @@ mod listed;
 mod lists;
 mod near_field;
 mod options;
-pub mod photographs;
+pub(crate) mod photographs;
 mod place;
 mod prepare;
 mod reading_faults;
@@ -40,7 +40,7 @@ pub(crate) mod recognize;
 mod sets;
 mod size_line;
 mod spectrum;
-pub mod stated_directions;
+pub(crate) mod stated_directions;
 mod stations;
 
 use std::path::{Path, PathBuf};
@@ -59,6 +59,8 @@ pub use crate::btf::import::sets::{Numbering, SetOptions, is_set, read_set};
 pub use crate::btf::import::size_line::SizeLine;
 pub use crate::btf::import::spectrum::Illuminant;
 pub use crate::format::image::SourceEncoding;
+pub use list_options::PatchSize;
+pub use photographs::{LensOptions, PhotographOptions, Rectification};
 
 use crate::btf::import::find_images::Found;
 use crate::btf::import::listed::Listed;
@@ -103,7 +105,11 @@ pub(crate) fn source_of(path: &Path, set: &SetOptions) -> Result<Source> {
 pub(crate) fn check_unused(given: Option<&str>, wanted: &str) -> Result<()> {
     match given {
         None => Ok(()),
-        Some(flag) => Err(Error::option(flag, "of no use for this source", wanted)),
+        Some(flag) => Err(Error::option(
+            flag,
+            "without effect for this source",
+            wanted,
+        )),
     }
 }
 
@@ -133,6 +139,7 @@ pub fn read_list_with(path: &Path, options: &ListOptions) -> Result<ImageList> {
 }
 
 fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
+    // Read the list in its format.
     let text::Text { text, encoding } = text::read(path, LARGEST_LIST)?;
     let is_rti = extension(path) == "lp";
     let ListText {
@@ -145,14 +152,16 @@ fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
         false => of_table(&text, options)?,
     };
     if encoding == TextEncoding::Latin1 {
-        notes.push("the list is no UTF-8; its names are read as Latin-1".into());
+        notes.push("the list is not UTF-8; its names are read as Latin-1".into());
     }
+    // Find its images.
     let folder = path.parent().unwrap_or(Path::new(""));
     let Found { paths, note } = match &options.images {
         Some(source) => find_images::from(&listed, source)?,
         None => find_images::find(&listed, folder)?,
     };
     notes.extend(note);
+    // Turn the directions to the sample's frame.
     let measured = |(listed, path): (&Listed, PathBuf)| {
         let view = match options.collocated {
             true => listed.light,

@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::direction::Direction;
 use crate::btf::import::family::Family;
@@ -14,26 +14,26 @@ use crate::btf::sample::DType;
 use crate::format::image::{Alpha, Flags, Orientation, ReadOptions, SourceEncoding};
 
 /// How an image set becomes a sample.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct ImportOptions {
     /// What the images' numbers mean.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().values)]
     pub values: Values,
-    /// How the images' numbers stand for light.
+    /// How the images' numbers encode light.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().encoding)]
     pub encoding: SourceEncoding,
-    /// The light under which spectral images are seen; D65 by default.
+    /// The illuminant of spectral images; D65 by default.
     #[arg(long, value_enum)]
     pub illuminant: Option<Illuminant>,
     /// How the size line of Radiance files in sets of Bonn is read.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().size_line)]
     pub size_line: SizeLine,
-    /// Which way up images are read. A camera's orientation tag may differ from shot to shot of one
-    /// capture, and lights are stated in the stored image's frame: so rows are read as stored.
+    /// Whether the orientation tag of images is applied. By default it is not: a camera's tag may differ from shot to
+    /// shot of one capture, and lights are stated in the frame of the stored image.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().orientation)]
     pub orientation: Orientation,
-    /// What becomes of texels that are not opaque.
+    /// What to do with texels that are not opaque.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().alpha)]
     pub alpha: Alpha,
     /// The layer, part or view of OpenEXR images that have several; `mesotex info IMAGE` lists them.
@@ -45,7 +45,7 @@ pub struct ImportOptions {
     /// Side of an image's pixel in millimetres, where known; with --reduce N a texel has N of them.
     #[arg(long)]
     pub texel_mm: Option<f64>,
-    /// What the material is called; the source's own name by default.
+    /// Name of the material; the source's own name by default.
     #[arg(long)]
     pub name: Option<String>,
     /// Number type of the sample.
@@ -102,22 +102,17 @@ impl ImportOptions {
             orientation: self.orientation,
             alpha: self.alpha,
             layer: self.layer.clone(),
-            flags: Flags {
-                layer: "--layer",
-                encoding: "--encoding",
-                alpha: "--alpha",
-                orientation: "--orientation",
-            },
+            flags: Flags::USUAL,
             ..ReadOptions::default()
         }
     }
 }
 
 /// What the images' numbers mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Values {
-    /// As the format has them: without the light's cosine in Bonn's SPECTRAL, else reflectance.
+    /// As the format defines them: without the light's cosine in Bonn's SPECTRAL, else reflectance.
     #[default]
     Auto,
     /// Reflectance times the light's cosine: a white plane facing the light has 1 (divided by π).

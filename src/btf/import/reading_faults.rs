@@ -1,4 +1,4 @@
-//! Images that cannot be used: all of them are told, not only the first.
+//! Images that cannot be used: all of them are reported, not only the first.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -22,7 +22,7 @@ use crate::format::gltf::companions::companions;
 use crate::format::image::Precision;
 use crate::maps::face_map::FaceMap;
 use crate::render::memory;
-use crate::render::options::RenderOptions;
+use crate::render::options::{ImageOptions, RenderOptions};
 use crate::render::renderer::Shading;
 use crate::textures::folder::TEXTURES_FOLDER;
 use crate::textures::surface_color::SurfaceColor;
@@ -102,7 +102,7 @@ pub struct Arguments {
     /// numbers from 0 to 255, matte
     #[arg(long, value_name = "R,G,B|#RRGGBB")]
     pub surface_color: Option<SurfaceColor>,
-    /// Bake even though the map was made from a sample with another id
+    /// Bake even if the map was made from a sample with another id
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
@@ -147,7 +147,7 @@ impl Arguments {
             .read(&sample::files_of(&self.sample))
             .read_as(&[Kind::Map, Kind::Atlas, Kind::FaceMap], &self.map)
             .read(&atlas::files(&self.map))
-            .read(&self.options.environment)
+            .read(&self.options.lights.environment)
             .write("output", [&self.output], Product::Folder(&TEXTURES_FOLDER));
         if let Some(mesh) = &self.mesh {
             files = files.read([mesh]).read(&companions(mesh)?);
@@ -172,7 +172,10 @@ impl Arguments {
     /// The options of one frame, shaded as pixels are.
     fn shading(&self) -> RenderOptions {
         RenderOptions {
-            shading: Shading::Pixel,
+            image: ImageOptions {
+                shading: Shading::Pixel,
+                ..self.options.image.clone()
+            },
             ..self.options.clone()
         }
     }
@@ -197,6 +200,7 @@ impl Arguments {
         padding: &[(u32, u32)],
         is_inside: impl Fn(usize) -> bool,
     ) -> Vec<Texture> {
+        // Keep the radiance as it is.
         let numbers = colors.into_flattened();
         let most = numbers.iter().copied().fold(1.0, f32::max);
         let mut radiance = Texture {
@@ -210,9 +214,11 @@ impl Arguments {
             height,
             numbers,
         };
+        // Fill the surroundings of the charts.
         radiance.copy(padding);
         radiance.fill_beyond(padding, is_inside);
-        let gain = self.options.exposure.exp2();
+        // Show it as viewers do: exposed, clamped, in 8 bits.
+        let gain = self.options.files.exposure.exp2();
         let shown = radiance
             .numbers
             .iter()

@@ -2,7 +2,7 @@
 
 use crate::btf::sample::Sample;
 use crate::cli::bake_maps::Arguments;
-use crate::cli::bake_maps::target::Target;
+use crate::cli::bake_maps::target::TexturedTarget;
 use crate::cli::outcome::Outcome;
 use crate::cli::session::Session;
 use crate::cli::transfer::describe;
@@ -18,11 +18,13 @@ use crate::textures::transfer::PADDED;
 impl Arguments {
     pub(super) fn bake_map(&self, sample: &Sample, session: &Session) -> Result<Outcome> {
         let (progress, side) = (session.progress(), self.resolution());
+        // Lay out the texels, and find the point of the map that each shows.
         let map = SurfaceTextonMap::read(&self.map)?;
         self.check_memory(side, sample)?;
-        let target = Target::new(&map, self.mesh.as_deref(), self.unwrap, side, progress)?;
+        let target = TexturedTarget::new(&map, self.mesh.as_deref(), self.unwrap, side, progress)?;
         let placed = target.placed(&map, progress)?;
         let inside = target.points.inside();
+        // Shade these points.
         let texel = (target.surface.mesh.area() / inside.max(1) as f64).sqrt();
         let inputs = Inputs {
             sample,
@@ -35,12 +37,13 @@ impl Arguments {
         let (colors, parallax) = with_renderer(
             &inputs,
             &self.shading(),
-            &progress,
+            progress,
             |renderer, frames| match frames.first() {
                 Some(frame) => renderer.texel_colors(frame, &placed.hits, texel),
                 None => Ok(Vec::new()),
             },
         )?;
+        // Write the padded textures and the model.
         let pairs = padding(&target.points, &target.atlas, &target.surface.mesh, PADDED);
         let is_inside = |texel| target.points.is_inside(texel);
         let textures = self.textures([side; 2], colors, &pairs, is_inside);
@@ -53,6 +56,7 @@ impl Arguments {
         let model = ModelOptions::default();
         let (folder, from) = (&self.output, &map.header.sample);
         let written = write_set(folder, &subject, from, &textures, &model, progress)?;
+        // Tell what was made.
         Ok(describe(&written, folder)
             .line(parallax.describe())
             .figure("parallax", parallax.heights.is_some())

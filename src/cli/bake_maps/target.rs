@@ -11,7 +11,7 @@ use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::atlas::{Atlas, TexelPoints};
 use crate::mesh::reading::{self, UserMesh};
 use crate::mesh::rings::vertex_normals;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::tessellation::TexturedMesh;
 use crate::progress::Progress;
 use crate::render::raster::Hit;
@@ -21,7 +21,7 @@ use crate::render::raster::Hit;
 const FARTHEST: f32 = 0.05;
 
 /// A mesh with an atlas of some size.
-pub(super) struct Target {
+pub(super) struct TexturedTarget {
     /// Its positions count from the map's origin.
     pub(super) surface: TexturedMesh,
     pub(super) atlas: Atlas,
@@ -38,7 +38,7 @@ pub(super) struct Placed {
     pub(super) farthest: f32,
 }
 
-impl Target {
+impl TexturedTarget {
     /// The map's own mesh, or another of the same surface, with texture coordinates of its own or new ones.
     pub(super) fn new(
         map: &SurfaceTextonMap,
@@ -47,6 +47,7 @@ impl Target {
         resolution: u32,
         progress: Progress<'_>,
     ) -> Result<Self> {
+        // Read the mesh that carries the textures.
         let user = match mesh {
             Some(path) => reading::read(path, progress)?,
             None => UserMesh {
@@ -59,6 +60,7 @@ impl Target {
             Some(path) => error.in_file(path),
             None => error,
         };
+        // Take its texture coordinates, or make new ones.
         let surface = placed_beside(map, user);
         let atlas = match (unwrap, &surface.corner_uvs[..]) {
             (true, _) => Atlas::unwrapped(&surface.mesh, resolution, progress)?,
@@ -71,6 +73,7 @@ impl Target {
             }
             (false, uvs) => Atlas::of_uvs(&surface.mesh, uvs).map_err(in_file)?,
         };
+        // Lay out the texels.
         progress.check()?;
         let points =
             TexelPoints::new(&surface.mesh, &atlas, resolution, resolution).map_err(in_file)?;
@@ -88,6 +91,7 @@ impl Target {
     /// Finds the point of the map's surface that each texel shows: its own on the map's mesh, the nearest that
     /// faces alike on another.
     pub(super) fn placed(&self, map: &SurfaceTextonMap, progress: Progress<'_>) -> Result<Placed> {
+        // Keep the texel's own point where the mesh is the map's.
         let texels = (0..self.points.triangle.len()).into_par_iter();
         if self.is_same {
             let hit = |texel: usize| match self.points.is_inside(texel) {
@@ -99,7 +103,8 @@ impl Target {
                 farthest: 0.0,
             });
         }
-        let tree = SurfaceTree::new(&map.mesh);
+        // Find the nearest point elsewhere.
+        let tree = SurfaceBvh::new(&map.mesh);
         let found = texels.map(|texel| {
             if progress.is_interrupted() || !self.points.is_inside(texel) {
                 return (Hit::MISS, 0.0);
@@ -119,6 +124,7 @@ impl Target {
             }
         });
         let (hits, distances): (Vec<Hit>, Vec<f32>) = found.unzip();
+        // Refuse a mesh that lies too far away.
         progress.check()?;
         let farthest = distances.into_iter().fold(0.0, f32::max);
         let diagonal = map.mesh.diagonal();

@@ -1,14 +1,14 @@
-//! What `mesotex exemplar` is told.
+//! Arguments of `mesotex exemplar`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::exemplar::option_values::{AlphaOption, ImageEncoding, KindOption};
+use crate::cli::exemplar::option_values::{ImageEncoding, KindOption};
+use crate::cli::exemplar::reading::ReadingOptions;
 use crate::cli::exemplar::weights::Weight;
 use crate::cli::session::Common;
 use crate::exemplar::knn_options::KnnOptions;
-use crate::format::image::Orientation;
 
 /// Make an exemplar of plain images.
 #[derive(Debug, Args)]
@@ -32,7 +32,7 @@ pub struct Arguments {
     /// Opposite borders of the images continue each other
     #[arg(long)]
     pub tile: bool,
-    /// Side of a texel in millimetres, where known: `synth --mesh-unit` gives it that size on a mesh
+    /// Side of a texel in millimetres, if known, for `synth --mesh-unit`
     #[arg(long, value_name = "X")]
     pub texel_mm: Option<f64>,
     /// Levels of the pyramid, the finest included
@@ -41,8 +41,8 @@ pub struct Arguments {
     /// What each image is, in order [default: auto for each]
     #[arg(long, value_enum, value_delimiter = ',', value_name = "K,K…")]
     pub kinds: Vec<KindOption>,
-    /// What each image weighs in the squared distance, or channels by name as height=0.5; 0 leaves a
-    /// channel out [default: 1 each]
+    /// Weight of each image in the squared distance, or of channels by name as height=0.5; 0 leaves a channel out
+    /// [default: 1 each]
     #[arg(long, value_delimiter = ',', value_name = "W,W…")]
     pub weights: Vec<Weight>,
     /// How each image's numbers stand for light; one for all colours, or one for each image
@@ -54,6 +54,19 @@ pub struct Arguments {
         value_name = "E,E…"
     )]
     pub encoding: Vec<ImageEncoding>,
+    #[command(flatten)]
+    pub controls: ControlImages,
+    #[command(flatten)]
+    pub reading: ReadingOptions,
+    #[command(flatten)]
+    pub knn: KnnOptions,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Images that say how the pattern varies.
+#[derive(Debug, Args)]
+pub struct ControlImages {
     /// Grey image of the labels 0 to 3 of each texel: as they stand, or as grey 0, 85, 170, 255
     #[arg(long, value_name = "FILE")]
     pub mask: Option<PathBuf>,
@@ -64,17 +77,4 @@ pub struct Arguments {
     /// their greatest stand for −1 to 1, floats as they stand
     #[arg(long, value_name = "FILE")]
     pub orientation_map: Option<PathBuf>,
-    /// Which way up the images are read
-    #[arg(long, value_enum, default_value = "upright")]
-    pub orientation: Orientation,
-    /// What becomes of texels that are not opaque
-    #[arg(long, value_enum, default_value = "refuse")]
-    pub alpha: AlphaOption,
-    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
-    #[arg(long, value_name = "NAME")]
-    pub layer: Option<String>,
-    #[command(flatten)]
-    pub knn: KnnOptions,
-    #[command(flatten)]
-    pub common: Common,
 }

@@ -48,7 +48,7 @@ impl Arguments {
         if self.kind(0).is_some_and(|kind| kind != ChannelKind::Color) {
             return Err(Error::option(
                 "kinds",
-                "the first image is no colour",
+                "the first image is not a colour",
                 "auto or color: the first image is the colour that is rendered",
             ));
         }
@@ -219,7 +219,7 @@ pub(super) fn grey(image: FloatImage, path: &Path) -> Result<FloatImage> {
         format!("red {}, green {}, blue {}", rgb[0], rgb[1], rgb[2]),
     )
     .expected("a grey image")
-    .advice("save the one channel that is meant as a grey image, or name it: --layer (OpenEXR)")
+    .advice("save the intended channel as a grey image, or name it with --layer (OpenEXR)")
     .in_file(path))
 }
 

@@ -18,7 +18,11 @@ const LEAST_LENGTH: f32 = 0.25;
 impl Arguments {
     /// The images of controls.
     pub(super) fn control_files(&self) -> impl Iterator<Item = &PathBuf> {
-        let files = [&self.mask, &self.transition, &self.orientation_map];
+        let files = [
+            &self.controls.mask,
+            &self.controls.transition,
+            &self.controls.orientation_map,
+        ];
         files.into_iter().flatten()
     }
 }
@@ -29,17 +33,18 @@ pub(super) fn read(
     size: [u32; 2],
     reader: &mut ImageReader,
 ) -> Result<Controls> {
+    let controls = &arguments.controls;
     let grid = TexelGrid {
         width: size[0],
         height: size[1],
         tileable: arguments.tile,
     };
     Ok(Controls {
-        mask: optional(&arguments.mask, |path| read_mask(path, size, reader))?,
-        transition: optional(&arguments.transition, |path| {
+        mask: optional(&controls.mask, |path| read_mask(path, size, reader))?,
+        transition: optional(&controls.transition, |path| {
             read_transition(path, grid, reader)
         })?,
-        orientation: optional(&arguments.orientation_map, |path| {
+        orientation: optional(&controls.orientation_map, |path| {
             read_orientation(path, size, reader)
         })?,
     })
@@ -111,6 +116,7 @@ fn labels(image: &FloatImage) -> Result<Vec<u8>> {
         Precision::Bits16 => 65535.0,
         Precision::Float => 1.0,
     };
+    // Take whole labels as they stand, else grey in equal steps.
     let step = white / most_label;
     let label = |(texel, value): (usize, &f32)| {
         let stored = match image.precision {
@@ -125,6 +131,7 @@ fn labels(image: &FloatImage) -> Result<Vec<u8>> {
         if image.precision != Precision::Float && is_label(in_steps) {
             return Ok(in_steps as u8);
         }
+        // Refuse any other grey.
         let expected = match image.precision {
             Precision::Float => "the labels 0, 1, 2 and 3".to_owned(),
             _ => format!(

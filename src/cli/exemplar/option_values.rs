@@ -8,15 +8,15 @@ use crate::format::image::SourceEncoding;
 /// What an image is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum KindOption {
-    /// The first image is colour; of others the words of file names decide, then grey ones are heights
+    /// The first image is colour; others by the words of their file names, and grey ones are heights
     Auto,
     /// Colour
     Color,
     /// Heights, in any unit
     Height,
-    /// Any other number from 0 to 1: roughness, metal, parts of a pattern
+    /// Any other value from 0 to 1: roughness, metal, parts of a pattern
     Mask,
-    /// How opaque each texel is
+    /// Opacity of each texel
     Alpha,
     /// Normals: red, green and blue are x, y and z
     Normal,
@@ -38,14 +38,13 @@ impl KindOption {
 /// How an image's numbers stand for light, if they do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ImageEncoding {
-    /// Colours as their files say (where they say nothing: integers by the sRGB curve, floats in
-    /// proportion); all else as it stands
+    /// Colours as their files say (without such data integers are sRGB, floats linear); everything else unchanged
     Auto,
-    /// By the sRGB curve, whatever the file says
+    /// sRGB, whatever the file says
     Srgb,
-    /// In proportion, whatever the file says
+    /// Linear, whatever the file says
     Linear,
-    /// Not at all: the numbers are used as they stand
+    /// None: the numbers are used as stored
     Data,
 }
 
@@ -61,13 +60,13 @@ impl ImageEncoding {
     }
 }
 
-/// What becomes of texels that are not opaque.
+/// What to do with texels that are not opaque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AlphaOption {
-    /// In colours they are an error, in other images alpha is not used
+    /// They are an error in colours; in other images alpha is not used
     Refuse,
-    /// Their numbers are taken as the file stores them
+    /// Their numbers are used as stored
     Ignore,
-    /// So, and alpha becomes a channel of its own after its image's
+    /// As `ignore`, and alpha becomes a channel of its own after its image's
     Keep,
 }

@@ -99,7 +99,7 @@ pub(super) fn give_named(weights: &[Weight], channels: &mut [ChannelImage]) -> R
                 let known: Vec<&str> = channels.iter().map(|c| c.name.as_str()).collect();
                 return Err(Error::option(
                     "weights",
-                    format!("channel `{name}`, which is not there"),
+                    format!("channel `{name}`, which does not exist"),
                     known.join(", "),
                 ));
             }

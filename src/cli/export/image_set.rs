@@ -15,8 +15,8 @@ pub(super) fn run(sample: &Path, set: ImageSet, out: &Path, session: &Session) -
     let clipped = exported.clipped;
     if clipped > 0 {
         session.progress().warn(format!(
-            "{clipped} numbers are brighter than white (above 1), which 8 bits do not hold; they are white now \
-             (--to folder or utia-exr keeps them)"
+            "{clipped} values are brighter than white (above 1) and are clipped, as 8 bits cannot hold them (--to \
+             folder or utia-exr keeps them)"
         ));
     }
     Ok(Outcome::default()

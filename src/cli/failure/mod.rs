@@ -88,6 +88,7 @@ pub(in crate::cli) fn refuse(error: &clap::Error, words: &[String]) -> ExitCode 
 /// An error for a program: `kind` is who must act, empty fields are left out.
 fn report(error: &Error, hint: &str, code: u8) -> Value {
     let text = |path: &Path| path.to_string_lossy().into_owned();
+    // Name the fields of the kind of error.
     let mut fields = match error {
         Error::Data(fault) => json!({
             "kind": "data",
@@ -118,6 +119,7 @@ fn report(error: &Error, hint: &str, code: u8) -> Value {
         }),
         Error::Interrupted => json!({"kind": "interrupted"}),
     };
+    // Leave out what is empty, and add what every error has.
     if let Value::Object(fields) = &mut fields {
         fields.retain(|_, value| !value.is_null() && value != "");
         fields.insert("message".into(), json!(error.to_string()));

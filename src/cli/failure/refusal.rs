@@ -147,7 +147,7 @@ fn unknown_argument(error: &clap::Error, words: &[String]) -> Refusal {
         return Refusal {
             option: None,
             says: format!("`{found}`: one argument more than `{command}` takes"),
-            hint: format!("what is written follows -o, as in `-o {found}`; {see}"),
+            hint: format!("outputs are given with -o, as in `-o {found}`; {see}"),
         };
     }
     let meant = match text(error, ContextKind::SuggestedArg) {
@@ -181,7 +181,7 @@ fn invalid_command(error: &clap::Error) -> String {
         .collect();
     let meant = suggestion(&found, known.iter().copied());
     format!(
-        "`{found}` is no command; expected one of {}{meant}",
+        "`{found}` is not a command; expected one of {}{meant}",
         known.join(", ")
     )
 }

@@ -87,6 +87,7 @@ fn describe_levels(path: &Path, meta: &Value) -> Result<Outcome> {
 }
 
 fn describe_vocabulary(vocabulary: &StoredVocabulary) -> Outcome {
+    // Tell what holds for all levels.
     let mut outcome = Outcome::default()
         .line(format!(
             "texton vocabulary: {} levels, {} images, {} channels, {}; seed {}",
@@ -110,6 +111,7 @@ fn describe_vocabulary(vocabulary: &StoredVocabulary) -> Outcome {
             ))
             .figure("rank", basis.rank);
     }
+    // Tell each level.
     for (index, level) in vocabulary.levels.iter().enumerate() {
         outcome = outcome.line(format!(
             "level {index}: {}, {} textons of {} numbers, inertia {:.6e}",

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 
+use crate::cli::info::map::with_header;
 use crate::cli::outcome::Outcome;
 use crate::error::{Error, Result};
 use crate::format::image::{self, ReadOptions};
@@ -12,12 +13,12 @@ use crate::format::own_folder::OwnFolder;
 use crate::index::TextonLabel;
 use crate::maps::atlas_map::description::{Description, read_channels};
 use crate::maps::atlas_map::{AtlasMap, ChannelFile};
-use crate::mesh::origin::origin_text;
 
 /// Reads a whole atlas and says what it holds.
 pub fn describe(path: &Path) -> Result<Outcome> {
     let description = Description::read(path)?;
     let map = AtlasMap::read(path)?;
+    // Count what the texels hold.
     let inside = map.chart.iter().filter(|chart| **chart >= 0).count();
     let charts = map
         .chart
@@ -30,7 +31,8 @@ pub fn describe(path: &Path) -> Result<Outcome> {
         .filter(|label| **label != TextonLabel::NONE)
         .count();
     let (width, height) = (map.width, map.height);
-    let mut outcome = Outcome::default()
+    // Tell size, scale and origin.
+    let outcome = Outcome::default()
         .line(format!(
             "atlas of {width} × {height} texels, {inside} in {} charts; {} triangles, sample of {} × {} texels",
             charts.len(),
@@ -42,7 +44,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
             "a texel of the sample covers {:.6} mesh units; method {}, seed {}",
             map.header.texel, map.header.method, map.header.seed
         ))
-        .line(format!("{labelled} texels carry a texton"))
+        .line(format!("{labelled} texels have a texton"))
         .figure("kind", "atlas")
         .figure("width", width)
         .figure("height", height)
@@ -50,16 +52,8 @@ pub fn describe(path: &Path) -> Result<Outcome> {
         .figure("charts", charts.len())
         .figure("triangles", map.mesh.triangles.len())
         .figure("exemplar", map.header.exemplar.to_vec())
-        .figure("tileable", map.tileable)
-        .figure("texel", map.header.texel)
-        .figure("seed", map.header.seed)
-        .figure("method", map.header.method.as_str())
-        .figure("origin", map.header.origin.to_array().to_vec())
-        .figure("sample", map.header.sample.to_string())
-        .figure("space", map.header.space.to_string());
-    if let Some(origin) = origin_text(map.header.origin) {
-        outcome = outcome.line(format!("positions count from the origin {origin}"));
-    }
+        .figure("tileable", map.tileable);
+    let outcome = with_header(outcome, &map.header);
     images(outcome, path, [width, height], &description.channels)
 }
 

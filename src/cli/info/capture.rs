@@ -12,6 +12,7 @@ use crate::error::Result;
 /// Reads the list of a capture and says what it holds.
 pub fn describe(path: &Path) -> Result<Outcome> {
     let list = read_source(path, &ListOptions::default(), &SetOptions::default())?;
+    // Look for images that are not there.
     let is_missing = |image: &&MeasuredImage| match list.place {
         Place::Files => !image.path.is_file(),
         Place::Archive(_) => false,
@@ -22,6 +23,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
         .filter(is_missing)
         .map(|image| image.path.display().to_string())
         .collect();
+    // Tell what the list says.
     let mut outcome = Outcome::default()
         .line(headline(&list))
         .line(directions("views", &distinct(&list, |image| image.view)))
@@ -39,6 +41,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
     if let Some(gaps) = gaps(&list) {
         outcome = outcome.line(gaps);
     }
+    // Tell what can be done with it.
     outcome = match missing.first() {
         None => outcome.next(format!("mesotex import {} -o {}.sample", path.display(), list.name)),
         Some(first) => outcome.line(format!(

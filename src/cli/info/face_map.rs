@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crate::cli::info::map::check_belongs_to;
+use crate::cli::info::map::with_header;
 use crate::cli::outcome::Outcome;
 use crate::error::Result;
 use crate::maps::face_map::{FaceMap, Square};
-use crate::mesh::origin::origin_text;
 
 /// Reads a whole map and says what it holds.
 pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
@@ -14,6 +14,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
     let [width, height] = map.header.exemplar;
     let Square { left, top, side } = map.square;
     let faces = map.mesh.triangles.len();
+    // Count sources and phases.
     let mut sources = map.sources.clone();
     sources.sort_unstable();
     sources.dedup();
@@ -22,7 +23,8 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         phases[usize::from(phase)] += 1;
     }
     let names: Vec<&str> = map.channels.iter().map(|of| of.name.as_str()).collect();
-    let mut outcome = Outcome::default()
+    // Tell what the map holds.
+    let outcome = Outcome::default()
         .line(format!(
             "face map: {faces} faces, {} levels, sample of {width} × {height} texels",
             map.subdivisions + 1
@@ -50,16 +52,9 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .figure("sources", sources.len())
         .figure("phases", phases.to_vec())
         .figure("has-colors", map.colors.is_some())
-        .figure("channels", names)
-        .figure("texel", map.header.texel)
-        .figure("seed", map.header.seed)
-        .figure("method", map.header.method.as_str())
-        .figure("origin", map.header.origin.to_array().to_vec())
-        .figure("sample", map.header.sample.to_string())
-        .figure("space", map.header.space.to_string());
-    if let Some(origin) = origin_text(map.header.origin) {
-        outcome = outcome.line(format!("positions count from the origin {origin}"));
-    }
+        .figure("channels", names);
+    let mut outcome = with_header(outcome, &map.header);
+    // Check whether it belongs to the other file.
     if let Some(other) = against {
         let stated = (map.header.exemplar, &map.header.sample, &map.header.space);
         check_belongs_to(stated, other).map_err(|error| error.in_file(path))?;

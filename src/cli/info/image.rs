@@ -43,11 +43,13 @@ fn says(outcome: Outcome, facts: &Facts) -> Outcome {
         "{} image of {width} × {height} pixels",
         facts.format
     ));
+    // Tell the parts of the file.
     for part in &facts.parts {
         outcome = part_lines(part)
             .into_iter()
             .fold(outcome, |outcome, line| outcome.line(line));
     }
+    // Tell how the numbers are read.
     let said = match facts.color.as_str() {
         "" => "nothing is said of it",
         said => said,
@@ -76,7 +78,7 @@ fn says(outcome: Outcome, facts: &Facts) -> Outcome {
         ));
     }
     if facts.pictures > 1 {
-        outcome = outcome.line("more than one picture; the first is read");
+        outcome = outcome.line("more than one image; the first is read");
     }
     outcome
         .figure("format", facts.format.as_str())
@@ -91,6 +93,7 @@ fn says(outcome: Outcome, facts: &Facts) -> Outcome {
 }
 
 fn part_lines(part: &Part) -> Vec<String> {
+    // Tell the channels and how they are stored.
     let channels: Vec<String> = part
         .channels
         .iter()
@@ -104,6 +107,7 @@ fn part_lines(part: &Part) -> Vec<String> {
         channels.join(", "),
         part.compression
     )];
+    // Name the part, its layers and its windows.
     let names = [("part", &part.name), ("view", &part.view)];
     for (word, name) in names.into_iter().filter(|(_, name)| !name.is_empty()) {
         lines.insert(0, format!("{word} `{name}`"));
@@ -120,6 +124,7 @@ fn part_lines(part: &Part) -> Vec<String> {
             corners(display)
         ));
     }
+    // List its attributes.
     let attributes = part.attributes.iter();
     lines.extend(attributes.map(|(name, value)| format!("  {name}: {value}")));
     lines
@@ -132,6 +137,7 @@ fn corners([left, top, right, bottom]: [i64; 4]) -> String {
 /// What the numbers come to, in linear Rec. 709.
 fn numbers(outcome: Outcome, picture: FloatImage) -> Outcome {
     let picture = picture.into_linear();
+    // Measure range and means.
     let data = &picture.data;
     let channels = picture.channels as usize;
     let least = data.iter().copied().fold(f32::INFINITY, f32::min);
@@ -144,6 +150,7 @@ fn numbers(outcome: Outcome, picture: FloatImage) -> Outcome {
             numbers.map(|&v| f64::from(v)).sum::<f64>() / texels
         })
         .collect();
+    // Tell them.
     let shown: Vec<String> = means.iter().map(|mean| format!("{mean:.4}")).collect();
     outcome
         .line(format!(

@@ -48,12 +48,12 @@ pub const MESHES: [Kind; 3] = [Kind::Mesh, Kind::Map, Kind::FaceMap];
 const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
     a capture (a list, .lp or .csv, or a folder or a zip archive of images), a .btf file of Bonn, a fit over lights (.ptm, .rti), a table of directions or a camera path (.csv, .json), a \
     folder of frames, an archive of ours (.npz), an array (.npy), a mesh, a surface texton map or a face map (PLY, OBJ, \
-    STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
+    STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, BtfLookup \
     HDR, GIF, BMP)";
 
 /// What is said of everything else.
 pub fn unknown(path: &Path) -> Error {
-    Error::data("kind", "nothing that info knows")
+    Error::data("kind", "a kind of file that info does not know")
         .expected(KNOWN)
         .in_file(path)
 }
@@ -86,6 +86,7 @@ impl Kind {
 
     /// What is at `path`.
     pub fn of(path: &Path) -> Result<Self> {
+        // Tell folders by the files in them.
         if path.join(DESCRIPTION).is_file() {
             return Ok(Self::Sample);
         }
@@ -99,6 +100,7 @@ impl Kind {
         if metadata.is_dir() {
             return Self::of_folder(path);
         }
+        // Tell a file by its ending, then by its first bytes.
         let start = start_of(path)?;
         let extension = path
             .extension()

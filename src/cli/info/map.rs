@@ -9,8 +9,24 @@ use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::format::id::{ContentId, check_same};
 use crate::grid::TexelGrid;
 use crate::index::TextonLabel;
+use crate::maps::MapHeader;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::origin::origin_text;
+
+/// Adds where a map comes from, and its scale.
+pub(super) fn with_header(outcome: Outcome, header: &MapHeader) -> Outcome {
+    let outcome = outcome
+        .figure("texel", header.texel)
+        .figure("seed", header.seed)
+        .figure("method", header.method.as_str())
+        .figure("origin", header.origin.to_array().to_vec())
+        .figure("sample", header.sample.to_string())
+        .figure("space", header.space.to_string());
+    match origin_text(header.origin) {
+        Some(origin) => outcome.line(format!("positions are relative to the origin {origin}")),
+        None => outcome,
+    }
+}
 
 /// Reads a whole map and says what it holds.
 pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
@@ -21,6 +37,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .iter()
         .filter(|&&texton| texton == TextonLabel::NONE)
         .count();
+    // Tell what the map holds.
     let mut outcome = Outcome::default()
         .line(format!(
             "surface texton map: {} vertices, {} triangles, sample of {width} × {height} texels",
@@ -31,17 +48,12 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
             "a texel covers {:.6} mesh units; method {}, seed {}",
             map.header.texel, map.header.method, map.header.seed
         ))
-        .line(format!("{unused} vertices carry no texton"))
-        .figure("origin", map.header.origin.to_array().to_vec())
+        .line(format!("{unused} vertices have no texton"))
         .figure("kind", "surface texton map")
         .figure("vertices", map.mesh.positions.len())
         .figure("triangles", map.mesh.triangles.len())
-        .figure("exemplar", vec![width, height])
-        .figure("texel", map.header.texel)
-        .figure("seed", map.header.seed)
-        .figure("method", map.header.method.as_str())
-        .figure("sample", map.header.sample.to_string())
-        .figure("space", map.header.space.to_string());
+        .figure("exemplar", vec![width, height]);
+    // Tell its scale and where it comes from.
     if let Some([least, most]) = range(map.scale.as_deref()) {
         outcome = outcome
             .line(format!(
@@ -49,9 +61,8 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
             ))
             .figure("scale", vec![least, most]);
     }
-    if let Some(origin) = origin_text(map.header.origin) {
-        outcome = outcome.line(format!("positions count from the origin {origin}"));
-    }
+    outcome = with_header(outcome, &map.header);
+    // Check whether it belongs to the other file.
     if let Some(other) = against {
         check_belongs(&map, other).map_err(|error| error.in_file(path))?;
         outcome = outcome.line(format!("it belongs to {}", other.display()));

@@ -9,6 +9,7 @@ use crate::error::Result;
 
 /// Reads a recipe or the names of a folder's files, and says what a bake would make of them.
 pub fn describe(path: &Path) -> Result<Outcome> {
+    // Read the set and name its files.
     let set = read_set(path)?;
     let outcome = with_files(Outcome::default().line(headline(path, &set)), &set);
     let kind = if is_recipe(path) {
@@ -19,6 +20,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
     let outcome = outcome
         .figure("kind", kind)
         .figure("name", set.name.as_str());
+    // Tell why a set without a recipe cannot be baked.
     let Ok(recipe) = &set.recipe else {
         let error = set
             .recipe
@@ -30,6 +32,7 @@ pub fn describe(path: &Path) -> Result<Outcome> {
             .figure("usable", false)
             .figure("objection", error));
     };
+    // Look for files that are not there.
     let missing: Vec<String> = recipe
         .files()
         .iter()

@@ -31,7 +31,7 @@ use crate::format::npy;
 use crate::render::held_out::LeaveOut;
 use crate::textures::folder::TEXTURES_FOLDER;
 
-/// What a file holds, and whether it is sound: every number is read and checked.
+/// Describe a file and check every number in it.
 ///
 /// Takes a sample, a texton vocabulary, a surface texton space, a neighbour table, a surface texton
 /// map, a face map, an atlas or other folder of textures, a mesh, an .npy array, an OpenEXR frame or any other image;
@@ -49,13 +49,12 @@ use crate::textures::folder::TEXTURES_FOLDER;
 pub struct Arguments {
     /// The file or sample folder.
     pub path: PathBuf,
-    /// A second file that the first should belong to: a map's space or sample.
+    /// A second file to compare ids with: a map's space or sample.
     #[arg(long)]
     pub against: Option<PathBuf>,
-    /// How far a sample can be trusted between its directions: leaves each of its lights, views or scattered
-    /// pairs out in turn (`each`), or a tenth of them at once, drawn by the seed (`tenth`), predicts what was left
-    /// out from the others with each of the renderer's weightings, and tells the errors by angle. At most 256
-    /// texels are compared and 256 directions left out.
+    /// Measure the error of a sample between its directions: leave each of its lights, views or scattered pairs out
+    /// in turn (`each`), or a tenth of them at once, drawn by the seed (`tenth`), predict them from the others with
+    /// each weighting, and report the errors by angle. At most 256 texels are compared and 256 directions left out.
     #[arg(long, value_enum, num_args = 0..=1, default_missing_value = "each")]
     pub leave_out: Option<LeaveOut>,
     #[command(flatten)]
@@ -67,20 +66,22 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         self.repair(session)?;
         let kind = Kind::of(&self.path)?;
+        // Refuse options that this kind of file has no use for.
         if self.against.is_some() && !matches!(kind, Kind::Map | Kind::FaceMap) {
             return Err(Error::option(
                 "against",
                 format!(
-                    "{} is no surface texton map or face map",
+                    "{} is not a surface texton map or face map",
                     self.path.display()
                 ),
                 "a map as the first file",
             ));
         }
         if self.leave_out.is_some() && kind != Kind::Sample {
-            let found = format!("{} is no sample", self.path.display());
+            let found = format!("{} is not a sample", self.path.display());
             return Err(Error::option("leave-out", found, "a sample"));
         }
+        // Describe the file as what it is.
         match kind {
             Kind::Sample => self.sample(session),
             Kind::Atlas => atlas::describe(&self.path),

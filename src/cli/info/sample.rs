@@ -20,6 +20,7 @@ use crate::texton::options::ByteSize;
 pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     let sample = Sample::open(path)?;
     let description = sample.description();
+    // Check the arrays against their hash, and every value.
     let id = sample.content_id()?;
     let arrays = match sample.factors() {
         Some(_) => path.to_path_buf(),
@@ -29,6 +30,7 @@ pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
         .map_err(|error| error.in_file(&arrays))?;
     let heights = sample.heights()?;
     let values = Values::of(&sample, progress)?;
+    // Tell what the sample holds.
     let outcome = Outcome::default()
         .line(headline(description))
         .line(origin(&description.source))
@@ -84,6 +86,7 @@ fn factored(
     description: &Description,
     values: &Values,
 ) -> Result<Outcome> {
+    // Compare sizes on disk with those of whole images.
     let files = files_of(path).into_iter();
     let sizes = files.map(|file| fs::metadata(&file).map_err(Error::io(&file, "read")));
     let bytes = sizes.map(|size| Ok(size?.len())).sum::<Result<u64>>()?;
@@ -98,6 +101,7 @@ fn factored(
         "per channel"
     };
     let share = values.negative as f64 / numbers as f64;
+    // Tell rank, size and values below zero.
     Ok(outcome
         .line(format!(
             "factored: rank {rank} ({rank} eigentextures {of}), {} on disk in place of {}",
@@ -210,6 +214,7 @@ impl Values {
     fn of(sample: &Sample, progress: Progress<'_>) -> Result<Self> {
         let images = sample.image_count();
         progress.begin("reading images", images as u64);
+        // Read groups of images in parallel.
         let numbers: Vec<u32> = (0..images as u32).collect();
         let groups: Vec<Vec<Self>> = numbers
             .par_chunks(GROUP)
@@ -223,6 +228,7 @@ impl Values {
             })
             .collect::<Result<_>>()?;
         progress.end();
+        // Add up in the order of the images, so that sums do not depend on threads.
         let mut all = Self {
             least: f32::INFINITY,
             most: 0.0,
@@ -255,7 +261,7 @@ impl Values {
         .collect()
     }
 
-    /// Of images multiplied out, with the values below 0 counted before they become 0.
+    /// Of images expanded, with the values below 0 counted before they become 0.
     fn of_products(sample: &Sample, images: &[u32]) -> Result<Vec<Self>> {
         let texels = sample.grid().len();
         let mut numbers = vec![0.0; images.len() * texels * 3];

@@ -82,7 +82,7 @@ pub(super) enum Depth {
 
 impl Material {
     /// Reads what is at a path.
-    pub(super) fn read(path: &Path, progress: &Progress<'_>) -> Result<Self> {
+    pub(super) fn read(path: &Path, progress: Progress<'_>) -> Result<Self> {
         match Kind::of(path)? {
             Kind::Material => Ok(Self::Maps(Maps::read(path, progress)?)),
             Kind::Sample => {
@@ -173,7 +173,7 @@ fn fits_levels(side: u32) -> bool {
 }
 
 impl Maps {
-    fn read(path: &Path, progress: &Progress<'_>) -> Result<Self> {
+    fn read(path: &Path, progress: Progress<'_>) -> Result<Self> {
         let recipe = read_recipe(path)?;
         let of_material = |loaded: &Loaded| match is_stated(&recipe) {
             true => loaded.depth,
@@ -214,9 +214,11 @@ impl Maps {
         let [columns, rows] = self.sides;
         let depth = match self.depth {
             Depth::None => String::new(),
-            Depth::OfMaterial(depth) => format!(", {depth} of the width deep as the material says"),
+            Depth::OfMaterial(depth) => {
+                format!(", depth {depth} of the width as the material says")
+            }
             Depth::Chosen(depth) => format!(
-                ", {depth} of the width deep: 95 % of the slopes are below {:.0}°",
+                ", depth {depth} of the width: 95 % of the slopes are below {:.0}°",
                 self.slope_deg
             ),
         };
@@ -226,7 +228,7 @@ impl Maps {
 
 /// Whether a material says how deep it is.
 fn is_stated(recipe: &Recipe) -> bool {
-    recipe.depth.is_some() || recipe.height_mm.is_some()
+    recipe.relief.depth.is_some() || recipe.relief.height_mm.is_some()
 }
 
 /// Texels along the longer side, and both sides: no more than the maps have, and such that each can be halved for

@@ -31,9 +31,9 @@ use crate::format::gltf::companions::companions;
 use crate::format::ours::Format;
 use crate::mesh::reading;
 
-/// Write a commented scene for a material and a mesh, its sizes, depth and texel fitted to both.
+/// Write a commented scene for a material and a mesh, with sizes, depth and texel that fit both.
 ///
-/// Reads the material's maps and the mesh, and writes nothing but the scene; `mesotex run` accepts it as it is.
+/// Reads the material's maps and the mesh, and writes only the scene, which `mesotex run` accepts as it is.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -52,7 +52,7 @@ pub struct Arguments {
     /// The mesh: .obj, .ply, .stl, .off, .glb or .gltf.
     #[arg(long, value_name = "FILE")]
     pub mesh: PathBuf,
-    /// The scene to write. A file that is there is not replaced.
+    /// The scene to write. An existing file is not replaced.
     #[arg(short, long, value_name = "SCENE.toml", default_value = "scene.toml")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -73,7 +73,7 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
         let progress = session.progress();
-        let material = Material::read(&self.material, &progress)?;
+        let material = Material::read(&self.material, progress)?;
         let user = reading::read(&self.mesh, progress)?;
         let surface =
             Surface::fitted(&user, material.sides()).map_err(|error| error.in_file(&self.mesh))?;

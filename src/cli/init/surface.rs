@@ -1,4 +1,4 @@
-//! How finely a mesh is retiled, and how large the texture lies on it.
+//! How finely a mesh is retiled, and how large the texture is on it.
 
 use crate::cli::machine::available_memory;
 use crate::error::{Error, Result};
@@ -72,8 +72,8 @@ impl Surface {
             false => format!(", retiled to {vertices}"),
         };
         format!(
-            "a mesh of {own} vertices{retiled}; a texel covers {texel} mesh units, so that the sample lies {repeats:.1} \
-             times across"
+            "a mesh of {own} vertices{retiled}; a texel covers {texel} mesh units, so that the sample repeats \
+             {repeats:.1} times across the surface"
         )
     }
 }

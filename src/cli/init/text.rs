@@ -1,4 +1,4 @@
-//! The scene that is written, with a comment at every number.
+//! The text of the scene, with a comment at every number.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ pub(super) fn scene_text(fitted: &Fitted<'_>) -> String {
 fn head(fitted: &Fitted<'_>) -> String {
     let sample = match fitted.material {
         Material::Sample { .. } => format!(
-            "sample = {}  # as it is; no stage makes it\n",
+            "sample = {}  # an existing sample; no stage makes it\n",
             quoted(&fitted.material_path)
         ),
         _ => String::new(),
@@ -47,7 +47,7 @@ fn head(fitted: &Fitted<'_>) -> String {
     format!(
         "\
 # A scene of `mesotex run`: a section is a stage, a key is an option of its command (mesotex STAGE --help).
-# Paths are relative to this file. Change a value and run it again: only what depends on it is made anew.
+# Paths are relative to this file. Change a value and run it again: only what depends on it is made again.
 #   mesotex run FILE --plan             what would run, how long it takes, how much memory
 #   mesotex run FILE --quality draft    a quick look, in files of its own
 #   mesotex run FILE --until synth      stop after a stage
@@ -82,6 +82,7 @@ fn appearance(fitted: &Fitted<'_>) -> String {
 
 fn bake(path: &str, maps: &Maps) -> String {
     let [columns, rows] = maps.sides;
+    // State material and size.
     let mut text =
         format!("\n[bake]\nmaterial = {path}  # `mesotex info` says which file is what\n");
     let _ = writeln!(
@@ -89,18 +90,20 @@ fn bake(path: &str, maps: &Maps) -> String {
         "size = {}         # texels along the longer side: {columns} × {rows}; the time of all stages grows with it",
         maps.size
     );
+    // State the depth of the heights and where it comes from.
     let slopes = maps.slope_deg;
     let _ = match maps.depth {
         Depth::None => writeln!(text, "# no height map: normals or a plane give the relief"),
         Depth::OfMaterial(depth) => writeln!(
             text,
-            "# depth = {depth}    # of white over black as a share of the width, as the material says"
+            "# depth = {depth}    # height of white over black, as a share of the width, as the material says"
         ),
         Depth::Chosen(depth) => writeln!(
             text,
-            "depth = {depth}      # of white over black as a share of the width: 95 % of the slopes are below {slopes:.0}°"
+            "depth = {depth}      # height of white over black, as a share of the width: 95 % of the slopes are below {slopes:.0}°"
         ),
     };
+    // State the physical width.
     let _ = match maps.texel_mm {
         Some(mm) => writeln!(text, "# a texel is {mm:.3} mm wide, as the material says"),
         None => writeln!(text, "# width-mm = 200   # of the maps, where it is known"),
@@ -143,7 +146,9 @@ fn surface(fitted: &Fitted<'_>) -> String {
     let path = quoted(&fitted.mesh_path);
     let count = match fitted.surface.keeps_own {
         true => {
-            format!("# vertices = {vertices}  # it keeps its own; stated, it is retiled evenly\n")
+            format!(
+                "# vertices = {vertices}  # the mesh keeps its own vertices; with this line it is retiled\n"
+            )
         }
         false => {
             format!("vertices = {vertices}   # spread evenly; about one per texel of the texture\n")
@@ -154,17 +159,17 @@ fn surface(fitted: &Fitted<'_>) -> String {
          input = {path}  # {x:.4} × {y:.4} × {z:.4} mesh units\n\
          {count}\n\
          [synth]\n\
-         texel = {texel}      # mesh units that a texel covers: the sample lies {repeats:.1} times across\n\
+         texel = {texel}      # mesh units that a texel covers: the sample repeats {repeats:.1} times across the surface\n\
          # method = \"k-coherence\"  # or wei-levoy, adaptive, multiscale, coherent\n"
     )
 }
 
 const RENDER: &str = "
-[[render]]          # as many as there are sequences
+[[render]]          # one per sequence of frames
 name = \"frames\"
 sweep = \"light-azimuth\"
 frames = 24
 size = \"960x720\"
-# up = \"z\"          # where the mesh lies on its side
+# up = \"z\"          # if the mesh lies on its side
 # shading = \"pixel\"  # sharper, slower
 ";

@@ -28,6 +28,7 @@ pub fn draw(image: &FloatImage, mask: &Array2<u8>, features: &Features) -> Overl
         height: image.height,
         pixels: Vec::new(),
     };
+    // Tint every texel by its label.
     for ((row, col), &label) in mask.indexed_iter() {
         let color = stored_color(image, row as u32, col as u32);
         let tint = usize::from(label).checked_sub(1).map(|at| TINTS[at]);

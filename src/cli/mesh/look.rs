@@ -9,7 +9,7 @@ use super::oriented::Oriented;
 use crate::cli::outcome::Outcome;
 use crate::error::{Error, Result};
 use crate::format::image;
-use crate::mesh::pictures::{self, Picture};
+use crate::mesh::pictures::{self, VertexColoredMesh};
 use crate::mesh::reading::UserMesh;
 use crate::render::preview;
 use crate::sites::vertices::surface::Surface;
@@ -30,6 +30,7 @@ pub(super) fn draw(
     fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
     let bent = oriented.distortion(user);
     let mean = bent.iter().sum::<f32>() / bent.len() as f32;
+    // Draw the field, the distortion and every level.
     let mut all = vec![
         pictures::field(
             &user.mesh,
@@ -42,10 +43,11 @@ pub(super) fn draw(
     all.extend(surface.meshes.iter().map(pictures::level));
     let mut outcome = outcome
         .line(format!(
-            "patches bend lengths by {:.2} % on the average",
+            "patches distort lengths by {:.2} % on average",
             100.0 * mean
         ))
         .figure("mean_distortion", mean);
+    // Write the pictures.
     let names = picture_names(surface.meshes.len() as u32);
     for (name, picture) in names.iter().zip(all) {
         for path in write_picture(folder, name, &picture, user.origin)? {
@@ -55,7 +57,7 @@ pub(super) fn draw(
     Ok(outcome)
 }
 
-/// What the pictures of a surface of so many levels are called.
+/// What the pictures of a surface of this many levels are called.
 pub(super) fn picture_names(levels: u32) -> Vec<String> {
     let levels = (0..levels).map(|level| format!("level{level}"));
     ["field".to_owned(), "distortion".to_owned()]
@@ -71,7 +73,7 @@ pub(super) fn picture_files(folder: &Path, name: &str) -> [PathBuf; 2] {
 fn write_picture(
     folder: &Path,
     name: &str,
-    picture: &Picture,
+    picture: &VertexColoredMesh,
     origin: DVec3,
 ) -> Result<[PathBuf; 2]> {
     let [ply, png] = picture_files(folder, name);

@@ -13,7 +13,7 @@ use crate::mesh::field::singularities::{Singularity, singularities};
 use crate::mesh::pictures;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::topology::Topology;
 use crate::progress::Progress;
 use crate::sites::vertices::distortion::distortion;
@@ -38,7 +38,7 @@ impl Oriented {
         let canvas = Canvas {
             user,
             rings: &rings,
-            tree: &SurfaceTree::new(&user.mesh),
+            tree: &SurfaceBvh::new(&user.mesh),
             texel,
         };
         let field = guided_field(canvas, &options.guides(), options.seed, progress)?;

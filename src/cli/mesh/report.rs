@@ -1,4 +1,4 @@
-//! What a person and a program are told of a mesh.
+//! What is reported of a mesh, for a person and as JSON.
 
 use std::path::Path;
 
@@ -31,7 +31,7 @@ pub fn read_outcome(input: &Path, user: &UserMesh) -> Outcome {
     }
     if let Some(origin) = origin_text(user.origin) {
         outcome = outcome.line(format!(
-            "origin {origin}: positions count from there, files written hold the coordinates that were read"
+            "origin {origin}: positions are relative to it; written files have the coordinates that were read"
         ));
     }
     outcome
@@ -70,13 +70,13 @@ pub(super) fn carried_outcome(session: &Session, outcome: Outcome, carried: Carr
         Carried::Nothing => outcome,
         Carried::Charts(charts) => outcome
             .line(format!(
-                "texture coordinates of {charts} charts carried over, seams kept"
+                "texture coordinates of {charts} charts transferred, seams kept"
             ))
             .figure("texture_charts", charts),
         Carried::Lost { charts, vertices } => {
             session.progress().warn(format!(
                 "texture coordinates are lost: the seams of their {charts} charts need about {vertices} vertices; \
-                 ask for more --vertices to keep them"
+                 use more --vertices to keep them"
             ));
             outcome.figure("texture_charts", 0)
         }
@@ -112,7 +112,7 @@ pub(super) fn warn_of_count(session: &Session, found: usize, wanted: usize) {
 }
 
 fn coordinates([x, y, z]: [f64; 3]) -> String {
-    format!("({x}, {y}, {z})")
+    format!("({x:.6}, {y:.6}, {z:.6})")
 }
 
 fn shape_of(mesh: &TriangleMesh) -> Shape {
@@ -131,7 +131,7 @@ pub fn with_shape(outcome: Outcome, user: &UserMesh) -> Outcome {
     let volume = (shape.boundaries == 0).then(|| mesh.volume());
     outcome
         .line(format!(
-            "{} vertices, {} triangles, {} components, {} boundaries, Euler characteristic {}",
+            "vertices {}, triangles {}, components {}, boundaries {}, Euler characteristic {}",
             mesh.positions.len(),
             mesh.triangles.len(),
             shape.components,
@@ -139,13 +139,14 @@ pub fn with_shape(outcome: Outcome, user: &UserMesh) -> Outcome {
             shape.euler_characteristic
         ))
         .line(format!(
-            "from {} to {}{}",
+            "bounds {} to {}{}",
             coordinates(low),
             coordinates(high),
             volume.map_or(String::new(), |volume| format!(", volume {volume:.6}"))
         ))
         .line(format!(
-            "area {:.6}, default texel {texel:.6}; edges vary by {:.3}, smallest angle of 99 % of triangles {:.1}°",
+            "area {:.6}, default texel {texel:.6}; edge lengths vary by {:.3}, 99 % of the triangles have no \
+             angle below {:.1}°",
             mesh.area(),
             even.edge_variation,
             even.smallest_angle_of_99_percent
@@ -186,7 +187,7 @@ pub(super) fn describe_levels(outcome: Outcome, surface: &Surface) -> Outcome {
     let folded: u64 = surface.samples.iter().map(|samples| samples.folded).sum();
     outcome
         .line(format!(
-            "levels of {} vertices; {folded} samples folded and left without value",
+            "levels of {} vertices; {folded} samples have no value because the chart folds there",
             counts.join(", ")
         ))
         .figure("levels", figures)

@@ -92,7 +92,7 @@ impl Made {
     }
 }
 
-/// The tasks of a stage, split into so many parts at most.
+/// The tasks of a stage, split into this many parts at most.
 pub(super) fn pieces(stage: &Stage, sizes: &mut Sizes<'_>, shards: u32) -> Result<Vec<Piece>> {
     match &stage.command {
         Command::Bake(arguments) => bakes(stage, arguments, sizes, shards),
@@ -261,13 +261,17 @@ fn renderings(
     shards: u32,
 ) -> Result<Vec<Piece>> {
     let numbers: Vec<u32> = frame_range(&arguments.options)?.numbers().collect();
-    let count = match arguments.options.shard {
+    let count = match arguments.options.files.shard {
         Some(_) => 1,
         None => shards.min(numbers.len() as u32),
     };
     let parts = (0..count).map(|index| {
         let shard = Shard { index, count };
-        let split = arguments.options.shard.or((count > 1).then_some(shard));
+        let split = arguments
+            .options
+            .files
+            .shard
+            .or((count > 1).then_some(shard));
         let places = numbers.iter().enumerate();
         let own = places.filter(|(place, _)| split.is_none_or(|shard| shard.takes(*place)));
         let own: Vec<u32> = own.map(|(_, number)| *number).collect();
@@ -282,7 +286,7 @@ fn renderings(
         piece
             .makes
             .extend(frames(arguments, &own).map(Made::Frames));
-        if !arguments.options.skip_existing {
+        if !arguments.options.files.skip_existing {
             piece.words.push("--skip-existing".into());
         }
         if count > 1 {
@@ -299,7 +303,7 @@ fn frames(arguments: &render::Arguments, numbers: &[u32]) -> Option<Frames> {
     let (first, last) = (*numbers.first()?, *numbers.last()?);
     Some(Frames {
         folder: arguments.output.clone(),
-        pattern: arguments.options.pattern.0.clone(),
+        pattern: arguments.options.files.pattern.0.clone(),
         ends: [first, last],
         step: numbers.get(1).map_or(1, |second| second - first),
     })

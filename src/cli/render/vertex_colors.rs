@@ -25,6 +25,7 @@ pub(super) fn write(
     let axis = |list: &[Vec3], k: usize| -> Vec<f32> { list.iter().map(|v| v[k]).collect() };
     let linear = |k: usize| -> Vec<f32> { colors.iter().map(|color| color[k]).collect() };
     let bytes = |k: usize| -> Vec<u8> { colors.iter().map(|c| encode_srgb8(c[k])).collect() };
+    // Lay out positions and normals.
     let places: Vec<(&str, Vec<f32>)> = [
         (["x", "y", "z"], &map.mesh.positions),
         (["nx", "ny", "nz"], &map.normals),
@@ -32,11 +33,13 @@ pub(super) fn write(
     .into_iter()
     .flat_map(|(names, list)| [0, 1, 2].map(|k| (names[k], axis(list, k))))
     .collect();
+    // Lay out the colours as bytes, and as numbers where they are asked for.
     let shown = [0, 1, 2].map(|k| (["red", "green", "blue"][k], bytes(k)));
     let measured = match is_linear_too {
         true => [0, 1, 2].map(|k| (["r", "g", "b"][k], linear(k))).to_vec(),
         false => Vec::new(),
     };
+    // Join the columns.
     let mut columns: Vec<(&str, Column<'_>)> = Vec::new();
     columns.extend(
         places
@@ -53,6 +56,7 @@ pub(super) fn write(
             .iter()
             .map(|(name, list)| (*name, Column::Float(list))),
     );
+    // Say in the header how the colours are encoded.
     let mut comments = vec![MESH_MARK.into(), "red green blue are sRGB".into()];
     if is_linear_too {
         comments.push("r g b are linear Rec. 709".into());

@@ -1,4 +1,4 @@
-//! Frames as a page plays them: their previews, made smaller.
+//! Frames as a page plays them: their previews, reduced.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! What there is to report of: the products of a scene's stages, or what lies in a folder.
+//! What a report shows: the products of a scene's stages, or the files of a folder.
 
 use std::collections::BTreeSet;
 use std::fs;

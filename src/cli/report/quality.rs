@@ -1,4 +1,4 @@
-//! The quality of a finished map, measured once more, each figure with the range that is good (docs/synthesis.md).
+//! The quality of a finished map, measured again, each figure with its good range (docs/synthesis.md).
 
 use std::path::Path;
 
@@ -104,53 +104,62 @@ fn figures(found: &Quality) -> Vec<Figure> {
         .into_iter()
         .map(f64::abs)
         .fold(0.0, f64::max);
+    // Tell how the texture follows the surface.
     let mut figures = vec![
-        Figure {
-            name: "coherence_half",
-            value: format!("{:.3}", found.coherence_half),
-            range: "above 0.4",
-            is_good: found.coherence_half > 0.4,
-            meaning: "share of edges whose texture runs at the surface's pace within half a texel: the insides of copied patches",
-        },
-        Figure {
-            name: "coherence_one",
-            value: format!("{:.3}", found.coherence_one),
-            range: "above 0.7, best 1",
-            is_good: found.coherence_one > 0.7,
-            meaning: "the same within one texel",
-        },
-        Figure {
-            name: "drift",
-            value: format!("[[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"),
-            range: "within 0.1 of the identity",
-            is_good: from_identity < 0.1,
-            meaning: "how the texture's offsets follow the surface's: the identity keeps scale and handedness",
-        },
+        figure(
+            ("coherence_half", format!("{:.3}", found.coherence_half)),
+            ("above 0.4", found.coherence_half > 0.4),
+            "share of edges whose texture offset is within half a texel of their own: inside copied patches",
+        ),
+        figure(
+            ("coherence_one", format!("{:.3}", found.coherence_one)),
+            ("above 0.7, best 1", found.coherence_one > 0.7),
+            "the same within one texel",
+        ),
+        figure(
+            ("drift", format!("[[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]")),
+            ("within 0.1 of the identity", from_identity < 0.1),
+            "the matrix that best maps edge offsets to texture offsets: the identity keeps scale and handedness",
+        ),
     ];
+    // Tell how well neighbourhoods fit, where it was measured.
     if let Some(energies) = found.energies {
-        figures.push(Figure {
-            name: "energy",
-            value: format!("{:.3}", energies.energy),
-            range: "below 0.3, best 0",
-            is_good: energies.energy < 0.3,
-            meaning: "mean neighbourhood distance over that of a random map",
-        });
-        figures.push(Figure {
-            name: "energy_ratio_full",
-            value: format!("{:.3}", energies.energy_ratio_full),
-            range: "1.00 to 1.10",
-            is_good: energies.energy_ratio_full < 1.1,
-            meaning: "the same over that of the best texel at each site, the rest of the map fixed",
-        });
+        figures.push(figure(
+            ("energy", format!("{:.3}", energies.energy)),
+            ("below 0.3, best 0", energies.energy < 0.3),
+            "mean neighbourhood distance over that of a random map",
+        ));
+        figures.push(figure(
+            (
+                "energy_ratio_full",
+                format!("{:.3}", energies.energy_ratio_full),
+            ),
+            ("1.00 to 1.10", energies.energy_ratio_full < 1.1),
+            "the same over that of the best texel at each site, the rest of the map fixed",
+        ));
     }
+    // Tell how often textons are used, where there are textons.
     if let Some(chi2) = found.histogram_chi2 {
-        figures.push(Figure {
-            name: "histogram_chi2",
-            value: format!("{chi2:.4}"),
-            range: "below 0.01",
-            is_good: chi2 < 0.01,
-            meaning: "distance of the texton histograms: the surface by area against the sample",
-        });
+        figures.push(figure(
+            ("histogram_chi2", format!("{chi2:.4}")),
+            ("below 0.01", chi2 < 0.01),
+            "distance of the texton histograms: the surface by area against the sample",
+        ));
     }
     figures
+}
+
+/// A figure: its name and value, its good range and whether it lies in it, what it means.
+fn figure(
+    (name, value): (&'static str, String),
+    (range, is_good): (&'static str, bool),
+    meaning: &'static str,
+) -> Figure {
+    Figure {
+        name,
+        value,
+        range,
+        is_good,
+        meaning,
+    }
 }

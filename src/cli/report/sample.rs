@@ -20,6 +20,7 @@ pub(super) fn chapter(
         chapter.note("no sample is there yet: bake or import one");
         return Ok(chapter);
     };
+    // State the facts of its description.
     let of = sample.description();
     chapter.fact("name", &of.name);
     chapter.fact("size", format!("{} × {} texels", of.width, of.height));
@@ -38,6 +39,7 @@ pub(super) fn chapter(
         chapter.fact("stored as", format!("factors of rank {}", factors.rank));
     }
     chapter.fact("id", &of.id);
+    // Show its relief.
     match relief(products, sample, session)? {
         Some(picture) => chapter.pictures.push(Embedded::new(
             &picture,

@@ -1,4 +1,4 @@
-//! What was run: times, options and ids.
+//! The stages that were run: times, options and ids.
 
 use crate::cli::report::products::Products;
 use crate::report::summary::{OutputFacts, StageFacts};
@@ -9,6 +9,7 @@ pub(super) fn list(products: &Products) -> (Vec<StageFacts>, Vec<String>) {
         let note = "times and options are known of scenes only: mesotex run SCENE.toml keeps them in run.json";
         return (Vec::new(), vec![note.to_owned()]);
     };
+    // List what each stage took and made.
     let stages = overview.stages.iter().map(|stage| StageFacts {
         name: stage.name.clone(),
         seconds: stage
@@ -24,6 +25,7 @@ pub(super) fn list(products: &Products) -> (Vec<StageFacts>, Vec<String>) {
             })
             .collect(),
     });
+    // Name those that are still to run.
     let waiting: Vec<&str> = overview
         .stages
         .iter()

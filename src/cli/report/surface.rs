@@ -31,9 +31,10 @@ const SIZE: [u32; 2] = [640, 480];
 
 /// Fills both chapters, and the figures.
 pub(super) fn fill(summary: &mut Summary, products: &Products, session: &Session) -> Result<()> {
+    // Note what is not drawn.
     for other in &products.other_maps {
         summary.map.note(format!(
-            "{}: of atlases and face maps no pictures are drawn here; mesotex view shows them",
+            "{}: atlases and face maps are not drawn here; mesotex view shows them",
             name(other)
         ));
     }
@@ -45,7 +46,7 @@ pub(super) fn fill(summary: &mut Summary, products: &Products, session: &Session
         }
         summary
             .mesh
-            .note("no mesh to show: its pictures are those of the map's surface");
+            .note("no mesh to show; the pictures show the map's surface");
         return Ok(());
     };
     let map = SurfaceTextonMap::read(path)?;
@@ -55,6 +56,7 @@ pub(super) fn fill(summary: &mut Summary, products: &Products, session: &Session
             .note(format!("{}: no triangle, nothing to draw", name(path)));
         return Ok(());
     }
+    // State the facts of mesh and map.
     mesh_facts(&mut summary.mesh, &map);
     map_facts(&mut summary.map, &map);
     let field = guarded(path, || field_picture(&map.mesh, &map));
@@ -86,14 +88,14 @@ fn measure(
     session: &Session,
 ) -> Result<()> {
     let (Some(space), Some(table)) = (&products.space, &products.table) else {
-        summary.map.note("no figures of quality: they need the space and the neighbour table (.space.npz, .knn.npz)");
+        summary.map.note("no quality figures: they need the space and the neighbour table (.space.npz, .knn.npz)");
         return Ok(());
     };
     let (space, table) = (Space::read(space)?, NeighborTable::read(table)?);
     if space.levels[0].grid.len() != map.grid(false).len() {
         summary
             .map
-            .note("no figures of quality: the space is of a sample of another size");
+            .note("no quality figures: the space is of a sample of another size");
         return Ok(());
     }
     let options = SurfaceOptions {
@@ -112,7 +114,7 @@ fn measure(
             )?;
             summary.map.pictures.push(picture);
         }
-        Err(error) => summary.map.note(format!("no figures of quality: {error}")),
+        Err(error) => summary.map.note(format!("no quality figures: {error}")),
     }
     pyramid(&mut summary.mesh, products, &table, (map, options), session)
 }
@@ -127,7 +129,9 @@ fn pyramid(
 ) -> Result<()> {
     let prepared = |path: &&std::path::PathBuf| cache::folder_of(path).is_dir();
     let Some(path) = products.meshes.iter().find(prepared) else {
-        chapter.note("no picture of the pyramid: the mesh that was synthesized on, with its cache, is not there");
+        chapter.note(
+            "no picture of the pyramid: the mesh of the synthesis, with its cache, is missing",
+        );
         return Ok(());
     };
     let user: UserMesh = crate::mesh::reading::read(path, session.progress())?;
@@ -152,7 +156,7 @@ fn pyramid(
     for (level, mesh) in surface.meshes.iter().enumerate() {
         let picture = pictures::level(mesh);
         let caption = format!(
-            "level {level}: {} vertices, a colour each",
+            "level {level}: {} vertices, one colour per vertex",
             mesh.positions.len()
         );
         chapter

@@ -42,9 +42,7 @@ pub(super) fn chapter(path: Option<&Path>, sample: Option<&Sample>) -> Result<Ch
                 .of_texels(),
             );
         }
-        None => {
-            chapter.note("no montage of the textons: the sample they were found in is not there")
-        }
+        None => chapter.note("no montage of the textons: the sample they were found in is missing"),
     }
     Ok(chapter)
 }

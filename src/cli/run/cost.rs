@@ -1,8 +1,8 @@
 //! What a stage takes: seconds of one thread, and bytes at the peak.
 //!
-//! A model fitted to runs of the release program with `--threads 1` on a machine of 2 cores with AVX-512, from 32 to 256
-//! texels a side, 15,000 to 240,000 vertices and 640 × 480 to 1280 × 960 pixels. `tools/compare_plan.py` holds a
-//! scene's plan against what its stages took.
+//! A model fitted to runs of the release program with `--threads 1` on a machine of 2 cores with AVX-512, from 32 to
+//! 256 texels per side, 15,000 to 240,000 vertices and 640 × 480 to 1280 × 960 pixels. `tools/compare_plan.py` holds
+//! a scene's plan against what its stages took.
 
 use crate::synthesis::options::{Method, Search};
 
@@ -28,7 +28,7 @@ impl Cost {
         }
     }
 
-    /// Seconds on so many threads.
+    /// Seconds on this many threads.
     pub fn seconds_on(self, threads: usize) -> f64 {
         self.seconds / (1.0 + PARALLEL * (threads.max(1) - 1) as f64)
     }
@@ -48,8 +48,8 @@ pub(super) struct SampleSize {
 /// The mean of 1/cos θ over 60 directions, `12x5`.
 const USUAL_SLANT: f64 = 1.9;
 
-/// A bake of so many rays per texel and image, reflected so often; `slant` is the mean of 1/cos θ over the lights, as
-/// flat rays cross more of the relief.
+/// A bake of this many rays per texel and image, reflected so often; `slant` is the mean of 1/cos θ over the lights,
+/// as flat rays cross more of the relief.
 pub(super) fn bake(sample: SampleSize, samples: f64, bounces: f64, slant: f64) -> Cost {
     let rays = sample.texels * sample.images * samples;
     let per_ray = 6e-8 * (slant / USUAL_SLANT).sqrt() * (1.0 + 0.3 * bounces);
@@ -83,8 +83,8 @@ pub(super) fn slices_of_bake(whole: Cost, sample: SampleSize, shards: f64) -> [C
 /// The most texels of which all products are kept; more are projected first.
 const MOST_DENSE_TEXELS: f64 = 16_384.0;
 
-/// Texton analysis with so many representative images of so many textons; `grid` is the side of the sub-grid on which
-/// images are compared, and `channels` those that are filtered.
+/// Texton analysis with this many representative images of this many textons; `grid` is the side of the sub-grid on
+/// which images are compared, and `channels` those that are filtered.
 pub(super) fn textons(
     sample: SampleSize,
     chosen: f64,
@@ -185,7 +185,7 @@ pub(super) struct Synthesis {
 }
 
 impl Synthesis {
-    /// At so many sites from so many texels, the surface's preparation included.
+    /// At this many sites from this many texels, the surface's preparation included.
     pub(super) fn cost(self, texels: f64, sites: f64) -> Cost {
         // Microseconds per site; those of full searches grow with the sample.
         let per_site = match (self.method, self.search) {
@@ -228,7 +228,7 @@ pub(super) struct Sequence {
     pub(super) table: f64,
 }
 
-/// Frames of a surface of so many vertices.
+/// Frames of a surface of this many vertices.
 pub(super) fn render(sample: SampleSize, vertices: f64, sequence: Sequence) -> Cost {
     let table = sample.texels * sample.images;
     let (sky, sky_in_vertex, sky_in_pixel) = match sequence.has_fill {

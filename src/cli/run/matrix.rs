@@ -315,7 +315,7 @@ fn is_choice(value: &Value) -> bool {
     }
 }
 
-/// Values with what they are called in names; a path is told by its folder too where its end does not tell it.
+/// Values with what they are called in names; a path is recognised by its folder too where its end does not tell it.
 fn named(key: &str, values: Vec<Value>) -> Vec<Choice> {
     let texts = |folders: usize| -> Vec<String> {
         values

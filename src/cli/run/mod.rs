@@ -9,7 +9,7 @@ pub(in crate::cli) mod check;
 pub(in crate::cli) mod cost;
 mod document;
 pub(in crate::cli) mod draft;
-pub mod faults;
+pub(crate) mod faults;
 mod known_files;
 mod matrix;
 pub(in crate::cli) mod overview;
@@ -17,8 +17,8 @@ mod pages;
 mod plan;
 pub(in crate::cli) mod quality;
 mod record;
-pub mod scene;
-pub mod sections;
+pub(crate) mod scene;
+pub(crate) mod sections;
 mod side_outputs;
 pub(in crate::cli) mod sizes;
 mod tag;
@@ -35,6 +35,8 @@ use serde_json::{Value, json};
 use crate::cli::failure;
 use crate::cli::outcome::Outcome;
 pub use crate::cli::run::record::FORMAT as RECORD_FORMAT;
+pub use faults::Faults;
+pub use scene::Scene;
 
 use crate::cli::run::check::Stage;
 use crate::cli::run::overview::{Opened, command_line, enter, opened, quoted, read_text};
@@ -42,13 +44,12 @@ use crate::cli::run::pages::Pages;
 use crate::cli::run::plan::Plan;
 use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
-use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::atomic::leftovers;
 use crate::format::lock::OutputLock;
 
-/// Run a whole scene, stage by stage; stages whose inputs and options did not change are skipped.
+/// Run a scene, stage by stage; stages whose inputs and options did not change are skipped.
 ///
 /// A scene is a TOML file with a section per stage; a key is the name of that stage's option, and
 /// paths are relative to the scene file (docs/scenes.md). The whole scene is checked before the first

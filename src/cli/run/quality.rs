@@ -1,9 +1,9 @@
 //! The quality of a run: the scene as it stands, or a draft of it.
 //!
-//! A draft is the scene without its finest level. A baked sample has half as many texels a side and a level less, the
-//! mesh a quarter of the vertices, a texel is twice as wide, so that the texture lies as it will. Frames are half as
-//! large and a quarter as many. Outputs are called NAME-draft, reports and pictures too: neither quality writes over
-//! the other.
+//! A draft is the scene without its finest level. A baked sample has half as many texels per side and a level less,
+//! the mesh a quarter of the vertices, a texel is twice as wide, so that the texture lies as it will. Frames are half
+//! as large and a quarter as many. Outputs are called NAME-draft, reports and pictures too: neither quality writes
+//! over the other.
 
 use clap::ValueEnum;
 use toml::Value;
@@ -79,7 +79,7 @@ fn thin_surface(scene: &mut Scene) {
 fn thin_frames(scene: &mut Scene) {
     for section in scene.renderings() {
         let size = match section.key("size").map(|key| &key.value) {
-            None => Some(RenderOptions::default().size.0),
+            None => Some(RenderOptions::default().image.size.0),
             Some(Value::String(text)) => {
                 let sides = text.split_once('x');
                 sides.and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]))

@@ -18,11 +18,14 @@ use crate::progress::Progress;
 use crate::render::memory::{frame_count, light_count};
 use crate::render::nearest::Weighting;
 use crate::render::renderer::{Shading, Shadows};
+use crate::synthesis::Effort;
 use crate::texton::TextonOptions;
 use crate::texton::image_blocks::ImageBlocks;
 
 /// Rays per texel and image that `--samples auto` takes on average.
 const AUTO_SAMPLES: f64 = 12.0;
+/// Rounds that `--polish auto` amounts to: none of a sample that tiles, about a third of one of others.
+const AUTO_POLISH: f64 = 0.15;
 
 /// What is known of files, made or there.
 pub struct Sizes<'a> {
@@ -223,7 +226,10 @@ impl<'a> Sizes<'a> {
         let synthesis = Synthesis {
             method: options.method,
             search: options.k_coherence.search,
-            polish: f64::from(options.k_coherence.polish),
+            polish: match options.k_coherence.polish {
+                Effort::Auto => AUTO_POLISH,
+                Effort::Rounds(rounds) => f64::from(rounds),
+            },
             is_atlas,
         };
         let texels = self.samples.get(&arguments.space)?.texels;
@@ -232,7 +238,7 @@ impl<'a> Sizes<'a> {
 
     fn render(&mut self, arguments: &render::Arguments) -> Option<Cost> {
         let frames = frame_count(&arguments.options) as usize;
-        let own = match arguments.options.shard {
+        let own = match arguments.options.files.shard {
             None => frames,
             Some(shard) => (0..frames).filter(|place| shard.takes(*place)).count(),
         };
@@ -242,20 +248,20 @@ impl<'a> Sizes<'a> {
     /// What so many frames of a rendering take.
     pub fn cost_of_frames(&mut self, arguments: &render::Arguments, frames: usize) -> Option<Cost> {
         let options = &arguments.options;
-        let [width, height] = options.size.0.map(f64::from);
+        let [width, height] = options.image.size.0.map(f64::from);
         let sequence = Sequence {
             frames: frames as f64,
             pixels: width * height,
             lights: light_count(options) as f64,
-            by_pixel: options.shading == Shading::Pixel,
-            shadows_by_pixel: options.shadows == Shadows::Pixel,
-            has_fill: options.fill > 0.0,
-            has_ground: options.ground,
-            reads: match options.weights {
+            by_pixel: options.image.shading == Shading::Pixel,
+            shadows_by_pixel: options.image.shadows == Shadows::Pixel,
+            has_fill: options.lights.fill > 0.0,
+            has_ground: options.lights.ground,
+            reads: match options.image.weights {
                 Weighting::Quadratic => 1.5,
                 Weighting::Continuous | Weighting::InverseAngle => 1.0,
             },
-            table: (options.table_memory as f64) * f64::from(1 << 20),
+            table: (options.files.table_memory as f64) * f64::from(1 << 20),
         };
         let vertices = *self.vertices.get(&arguments.map)?;
         Some(cost::render(

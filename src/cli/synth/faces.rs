@@ -33,9 +33,9 @@ use crate::synthesis::recipes::choosy::{ChoosyOptions, ChoosyResult, synthesize_
 use crate::textures::channel::SampleChannel;
 use crate::textures::face_channels::carry_onto_faces;
 
-/// How to go on after an interruption.
+/// How to continue after an interruption.
 pub(super) const IF_INTERRUPTED: &str =
-    "type the same command to begin anew; --onto faces keeps no unfinished work";
+    "type the same command to start over; --onto faces keeps no unfinished work";
 
 /// What the command was told.
 pub(super) struct Request<'a> {
@@ -61,6 +61,7 @@ pub(super) fn run(arguments: &Request<'_>, space: &Space, session: &Session) -> 
     let channels = channels(arguments, space)?;
     let path = arguments.mesh;
     let started = Instant::now();
+    // Prepare the exemplar and the faces.
     let user = reading::read(path, progress)?;
     let plan = plan(arguments, space, &user, session)?;
     let spectrum = arguments.options.spectrum;
@@ -70,6 +71,7 @@ pub(super) fn run(arguments: &Request<'_>, space: &Space, session: &Session) -> 
     let base = base_mesh(arguments, &user, &plan, session).map_err(in_mesh)?;
     let surface = FacePyramid::subdivided(&base, plan.subdivisions, progress)?;
     let prepared = started.elapsed();
+    // Synthesize.
     let options = ChoosyOptions {
         seed: session.seed(),
         ..arguments.options.choosy.clone()
@@ -77,6 +79,7 @@ pub(super) fn run(arguments: &Request<'_>, space: &Space, session: &Session) -> 
     let result =
         synthesize_faces(exemplar.image(), &surface, &options, progress).map_err(in_mesh)?;
     let seconds = Seconds::new(prepared, started.elapsed());
+    // Make a map of the sources, and carry the channels onto it.
     let finished = (&surface, &result);
     let mut map = face_map(
         space,
@@ -86,6 +89,7 @@ pub(super) fn run(arguments: &Request<'_>, space: &Space, session: &Session) -> 
     );
     let centers = at_centers(&map)?;
     carry_onto_faces(&mut map, &centers, &channels);
+    // Write and tell.
     let report = FaceReport::new(
         (&map, &result, &surface),
         (space, &exemplar, &centers),
@@ -155,7 +159,7 @@ fn plan(
     }
     if user.report.cut_edges > 0 {
         session.progress().warn(format!(
-            "the mesh was cut at {} edges where more than two triangles meet: the texture does not go on across them",
+            "the mesh was cut at {} edges where more than two triangles meet: the texture is not continued across them",
             user.report.cut_edges
         ));
     }

@@ -59,7 +59,7 @@ impl PhysicalTexel {
                 "mesh-unit",
                 format!("{unit}, but the space does not say how large a texel is"),
                 "--texel X, in mesh units; or a sample that says it (--texel-mm of import or exemplar, \
-                 texel-mm or width-mm in a recipe of bake), and its textons and space made anew",
+                 texel-mm or width-mm in a recipe of bake), and make its textons and space again",
             ));
         };
         Ok(Self { unit, millimetres })

@@ -13,12 +13,9 @@ use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
 use crate::format::image::{Encoding, FloatImage, Precision, encode_srgb8, write_png};
 use crate::format::ours::Format;
-use crate::format::ours::MESH_MARK;
-use crate::format::ply::{self, Column};
 use crate::grid::{TexCoord, TexelGrid};
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::mesh::origin::origin_comment;
-use crate::mesh::triangle_mesh::TriangleMesh;
+use crate::mesh::pictures::write_colored;
 use crate::progress::Progress;
 use crate::render::preview;
 use crate::sites::level::Sites;
@@ -34,8 +31,8 @@ const SIZE: [u32; 2] = [1024, 768];
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Pictures")]
 pub struct PictureArguments {
-    /// Write NAME.coordinate.png (copied patches show as smooth pieces), NAME.label.png and
-    /// NAME.energy.png; with --sample also NAME.color.png
+    /// Write NAME.coordinate.png (copied patches are smooth), NAME.label.png and NAME.energy.png; with --sample also
+    /// NAME.color.png
     #[arg(long, value_name = "NAME")]
     pub pictures: Option<PathBuf>,
     /// The sample, for pictures in its colours: seen from above, lit from the upper left
@@ -51,7 +48,7 @@ impl PictureArguments {
     /// Checks that the sample is the space's, before any work is done.
     pub fn check(&self, space: &Space) -> Result<()> {
         if self.sample.is_none() && self.vertex_colors.is_some() {
-            let expected = "--sample X.sample beside it";
+            let expected = "--sample X.sample as well";
             return Err(Error::option("vertex-colors", "no colours", expected));
         }
         self.check_size(space)
@@ -135,7 +132,7 @@ impl PictureArguments {
             written = kinds.par_iter().map(draw).collect::<Result<_>>()?;
         }
         if let (Some(path), Some(colors)) = (&self.vertex_colors, &colors) {
-            write_vertex_colors(path, (&map.mesh, map.header.origin), colors)?;
+            write_colored(path, (&map.mesh, map.header.origin), colors)?;
             written.push(path.clone());
         }
         Ok(written)
@@ -162,7 +159,7 @@ impl Kind {
     }
 }
 
-/// What a picture shows: the flat grid itself, a pixel a site, or the mesh.
+/// What a picture shows: the flat grid itself, one pixel per site, or the mesh.
 pub enum Plane {
     /// Columns and rows.
     Grid(u32, u32),
@@ -239,28 +236,4 @@ fn shown_image(sample: &Sample) -> usize {
     let best =
         (0..sample.image_count()).max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)));
     best.unwrap_or(0)
-}
-
-/// Writes a mesh with an 8-bit colour per vertex.
-pub(super) fn write_vertex_colors(
-    path: &Path,
-    (mesh, origin): (&TriangleMesh, DVec3),
-    colors: &[[u8; 3]],
-) -> Result<()> {
-    let axis = |axis: usize| -> Vec<f32> { mesh.positions.iter().map(|p| p[axis]).collect() };
-    let channel = |channel: usize| -> Vec<u8> { colors.iter().map(|c| c[channel]).collect() };
-    let positions = [0, 1, 2].map(axis);
-    let channels = [0, 1, 2].map(channel);
-    let mut columns: Vec<(&str, Column<'_>)> = Vec::new();
-    for (name, numbers) in ["x", "y", "z"].into_iter().zip(&positions) {
-        columns.push((name, Column::Float(numbers)));
-    }
-    for (name, numbers) in ["red", "green", "blue"].into_iter().zip(&channels) {
-        columns.push((name, Column::UChar(numbers)));
-    }
-    let comments: Vec<String> = [MESH_MARK.into()]
-        .into_iter()
-        .chain(origin_comment(origin))
-        .collect();
-    ply::write(path, &comments, &columns, &mesh.triangles)
 }

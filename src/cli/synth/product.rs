@@ -44,7 +44,7 @@ pub(super) fn check(output: &Path, onto_atlas: bool, model: &ModelOptions) -> Re
         return Err(Error::option("output", found, expected));
     }
     if is_atlas(output) && !onto_atlas {
-        let found = format!("{} for a target that is none", output.display());
+        let found = format!("{} for a target that is not an atlas", output.display());
         return Err(Error::option(
             "output",
             found,

@@ -19,6 +19,24 @@ pub const FORMAT: &str = "mesotex-synthesis-report";
 /// The `--report` file: the same for the same inputs, options and seed.
 #[derive(Debug, Serialize)]
 pub struct Report {
+    #[serde(flatten)]
+    map: MapFigures,
+    /// Of an atlas.
+    #[serde(flatten)]
+    atlas: Option<AtlasFigures>,
+    options: SynthesisOptions,
+    #[serde(flatten)]
+    quality: Quality,
+    metric_agreement: Option<Agreement>,
+    /// Of the progressive method: choices on the finest level for which no texel that neighbours proposed was
+    /// admitted, so that all that are admitted were compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    searched: Option<u64>,
+}
+
+/// What was made, and of what.
+#[derive(Debug, Serialize)]
+struct MapFigures {
     format: &'static str,
     version: u32,
     vertices: usize,
@@ -34,17 +52,6 @@ pub struct Report {
     method: &'static str,
     /// Whether circles were marched, where the method has them.
     circles: Option<&'static str>,
-    /// Of an atlas.
-    #[serde(flatten)]
-    atlas: Option<AtlasFigures>,
-    options: SynthesisOptions,
-    #[serde(flatten)]
-    quality: Quality,
-    metric_agreement: Option<Agreement>,
-    /// Of the progressive method: choices on the finest level for which no texel that neighbours proposed was
-    /// admitted, so that all that are admitted were compared.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    searched: Option<u64>,
 }
 
 /// How the neighbourhoods of an atlas were sampled at the finest level.
@@ -97,8 +104,8 @@ impl AtlasFigures {
             format!(", the faces of a control mesh subdivided {steps} times")
         });
         format!(
-            "{0}x{0} texels, {1} charts{faces}: samples stretch the texture by {2:.3} on the average, by no more than \
-             {3:.3} at 95 % of texels",
+            "{0}x{0} texels, {1} charts{faces}: samples stretch the texture by {2:.3} on average, and by at most {3:.3} at \
+             95 % of the texels",
             self.resolution, self.charts, self.stretch_mean, self.stretch_95
         )
     }
@@ -132,7 +139,7 @@ impl Report {
         metric_agreement: Option<Agreement>,
         searched: u64,
     ) -> Self {
-        Self {
+        let figures = MapFigures {
             format: FORMAT,
             version: 1,
             vertices: map.mesh.positions.len(),
@@ -144,6 +151,9 @@ impl Report {
             levels_reason,
             method: options.method.name(),
             circles,
+        };
+        Self {
+            map: figures,
             atlas,
             options: options.clone(),
             quality,
@@ -157,40 +167,45 @@ impl Report {
         let found = &self.quality;
         let [[a, b], [c, d]] = found.drift;
         let Seconds { prepare, synthesis } = seconds;
+        // Tell size and time.
         let mut outcome = Outcome::default()
             .line(format!(
                 "{} {}, {} levels{}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
-                self.vertices,
+                self.map.vertices,
                 match self.atlas {
                     Some(_) => "texels",
                     None => "vertices",
                 },
-                self.levels,
-                self.k.map_or(String::new(), |k| format!(", k {k}"))
+                self.map.levels,
+                self.map.k.map_or(String::new(), |k| format!(", k {k}"))
             ))
+            // Tell how the texture follows the surface.
             .line(format!(
-                "coherence {:.3} within half a texel, {:.3} within one; mean edge {:.2} texels",
+                "coherence {:.3} within half a texel (good: above 0.4), {:.3} within one (above 0.7); mean edge \
+                 {:.2} texels",
                 found.coherence_half, found.coherence_one, found.mean_edge
             ))
-            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]]"));
-        if let Some(reason) = &self.levels_reason {
-            outcome = outcome.line(format!("{} levels: {reason}", self.levels));
+            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]] (good: within 0.1 of the identity)"));
+        if let Some(reason) = &self.map.levels_reason {
+            outcome = outcome.line(format!("{} levels: {reason}", self.map.levels));
         }
+        // Tell what was measured beside.
         if let Some(found) = found.energies {
             outcome = outcome.line(format!(
-                "energy {:.3} of a random map's, {:.3} of the best texels' (at {} sites)",
+                "energy {:.3} of a random map's (good: below 0.3), {:.3} of the best texels' at {} sites (below \
+                 1.1)",
                 found.energy, found.energy_ratio_full, found.energy_sites
             ));
         }
         if let Some(atlas) = &self.atlas {
             outcome = outcome.line(atlas.line());
         }
-        if let Some(circles) = self.circles {
+        if let Some(circles) = self.map.circles {
             outcome = outcome.line(format!("circles round every vertex: {circles}"));
         }
         if let Some(chi2) = found.histogram_chi2 {
             outcome = outcome.line(format!(
-                "histogram distance {chi2:.4} (χ², surface against sample)"
+                "histogram distance {chi2:.4} (χ² of texton counts, surface against sample; good: below 0.01)"
             ));
         }
         if let Some(found) = found.fragments {
@@ -204,15 +219,17 @@ impl Report {
         }
         if let Some(searched) = self.searched {
             outcome = outcome.line(format!(
-                "{searched} choices among all texels of the site's transition, as neighbours proposed none"
+                "{searched} choices compared all texels of the site's transition, because neighbours proposed none"
             ));
         }
         if let Some(found) = self.metric_agreement {
             outcome = outcome.line(format!(
-                "metric: picks what Φ does at {:.3} of sites, for {:.4} of its score; whole spectrum {:.4}",
+                "metric: as good a choice as Φ's at {:.3} of the sites (good: near 1), mean score {:.4} of Φ's; with the whole \
+                 spectrum {:.4}",
                 found.embedded, found.embedded_cost, found.whole_spectrum
             ));
         }
+        // Add all figures.
         if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {
             outcome.figures = figures;
         }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::cli::machine::Need;
 use crate::cli::session::Session;
@@ -18,20 +18,20 @@ use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::atlas;
 use crate::sites::atlas::options::AtlasOptions;
 use crate::sites::faces::plan::FaceOptions;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::target::{Target, TargetSites};
 use crate::sites::vertices::cache;
 use crate::sites::vertices::circles::{CircleSource, RoundOptions};
 use crate::sites::vertices::memory::{bytes_to_march, bytes_to_prepare};
 use crate::sites::vertices::surface;
 use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
-use crate::synthesis::check::neighborhoods;
+use crate::synthesis::check::{Plan, planned_neighborhoods};
 use crate::synthesis::level_choice::LevelChoice;
 use crate::synthesis::memory;
 use crate::synthesis::options::{Method, SynthesisOptions};
 
 /// What happens at a flat grid's border.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Border {
     /// Opposite borders continue each other: the result tiles
@@ -69,16 +69,16 @@ pub struct TargetArguments {
     /// The mesh: OBJ, PLY, STL, OFF, glTF or GLB
     #[arg(conflicts_with = "grid")]
     pub mesh: Option<PathBuf>,
-    /// A flat grid of WxH sites instead of a mesh
+    /// Synthesize on a flat grid of WxH sites instead of a mesh
     #[arg(long, value_name = "WxH")]
-    pub grid: Option<GridTarget>,
+    pub grid: Option<SiteGrid>,
     /// What the map is made on; --grid means grid
     #[arg(long, value_enum)]
     pub onto: Option<Onto>,
-    /// What lies beyond the grid's border
+    /// What is beyond the grid's border
     #[arg(long, value_enum, default_value_t = Border::Wrap)]
     pub border: Border,
-    /// The unit of the mesh's coordinates: texels get the size that the sample says, in place of --texel
+    /// The unit of the mesh's coordinates: texels get the physical size that the sample states, in place of --texel
     #[arg(long, value_enum, value_name = "UNIT", conflicts_with = "texel")]
     pub mesh_unit: Option<MeshUnit>,
     #[command(flatten)]
@@ -103,7 +103,7 @@ impl TargetArguments {
             return self.check_faces(method);
         }
         match (self.onto, self.grid) {
-            (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH beside it")),
+            (Some(Onto::Grid), None) => Err(Error::option("onto", "grid", "--grid WxH as well")),
             (Some(Onto::Vertices), Some(_)) => Err(Error::option(
                 "onto",
                 "vertices, but --grid has none",
@@ -205,12 +205,13 @@ impl TargetArguments {
         &self,
         user: Option<UserMesh>,
         (space, table): (&Space, &NeighborTable),
-        options: &SynthesisOptions,
+        (options, plan): (&SynthesisOptions, &Plan),
         is_measured: bool,
         session: &Session,
     ) -> Result<Prepared> {
+        // Find which neighbourhoods the method reads, and which the figures are measured with.
         let windows = Windows {
-            own: neighborhoods(space, table, options)?,
+            own: planned_neighborhoods(table, plan, options)?,
             measured: table.neighborhoods().swap_remove(0),
         };
         let round = (options.method == Method::Adaptive).then(|| RoundOptions {
@@ -220,7 +221,9 @@ impl TargetArguments {
             guides: self.surface.guides(),
             seed: session.seed(),
         });
-        let polish = memory::polish_bytes(self.most_sites(user.as_ref()), options);
+        // Count the memory that is needed beside the target.
+        let polish =
+            memory::polish_bytes(self.most_sites(user.as_ref()), space.tileable(), options);
         let exemplar = memory::exemplar_bytes(space, table, options) + polish;
         let mesh = self.mesh.as_ref().zip(user.as_ref());
         let mesh = mesh.map(|(path, user)| MeshTarget {
@@ -229,6 +232,7 @@ impl TargetArguments {
             exemplar,
             session,
         });
+        // Prepare grid, atlas or mesh; the measured sites too where they are others.
         let mut prepared = match (mesh, self.grid) {
             (_, Some(_)) => Prepared {
                 target: self.grid_target(&windows, round.as_ref(), exemplar)?,
@@ -262,6 +266,7 @@ impl TargetArguments {
                 return Err(Error::option("grid", "no target", "a mesh, or --grid WxH"));
             }
         };
+        // Read the controls of the surface.
         if options.method == Method::Progressive {
             let keys = self.surface.keys.as_deref();
             let surface = &prepared.target.surface;
@@ -329,7 +334,7 @@ impl TargetArguments {
     }
 
     /// The grid that was asked for, if there is memory for it.
-    fn checked_grid(&self, exemplar: u64) -> Result<GridTarget> {
+    fn checked_grid(&self, exemplar: u64) -> Result<SiteGrid> {
         let Some(grid) = self.grid else {
             return Err(Error::option("grid", "none", "WxH"));
         };
@@ -339,7 +344,7 @@ impl TargetArguments {
             exemplar + memory::grid_bytes(grid.width, grid.height),
             "a smaller --grid",
         )?;
-        Ok(GridTarget {
+        Ok(SiteGrid {
             toroidal: self.border == Border::Wrap,
             ..grid
         })

@@ -58,10 +58,12 @@ pub(super) fn read(
     encoding: ImageEncoding,
     reader: &mut ImageReader,
 ) -> Result<Vec<SampleChannel>> {
+    // Name each channel after its file.
     let paths: Vec<PathBuf> = maps.iter().map(|map| map.path.clone()).collect();
     let shown = shown_by_names(&paths);
     let mut named = Names::default();
     let mut channels = Vec::new();
+    // Read each map, and its alpha as a channel of its own.
     for (map, shown) in maps.iter().zip(shown) {
         let path = &map.path;
         let (kind, read) = read_one(path, (map.kind, shown), encoding, reader)?;

@@ -10,15 +10,14 @@ use clap::Args;
 use serde_json::json;
 
 use crate::cli::atlas;
-use crate::cli::exemplar::option_values::{AlphaOption, ImageEncoding};
-use crate::cli::exemplar::reading::ImageReader;
+use crate::cli::exemplar::option_values::ImageEncoding;
+use crate::cli::exemplar::reading::ReadingOptions;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::transfer::maps::MapFile;
 use crate::error::{Error, Result};
-use crate::format::image::Orientation;
 use crate::format::ours::Format;
 use crate::grid::TexelGrid;
 use crate::maps::atlas_map::description::LARGEST;
@@ -31,7 +30,7 @@ use crate::textures::memory;
 use crate::textures::model::ModelOptions;
 use crate::textures::transfer::{Canvas, check_finer};
 
-/// Carry other aligned maps of the sample onto a synthesized surface.
+/// Transfer other aligned maps of the sample to a synthesized surface.
 ///
 /// Onto an atlas: a folder of texture maps and surface.glb that shows them. Onto a surface texton map: a
 /// PLY whose vertices have the maps' values, colours as red, green and blue.
@@ -46,32 +45,25 @@ Examples:
 pub struct Arguments {
     /// What was synthesized: NAME.atlas or NAME.map.ply
     pub input: PathBuf,
-    /// Images aligned with the sample, of its size or a multiple of it. KIND: color, height, mask, alpha or
-    /// normal (green is up); without it the file's name tells, then a grey image is a height
+    /// Images aligned with the sample, of its size or a multiple of it. KIND: color, height, mask, alpha or normal
+    /// (green is up); without it the file's name decides, and a grey image is a height
     #[arg(long, required = true, num_args = 1.., value_name = "[KIND:]FILE")]
     pub maps: Vec<MapFile>,
     /// The folder to write for an atlas, the PLY for a surface texton map
     #[arg(long, short)]
     pub output: PathBuf,
-    /// Opposite borders of the maps continue each other (for a surface texton map; an atlas knows)
+    /// Opposite borders of the maps continue each other (for a surface texton map; an atlas states it itself)
     #[arg(long)]
     pub tile: bool,
-    /// Texture maps with N times the columns and rows of the atlas, so that maps larger than the sample keep their
-    /// detail
+    /// Make texture maps with N times the columns and rows of the atlas, so that maps larger than the sample keep
+    /// their detail
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub finer: u32,
-    /// How the numbers of colours stand for light
+    /// How the numbers of colours encode light
     #[arg(long, value_enum, default_value = "auto")]
     pub encoding: ImageEncoding,
-    /// Which way up the images are read
-    #[arg(long, value_enum, default_value = "upright")]
-    pub orientation: Orientation,
-    /// What becomes of texels that are not opaque
-    #[arg(long, value_enum, default_value = "refuse")]
-    pub alpha: AlphaOption,
-    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
-    #[arg(long, value_name = "NAME")]
-    pub layer: Option<String>,
+    #[command(flatten)]
+    pub reading: ReadingOptions,
     #[command(flatten)]
     pub model: ModelOptions,
     #[command(flatten)]
@@ -178,9 +170,9 @@ impl Arguments {
     }
 
     fn channels(&self, grid: TexelGrid, session: &Session) -> Result<Vec<SampleChannel>> {
-        let mut reader = ImageReader::new(self.orientation, self.alpha, self.layer.clone());
+        let mut reader = self.reading.reader();
         let channels = maps::read(&self.maps, (grid, self.finer), self.encoding, &mut reader)?;
-        reader.finish(&session.progress())?;
+        reader.finish(session.progress())?;
         Ok(channels)
     }
 }

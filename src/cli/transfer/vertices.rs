@@ -36,6 +36,7 @@ pub(super) fn write(
     map: &SurfaceTextonMap,
     channels: &[SampleChannel],
 ) -> Result<Vec<String>> {
+    // Carry the channels onto the vertices.
     let mut properties = Vec::new();
     for (at, channel) in channels.iter().enumerate() {
         let is_first = !channels[..at]
@@ -47,6 +48,7 @@ pub(super) fn write(
             &onto_vertices(channel, map),
         ));
     }
+    // Join the columns: the geometry, then the channels.
     let geometry = [["x", "y", "z"], ["nx", "ny", "nz"]]
         .into_iter()
         .zip([&map.mesh.positions, &map.normals])
@@ -62,6 +64,7 @@ pub(super) fn write(
             Numbers::Byte(numbers) => (name.as_str(), Column::UChar(numbers)),
         });
     let columns: Vec<(&str, Column<'_>)> = shape.chain(carried).collect();
+    // Write the file.
     let mut comments: Vec<String> = vec![MESH_MARK.into()];
     comments.extend(origin_comment(map.header.origin));
     ply::write(path, &comments, &columns, &map.mesh.triangles)?;

@@ -1,4 +1,4 @@
-//! Texture maps: what frames have and maps have not.
+//! Texture maps: options of frames that maps do not have.
 
 use crate::cli::atlas::is_atlas;
 use crate::cli::bake_maps::{Arguments, OPTIONS_OF_FRAMES};

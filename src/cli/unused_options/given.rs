@@ -1,4 +1,4 @@
-//! Which options stand on a command line.
+//! Which options are given on a command line.
 
 use std::collections::BTreeSet;
 

@@ -3,9 +3,9 @@
 use crate::cli::atlas;
 use crate::cli::render::Arguments;
 use crate::cli::unused_options::rule::{Rule, found};
+use crate::render::option_values::{LightSpec, ProjectionKind, Sweep};
 use crate::render::options::RenderOptions;
 use crate::render::renderer::Shadows;
-use crate::render::values::{LightSpec, ProjectionKind, Sweep};
 
 /// What only atlases have.
 pub(super) const ATLAS: &[Rule<Arguments>] = &[
@@ -31,21 +31,25 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     Rule {
         options: &["frames"],
         unused: |options| {
-            let count = options.frames.map_or(1, |frames| frames.numbers().count());
-            let is_still = options.sweep == Sweep::None && options.camera_path.is_none();
+            let count = options
+                .sweep
+                .frames
+                .map_or(1, |frames| frames.numbers().count());
+            let is_still =
+                options.sweep.kind == Sweep::None && options.camera.camera_path.is_none();
             found(
                 is_still && count > 1,
-                format!("{count} without a sweep, all of them alike"),
+                format!("{count} without a sweep, all of them the same"),
             )
         },
-        expected: "--sweep or --camera-path beside it",
+        expected: "--sweep or --camera-path as well",
     },
     Rule {
         options: &["sweep-length", "sweep-from", "sweep-to"],
-        unused: |options| match &options.sweep {
+        unused: |options| match &options.sweep.kind {
             Sweep::None => Some("given without a sweep".into()),
             Sweep::File(path) => Some(format!(
-                "given with {}, which says all of its rows",
+                "given with {}, which renders all of its rows",
                 path.display()
             )),
             _ => None,
@@ -55,16 +59,16 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     Rule {
         options: &["turns"],
         unused: |options| {
-            let text = format!("given with --sweep {}", options.sweep);
-            found(options.sweep != Sweep::LightSpiral, text)
+            let text = format!("given with --sweep {}", options.sweep.kind);
+            found(options.sweep.kind != Sweep::LightSpiral, text)
         },
         expected: "--sweep light-spiral, which turns while it sinks",
     },
     Rule {
         options: &["sweep"],
         unused: |options| {
-            let has_point = matches!(options.light.first(), Some(LightSpec::Point { .. }));
-            let text = format!("{} with a point light as the first", options.sweep);
+            let has_point = matches!(options.lights.light.first(), Some(LightSpec::Point { .. }));
+            let text = format!("{} with a point light as the first", options.sweep.kind);
             found(has_point && is_light_sweep(options), text)
         },
         expected: "a sun as the first --light (points are moved by a .csv file)",
@@ -72,8 +76,11 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     Rule {
         options: &["sweep"],
         unused: |options| {
-            let rises = matches!(options.sweep, Sweep::LightElevation | Sweep::LightSpiral);
-            let text = format!("{} with an environment alone", options.sweep);
+            let rises = matches!(
+                options.sweep.kind,
+                Sweep::LightElevation | Sweep::LightSpiral
+            );
+            let text = format!("{} with an environment alone", options.sweep.kind);
             found(rises && is_environment_alone(options), text)
         },
         expected: "light-azimuth, which turns the environment, or a --light to move",
@@ -85,9 +92,9 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     },
     Rule {
         options: &["light-elevation"],
-        unused: |options| match &options.sweep {
+        unused: |options| match &options.sweep.kind {
             Sweep::LightElevation | Sweep::LightSpiral => {
-                Some(format!("given with --sweep {}", options.sweep))
+                Some(format!("given with --sweep {}", options.sweep.kind))
             }
             _ => standing_light_is_replaced(options),
         },
@@ -101,7 +108,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
                     irradiance.is_some()
                 }
             };
-            match options.light.as_slice() {
+            match options.lights.light.as_slice() {
                 [] => found(
                     is_environment_alone(options) && !has_rows(options),
                     "given with an environment alone",
@@ -121,11 +128,11 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     },
     Rule {
         options: &["shadow-rays"],
-        unused: |options| match options.light_radius == 0.0 {
+        unused: |options| match options.lights.light_radius == 0.0 {
             true => Some("given without --light-radius".into()),
             false => without_shadows(options),
         },
-        expected: "--light-radius and shadows beside it: sharp edges take one ray",
+        expected: "--light-radius and shadows as well: sharp edges take one ray",
     },
     Rule {
         options: &[
@@ -137,11 +144,11 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         ],
         unused: |options| {
             found(
-                options.environment.is_none(),
+                options.lights.environment.is_none(),
                 "given without an environment",
             )
         },
-        expected: "--environment FILE beside it",
+        expected: "--environment FILE as well",
     },
     Rule {
         options: &["camera-azimuth"],
@@ -151,7 +158,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     Rule {
         options: &["camera-elevation"],
         unused: |options| {
-            let is_unused = options.camera_position.is_some() && !has_rows(options);
+            let is_unused = options.camera.camera_position.is_some() && !has_rows(options);
             found(is_unused, "given with --camera-position")
         },
         expected: "one way to say where the camera stands",
@@ -159,7 +166,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     Rule {
         options: &["fov", "focal-length"],
         unused: |options| {
-            let is_unused = options.projection == ProjectionKind::Orthographic;
+            let is_unused = options.camera.projection == ProjectionKind::Orthographic;
             found(is_unused, "given with --projection orthographic")
         },
         expected: "--view-height, the height of an orthographic picture",
@@ -167,7 +174,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     Rule {
         options: &["view-height"],
         unused: |options| {
-            let is_unused = options.projection == ProjectionKind::Perspective;
+            let is_unused = options.camera.projection == ProjectionKind::Perspective;
             found(is_unused, "given with --projection perspective")
         },
         expected: "--projection orthographic beside it, or --fov",
@@ -176,30 +183,30 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
 
 fn is_light_sweep(options: &RenderOptions) -> bool {
     matches!(
-        options.sweep,
+        options.sweep.kind,
         Sweep::LightAzimuth | Sweep::LightElevation | Sweep::LightSpiral
     )
 }
 
 /// Whether rows of a file may say what the options leave open.
 fn has_rows(options: &RenderOptions) -> bool {
-    matches!(options.sweep, Sweep::File(_)) || options.camera_path.is_some()
+    matches!(options.sweep.kind, Sweep::File(_)) || options.camera.camera_path.is_some()
 }
 
 fn is_environment_alone(options: &RenderOptions) -> bool {
-    options.environment.is_some() && options.light.is_empty()
+    options.lights.environment.is_some() && options.lights.light.is_empty()
 }
 
 fn without_shadows(options: &RenderOptions) -> Option<String> {
     found(
-        options.shadows == Shadows::None,
+        options.image.shadows == Shadows::None,
         "given with --shadows none",
     )
 }
 
 /// What stands in for the light of --light-azimuth and --light-elevation.
 fn standing_light_is_replaced(options: &RenderOptions) -> Option<String> {
-    match (options.light.is_empty(), &options.environment) {
+    match (options.lights.light.is_empty(), &options.lights.environment) {
         (false, _) => Some("given with --light".into()),
         (true, Some(_)) => Some("given with --environment".into()),
         (true, None) => None,
@@ -208,20 +215,20 @@ fn standing_light_is_replaced(options: &RenderOptions) -> Option<String> {
 
 /// Sweeps of the azimuth begin at it; a spiral turns from it.
 fn light_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
-    match options.sweep {
+    match options.sweep.kind {
         Sweep::LightSpiral => None,
         Sweep::LightAzimuth => found(
-            options.sweep_from.is_some() && !is_environment_alone(options),
+            options.sweep.sweep_from.is_some() && !is_environment_alone(options),
             "given with --sweep-from",
         ),
         _ => standing_light_is_replaced(options),
     }
 }
 
-/// An orbit begins at it; a position that is given is turned by what an orbit adds to it.
+/// An orbit begins at it; a position that is given is rotated by what an orbit adds to it.
 fn camera_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
-    let starts_apart = options.sweep == Sweep::ViewOrbit && options.sweep_from.is_some();
-    match options.camera_position.is_some() {
+    let starts_apart = options.sweep.kind == Sweep::ViewOrbit && options.sweep.sweep_from.is_some();
+    match options.camera.camera_position.is_some() {
         _ if has_rows(options) => None,
         true => found(!starts_apart, "given with --camera-position"),
         false => found(starts_apart, "given with --sweep-from"),

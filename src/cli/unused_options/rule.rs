@@ -1,4 +1,4 @@
-//! What a rule says, and how all of them are held against a command line.
+//! A rule, and how all rules are compared with a command line.
 
 use crate::cli::unused_options::given::Given;
 use crate::error::{Error, Result};

@@ -116,7 +116,12 @@ pub(super) const EXEMPLAR: &[Rule<exemplar::Arguments>] = &[
     },
     Rule {
         options: &["transition-tolerance"],
-        unused: |arguments| found(arguments.transition.is_none(), "given without a transition"),
-        expected: "--transition FILE beside it",
+        unused: |arguments| {
+            found(
+                arguments.controls.transition.is_none(),
+                "given without a transition",
+            )
+        },
+        expected: "--transition FILE as well",
     },
 ];

@@ -1,4 +1,4 @@
-//! Meshes, and what is carried onto them; scenes.
+//! Meshes, and what is transferred to them; scenes.
 
 use crate::cli::unused_options::rule::{Rule, found};
 use crate::cli::{export, mesh, run, transfer};
@@ -14,12 +14,12 @@ pub(super) const MESH: &[Rule<mesh::Arguments>] = &[
             "texel",
         ],
         unused: |arguments| found(!arguments.wants_field(), "alone"),
-        expected: "--orient, --report or --pictures beside it: without a field it changes nothing",
+        expected: "--orient, --report or --pictures as well: without a field it changes nothing",
     },
     Rule {
         options: &["levels"],
         unused: |arguments| found(!arguments.is_measured(), "alone"),
-        expected: "--report or --pictures beside it: it says what is measured and drawn",
+        expected: "--report or --pictures as well: it says what is measured and drawn",
     },
     Rule {
         options: &["crease"],
@@ -27,7 +27,7 @@ pub(super) const MESH: &[Rule<mesh::Arguments>] = &[
             let retiles = arguments.is_measured() || arguments.options.vertices.is_some();
             found(!retiles, "alone")
         },
-        expected: "--vertices, --report or --pictures beside it: it says which lines retiling keeps",
+        expected: "--vertices, --report or --pictures as well: it says which lines retiling keeps",
     },
 ];
 
@@ -65,7 +65,7 @@ pub(super) const EXPORT: &[Rule<export::Arguments>] = &[
     Rule {
         options: &["view", "light"],
         unused: |arguments| found(arguments.colors.sample.is_none(), "given without a sample"),
-        expected: "--sample beside it",
+        expected: "--sample as well",
     },
 ];
 

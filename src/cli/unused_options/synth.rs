@@ -2,12 +2,26 @@
 
 use crate::cli::synth::Arguments;
 use crate::cli::unused_options::rule::{Rule, found};
+use crate::synthesis::Effort;
 use crate::synthesis::options::{Method, MetricKind, Search};
+
+/// The options of one method.
+macro_rules! of_method {
+    ($method:ident, $name:literal, $options:expr) => {
+        Rule {
+            options: &$options,
+            unused: |arguments| of_another_method(arguments, Method::$method),
+            expected: concat!("--method ", $name, ", whose option it is"),
+        }
+    };
+}
 
 /// What belongs to methods.
 pub(super) const METHODS: &[Rule<Arguments>] = &[
-    Rule {
-        options: &[
+    of_method!(
+        KCoherence,
+        "k-coherence",
+        [
             "k",
             "search",
             "coherence",
@@ -16,36 +30,26 @@ pub(super) const METHODS: &[Rule<Arguments>] = &[
             "polish",
             "start-passes",
             "reuse-penalty",
-            "order",
-        ],
-        unused: |arguments| of_another_method(arguments, Method::KCoherence),
-        expected: "--method k-coherence, whose option it is",
-    },
-    Rule {
-        options: &["rings", "similarity", "link-range"],
-        unused: |arguments| of_another_method(arguments, Method::Adaptive),
-        expected: "--method adaptive, whose option it is",
-    },
-    Rule {
-        options: &["window", "parent-window", "matches", "match-margin"],
-        unused: |arguments| of_another_method(arguments, Method::Multiscale),
-        expected: "--method multiscale, whose option it is",
-    },
-    Rule {
-        options: &[
+            "order"
+        ]
+    ),
+    of_method!(Adaptive, "adaptive", ["rings", "similarity", "link-range"]),
+    of_method!(
+        Multiscale,
+        "multiscale",
+        ["window", "parent-window", "matches", "match-margin"]
+    ),
+    of_method!(
+        Progressive,
+        "progressive",
+        [
             "mask-window",
             "color-window",
             "mask-weight",
-            "refine-window",
-        ],
-        unused: |arguments| of_another_method(arguments, Method::Progressive),
-        expected: "--method progressive, whose option it is",
-    },
-    Rule {
-        options: &["iterations", "dimensions"],
-        unused: |arguments| of_another_method(arguments, Method::Choosy),
-        expected: "--method choosy, whose option it is",
-    },
+            "refine-window"
+        ]
+    ),
+    of_method!(Choosy, "choosy", ["iterations", "dimensions"]),
     Rule {
         options: &["metric"],
         unused: |arguments| {
@@ -72,7 +76,8 @@ pub(super) const METHODS: &[Rule<Arguments>] = &[
         options: &["spectrum"],
         unused: |arguments| {
             let options = &arguments.options;
-            let is_exact = options.metric == MetricKind::Gram && options.k_coherence.polish == 0;
+            let is_exact = options.metric == MetricKind::Gram
+                && options.k_coherence.polish == Effort::Rounds(0);
             found(is_exact, "given with --metric gram")
         },
         expected: "--metric embedded, which leaves part of the spectrum out",
@@ -113,7 +118,7 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
     Rule {
         options: &["border"],
         unused: |arguments| given_for(arguments, arguments.target.grid.is_none()),
-        expected: "--grid WxH beside it: a mesh has borders of its own",
+        expected: "--grid WxH as well: a mesh has borders of its own",
     },
     Rule {
         options: &["direction", "guide", "align", "field-energy"],
@@ -152,12 +157,12 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
             "sampling",
         ],
         unused: |arguments| given_for(arguments, !arguments.target.is_atlas()),
-        expected: "--onto atlas beside it",
+        expected: "--onto atlas as well",
     },
     Rule {
         options: &["base-faces", "subdivisions"],
         unused: |arguments| given_for(arguments, !arguments.is_onto_faces()),
-        expected: "--onto faces beside it",
+        expected: "--onto faces as well",
     },
 ];
 
@@ -194,7 +199,7 @@ pub(super) const PRODUCTS: &[Rule<Arguments>] = &[
                 "given for sites that are no faces",
             )
         },
-        expected: "--onto faces beside it",
+        expected: "--onto faces as well",
     },
     Rule {
         options: &["displace", "transparency", "surface-color"],
@@ -214,7 +219,7 @@ pub(super) const PRODUCTS: &[Rule<Arguments>] = &[
                 "nothing to draw in its colours",
             )
         },
-        expected: "--pictures or --vertex-colors beside it",
+        expected: "--pictures or --vertex-colors as well",
     },
 ];
 

@@ -49,13 +49,13 @@ pub struct Arguments {
     /// The masks of the first and the second, from `mesotex mask`
     #[arg(long, num_args = 2, value_names = ["FIRST", "SECOND"])]
     pub masks: Vec<PathBuf>,
-    /// How they become one
+    /// How the two textures are blended
     #[arg(long, value_enum, default_value = "slice")]
     pub by: By,
-    /// The deviation of the Gaussian that blurs the mask between them, in pixels
+    /// Standard deviation of the Gaussian that blurs the common mask, in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = BlendOptions::default().blur)]
     pub blur: f64,
-    /// The share from which on a pixel has the greater label, for masks of two labels
+    /// The blurred value from which on a pixel has the greater label, for masks of two labels
     #[arg(long, value_name = "X", default_value_t = BlendOptions::default().threshold)]
     pub threshold: f64,
     #[command(flatten)]
@@ -110,6 +110,7 @@ impl Arguments {
 
     /// Runs the command; its outputs are claimed.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Read textures, masks and fields.
         let progress = session.progress();
         let mut reader = self.inputs.reader();
         let first = self.inputs.material(&self.first, &mut reader, progress)?;
@@ -126,7 +127,8 @@ impl Arguments {
         let fields = self
             .fields
             .read(output, self.outputs.tolerance(), &mut reader)?;
-        reader.finish(&progress)?;
+        reader.finish(progress)?;
+        // Blend.
         let work = Blend {
             materials,
             masks: &masks,
@@ -137,6 +139,7 @@ impl Arguments {
             By::Mixture => work.mixed(&self.filter, progress)?,
             By::Slice | By::Average => work.filtered(&self.blending(), &self.filter, progress)?,
         };
+        // Write what was made.
         let made = Made {
             picks: Picks {
                 output,
@@ -170,6 +173,7 @@ impl Blend<'_> {
         options: &FilterOptions,
         progress: Progress<'_>,
     ) -> Result<Blended> {
+        // Blend the masks.
         let wide: Vec<Array2<u8>> = self
             .masks
             .iter()
@@ -177,6 +181,7 @@ impl Blend<'_> {
             .map(|(mask, material)| extended(mask, material.tileable, self.output))
             .collect();
         let mask = blended_mask([&wide[0], &wide[1]], &self.fields.transition, blending)?;
+        // Filter each texture with the blended mask.
         let mut texels = Vec::new();
         for (material, source) in self.materials.iter().zip(self.masks) {
             let numbers = material.numbers();

@@ -26,7 +26,7 @@ Examples:
 pub struct Arguments {
     /// The texture: an image, or a sample NAME.sample
     pub texture: PathBuf,
-    /// Its mask, from `mesotex mask`, that what is made is to carry
+    /// The texture's mask, from `mesotex mask`, which the result keeps
     #[arg(long, value_name = "FILE")]
     pub mask: Option<PathBuf>,
     #[command(flatten)]
@@ -61,6 +61,7 @@ impl Arguments {
 
     /// Runs the command; its outputs are claimed.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Read texture, mask and fields.
         let progress = session.progress();
         let mut reader = self.inputs.reader();
         let material = self.inputs.material(&self.texture, &mut reader, progress)?;
@@ -73,8 +74,9 @@ impl Arguments {
         let fields = self
             .fields
             .read(output, self.outputs.tolerance(), &mut reader)?;
-        reader.finish(&progress)?;
+        reader.finish(progress)?;
         let read = (&fields.transition, &fields.orientation);
+        // Distort, the mask with the texture.
         let texels = distorted(&material, read, &self.distortion, session.seed(), progress)?;
         let label = |mask: &Array2<u8>, pixel: usize| {
             let texel = texels[pixel] as usize;
@@ -83,6 +85,7 @@ impl Arguments {
         let mask = mask.map(|mask| {
             Array2::from_shape_fn(output, |(row, col)| label(&mask, row * output.1 + col))
         });
+        // Write what was made.
         let made = Made {
             picks: Picks {
                 output,

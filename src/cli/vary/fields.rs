@@ -20,7 +20,7 @@ use crate::vary::key_values::{
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Transition and orientation")]
 pub struct FieldOptions {
-    /// The transition grows evenly in this direction, in degrees counter-clockwise from rightwards
+    /// Direction in which the transition grows linearly, in degrees counter-clockwise from right
     #[arg(
         long,
         value_name = "DEGREES",
@@ -28,26 +28,26 @@ pub struct FieldOptions {
         allow_negative_numbers = true
     )]
     pub ramp: f64,
-    /// Share of the way across up to which the ramp is 0
+    /// Share of the width up to which the ramp is 0
     #[arg(long, value_name = "X", default_value_t = 0.0)]
     pub ramp_begin: f64,
-    /// Share of the way across from which on the ramp is 1
+    /// Share of the width from which on the ramp is 1
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub ramp_end: f64,
     /// A grey image of the transition, 0 to 1, in place of a ramp
     #[arg(long, value_name = "FILE")]
     pub transition: Option<PathBuf>,
-    /// The transition at a pixel, in place of a ramp; two or more, the others are interpolated
+    /// The transition at a pixel, in place of a ramp; two or more are needed, and other pixels are interpolated
     #[arg(long, value_name = "COL,ROW,VALUE", conflicts_with = "transition")]
     pub transition_key: Vec<KeyOption>,
-    /// The radius of the Gaussians that interpolate the transition, in pixels [default: the mean way from a key to
-    /// the nearest]
+    /// The radius of the Gaussians that interpolate the transition, in pixels [default: the mean distance from a key
+    /// to the nearest other]
     #[arg(long, value_name = "PIXELS", requires = "transition_key")]
     pub transition_radius: Option<f64>,
     /// An image of the orientation: red is s (right), green is t (up) [default: right]
     #[arg(long, value_name = "FILE")]
     pub orientation_map: Option<PathBuf>,
-    /// The orientation at a pixel, in degrees counter-clockwise from right; others are interpolated
+    /// The orientation at a pixel, in degrees counter-clockwise from right; other pixels are interpolated
     #[arg(
         long,
         value_name = "COL,ROW,DEGREES",
@@ -131,6 +131,7 @@ impl FieldOptions {
         tolerance: f64,
         reader: &mut ImageReader,
     ) -> Result<Fields> {
+        // Refuse an output that is too large.
         if rows.saturating_mul(cols) > MOST_OUTPUT {
             let expected = format!("at most {MOST_OUTPUT} pixels");
             return Err(Error::option("size", format!("{cols}x{rows}"), expected));
@@ -143,6 +144,7 @@ impl FieldOptions {
             height: rows as u32,
             tileable: false,
         };
+        // Take the transition from a file, from keys, or as a ramp.
         let transition = match &self.transition {
             Some(path) => read_transition(path, grid, reader)?,
             None if self.transition_key.is_empty() => {
@@ -154,6 +156,7 @@ impl FieldOptions {
             Some(path) => error.in_file(path),
             None => error,
         })?;
+        // Take the orientation from a file or from keys, else straight up.
         let orientation = match &self.orientation_map {
             Some(path) => read_orientation(path, [grid.width, grid.height], reader)?,
             None if self.orientation_key.is_empty() => straight_orientation(size),

@@ -12,21 +12,21 @@ use crate::cli::exemplar::reading::ImageReader;
 use crate::error::{Error, Result};
 use crate::format::image::{Orientation, SourceEncoding};
 use crate::progress::Progress;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::vary::material::{MOST_IMAGES, Material};
 
 /// How textures are read.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Inputs")]
 pub struct InputOptions {
-    /// Opposite borders of the images continue each other; a sample says so itself
+    /// Opposite borders of the images continue each other; a sample states it itself
     #[arg(long)]
     pub tile: bool,
-    /// Columns and rows of what is made [default: the texture's]. Where it is larger, a texture that tiles is
-    /// repeated, another mirrored
+    /// Columns and rows of the result [default: the texture's]. If it is larger, a texture that tiles is repeated,
+    /// and another is mirrored
     #[arg(long, value_name = "WxH")]
-    pub size: Option<GridTarget>,
-    /// Images of a sample that are compared, beside the mean of all, with directions far from each other
+    pub size: Option<SiteGrid>,
+    /// Images of a sample that are compared in addition to the mean of all, with directions far from each other
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub compare_images: usize,
 }

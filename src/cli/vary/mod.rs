@@ -22,7 +22,7 @@ use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 
-/// Make a progressively-variant exemplar: a texture whose pattern changes steadily.
+/// Make a progressively-variant exemplar: a texture whose pattern changes gradually.
 ///
 /// Writes NAME.sample, NAME.space.npz with the controls mask, transition and orientation, NAME.knn.npz whose
 /// neighbours are alike in transition, and the pictures NAME.color.png, NAME.mask.png and NAME.transition.png.

@@ -98,6 +98,7 @@ impl OutputOptions {
         made: Made,
         progress: Progress<'_>,
     ) -> Result<Outcome> {
+        // Compute the exemplar and its table.
         let knn = KnnOptions {
             transition_tolerance: Some(self.tolerance()),
             ..self.knn.clone()
@@ -111,6 +112,7 @@ impl OutputOptions {
         let unknown = ContentId::of_bytes(&[]);
         let mut space = space_of_images(&images, controls, self.levels, false, &unknown)?;
         let mut table = neighbor_table::build(&space, &knn, progress)?;
+        // Write the sample.
         let paths = ["sample", "space.npz", "knn.npz"].map(|kind| self.path(kind));
         let source = json!({"kind": "progressively variant", "way": made.way});
         let samples: Vec<&Sample> = materials
@@ -130,6 +132,7 @@ impl OutputOptions {
             }
             false => self.write_sample(&paths[0], &samples, &made.picks, source, progress)?,
         };
+        // Write the exemplar, its table and the pictures.
         space.write(&paths[1], None)?;
         table.space = space.id.clone();
         table.write(&paths[2], &knn)?;
@@ -141,6 +144,7 @@ impl OutputOptions {
             pictures.push(self.path("mask.png"));
             write_mask(&pictures[2], mask)?;
         }
+        // Tell what was made.
         let outcome = Outcome::default()
             .line(format!("{cols}×{rows} texels, {} levels", self.levels))
             .figure("width", cols)
@@ -161,6 +165,7 @@ impl OutputOptions {
         source: Value,
         progress: Progress<'_>,
     ) -> Result<ContentId> {
+        // Describe the sample after the first of the sources.
         let first = samples[0].description();
         let name = self
             .output
@@ -176,12 +181,14 @@ impl OutputOptions {
             source,
             ..first.clone().with_whole_images()
         };
+        // Carry the heights along where all sources have them.
         let heights = picks.sample_heights(samples)?;
         if heights.is_none() && has_heights(samples)? {
             progress.warn("one of the samples has no heights, so what is made has none");
         }
         let mut writer = SampleWriter::create(path, description)?;
         writer.set_heights(heights);
+        // Write it image by image.
         progress.begin("writing the sample", samples[0].image_count() as u64);
         for image in 0..samples[0].image_count() {
             let pixels = samples.iter().map(|sample| sample.image(image));

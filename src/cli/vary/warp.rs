@@ -35,10 +35,10 @@ Examples:
 pub struct Arguments {
     /// The texture: an image, or a sample NAME.sample
     pub texture: PathBuf,
-    /// Its mask, from `mesotex mask`
+    /// The texture's mask, from `mesotex mask`
     #[arg(long, value_name = "FILE")]
     pub mask: PathBuf,
-    /// What is done with the mask; one or more
+    /// A warp of the mask; may be given several times
     #[arg(long, required = true, value_name = "WARP")]
     pub warp: Vec<Warp>,
     #[command(flatten)]
@@ -73,6 +73,7 @@ impl Arguments {
 
     /// Runs the command; its outputs are claimed.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
+        // Read texture, mask and fields.
         let progress = session.progress();
         let mut reader = self.inputs.reader();
         let material = self.inputs.material(&self.texture, &mut reader, progress)?;
@@ -81,12 +82,14 @@ impl Arguments {
         let fields = self
             .fields
             .read(output, self.outputs.tolerance(), &mut reader)?;
-        reader.finish(&progress)?;
+        reader.finish(progress)?;
+        // Warp the mask.
         let mut mask = extended(&source, material.tileable, output);
         for warp in &self.warp {
             progress.check()?;
             mask = warp.apply(&mask, &fields.transition)?;
         }
+        // Refuse a warp that leaves nothing to filter with.
         let first = mask.first().copied().unwrap_or(0);
         if mask.iter().all(|&label| label == first) {
             let found = format!("leaves label {first} alone");
@@ -96,6 +99,7 @@ impl Arguments {
                 "a warp that leaves features somewhere",
             ));
         }
+        // Filter the texture with the warped mask.
         let numbers = material.numbers();
         let texture = Texture {
             grid: material.grid(),
@@ -113,6 +117,7 @@ impl Arguments {
             texels: filter(work, &self.filter, progress)?,
             shares: Vec::new(),
         };
+        // Write what was made.
         let made = Made {
             picks,
             mask: Some(mask),

@@ -166,7 +166,7 @@ fn exchange(_a: &Path, _b: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Mends what a run left that was killed between the two renames of a replacement: the old folder goes
+/// Repairs what a run left that was killed between the two renames of a replacement: the old folder goes
 /// back to its name. Returns whether it did. To be called by whoever holds the target's lock.
 pub fn repair(target: &Path) -> Result<bool> {
     let aside = set_aside(target);

@@ -1,9 +1,9 @@
-//! Files and folders that appear whole or not at all.
+//! Files and folders that appear complete or not at all.
 //!
-//! A file is written under a hidden temporary name beside its target, `.NAME.RANDOM.partial`, and
-//! renamed when complete: a killed run leaves no half file and a reader never sees one. A folder is
-//! filled as `.NAME.partial` and changes places with what stands there ([`folder`]). What a killed run
-//! left behind is removed by the next one ([`leftovers`]).
+//! A file is written under a hidden temporary name beside its target, `.NAME.RANDOM.partial`, and renamed when
+//! complete: a killed run leaves no partial file and a reader never sees one. A folder is filled as `.NAME.partial`
+//! and changes places with what stands there ([`folder`]). What a killed run left behind is removed by the next one
+//! ([`leftovers`]).
 //!
 //! A link named as a target is followed; what stands at its end is replaced, the link stays. A device,
 //! a pipe or a socket is never replaced.

@@ -165,7 +165,7 @@ pub fn encode_with(
     Ok(bytes)
 }
 
-/// Writes encoded bytes as a file that appears whole or not at all.
+/// Writes encoded bytes as a file that appears complete or not at all.
 pub fn write(path: &Path, encoded: &[u8]) -> Result<()> {
     use std::io::Write;
     atomic::write_file(path, |sink| sink.write_all(encoded))

@@ -1,4 +1,4 @@
-//! The numbers that accessors stand for, checked against their buffers first.
+//! The numbers that accessors refer to, checked against their buffers first.
 
 use std::borrow::Cow;
 use std::rc::Rc;
@@ -24,6 +24,7 @@ impl<'a> Accessors<'a> {
     /// Vectors of floats, or of 8- or 16-bit integers: normalised ones lie in [−1, 1], others are numbers
     /// as they stand (quantised positions). Sparse values are put in.
     pub fn numbers<const N: usize>(&self, accessor: &Accessor<'_>) -> Result<Vec<[f32; N]>> {
+        // Check the type.
         let right = match N {
             2 => Dimensions::Vec2,
             3 => Dimensions::Vec3,
@@ -37,6 +38,7 @@ impl<'a> Accessors<'a> {
             )
             .expected(format!("{right:?} of F32, or of 8- or 16-bit integers")));
         }
+        // Read the values that the view holds; without one, all are zero.
         let number = number_of(kind, accessor.normalized());
         let size = kind.size();
         let vector = |bytes: &[u8]| std::array::from_fn(|k| number(&bytes[k * size..]));
@@ -56,6 +58,7 @@ impl<'a> Accessors<'a> {
             }
             None => return Err(without_values(accessor)),
         };
+        // Put in the sparse values.
         self.put_sparse(accessor, &mut vectors, vector)?;
         Ok(vectors)
     }
@@ -119,11 +122,13 @@ impl<'a> Accessors<'a> {
         size: usize,
         count: usize,
     ) -> Result<impl Iterator<Item = &'b [u8]> + use<'a, 'b>> {
+        // Check the stride.
         let fault = |found: &str| Error::data(format!("accessor {}", accessor.index()), found);
         let stride = view.stride().unwrap_or(size);
         if stride < size {
             return Err(fault("items that overlap").expected(format!("a stride of {size} or more")));
         }
+        // Check that all items lie inside the buffer.
         let whole = &self.buffers[view.buffer().index()];
         let end = view.offset().checked_add(view.length());
         let bytes = end

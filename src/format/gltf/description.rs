@@ -73,6 +73,7 @@ fn binary_chunks<'a>(bytes: &'a [u8], rest: &[u8]) -> Result<(&'a [u8], Option<&
         four.map(|four| u32::from_le_bytes(four) as usize)
             .ok_or_else(|| fault(format!("{} bytes", bytes.len())))
     };
+    // Check version and lengths.
     if number(0)? != 2 {
         return Err(
             Error::data("GLB header", format!("version {}", number(0)?)).expected("version 2")
@@ -84,9 +85,11 @@ fn binary_chunks<'a>(bytes: &'a [u8], rest: &[u8]) -> Result<(&'a [u8], Option<&
     }
     let bytes = &bytes[..length];
     let end = chunk.checked_add(GLB_HEADER);
+    // Cut out the JSON chunk.
     let text = end
         .and_then(|end| bytes.get(GLB_HEADER..end))
         .ok_or_else(|| fault(format!("a description of {chunk} bytes")))?;
+    // Cut out the binary chunk behind it.
     let Some((header, content)) = bytes[GLB_HEADER + chunk..].split_at_checked(CHUNK_HEADER) else {
         return Ok((text, None));
     };

@@ -1,4 +1,4 @@
-//! Where the meshes of a scene stand: the tree of nodes, in double precision, with instances.
+//! The positions of the meshes of a scene: the tree of nodes, in double precision, with instances.
 
 use glam::{DMat4, DQuat, DVec3, Vec3};
 use gltf::{Gltf, Mesh, Node, Scene};
@@ -47,11 +47,10 @@ impl<'a> Nodes<'a> {
         while let Some((node, parent)) = waiting.pop() {
             let visited = visited.get_mut(node.index());
             if visited.is_none_or(|visited| std::mem::replace(visited, true)) {
-                return Err(Error::data(
-                    format!("node {}", node.index()),
-                    "stands in the tree twice",
-                )
-                .expected("a tree of nodes"));
+                return Err(
+                    Error::data(format!("node {}", node.index()), "is in the tree twice")
+                        .expected("a tree of nodes"),
+                );
             }
             let described = &self.described[node.index()];
             let world = parent * transform(described);
@@ -99,6 +98,7 @@ fn instances(node: &Value, file: &Gltf, accessors: &Accessors<'_>) -> Result<Vec
     if attributes.is_null() {
         return Ok(vec![DMat4::IDENTITY]);
     }
+    // Find the accessors of the three parts.
     let accessor = |name: &str| {
         let Some(index) = attributes[name].as_u64() else {
             return Ok(None);
@@ -114,6 +114,7 @@ fn instances(node: &Value, file: &Gltf, accessors: &Accessors<'_>) -> Result<Vec
         accessor("ROTATION")?,
         accessor("SCALE")?,
     );
+    // Read their values.
     let moves = moves
         .map(|found| accessors.numbers::<3>(&found))
         .transpose()?;
@@ -123,6 +124,7 @@ fn instances(node: &Value, file: &Gltf, accessors: &Accessors<'_>) -> Result<Vec
     let sizes = sizes
         .map(|found| accessors.numbers::<3>(&found))
         .transpose()?;
+    // Check that all parts have as many.
     let counts = [
         moves.as_ref().map(Vec::len),
         turns.as_ref().map(Vec::len),
@@ -134,6 +136,7 @@ fn instances(node: &Value, file: &Gltf, accessors: &Accessors<'_>) -> Result<Vec
             Error::data(INSTANCING, format!("{counts:?} values")).expected("as many of each")
         );
     }
+    // Compose a transform per instance.
     let vector = |list: &Option<Vec<[f32; 3]>>, instance: usize, missing: f32| {
         let found = list.as_ref().map_or([missing; 3], |list| list[instance]);
         Vec3::from_array(found).as_dvec3()

@@ -1,4 +1,4 @@
-//! How much a glTF file may describe.
+//! Limits of what a glTF file may describe.
 
 use crate::error::{Error, Result};
 
@@ -35,12 +35,12 @@ impl Room {
             self.corners.checked_sub(corners),
         );
         let (Some(vertices), Some(corners)) = (vertices, corners) else {
-            return Err(Error::data("size", "more than its bytes account for")
+            return Err(Error::data("size", "more than its bytes can hold")
                 .expected(format!(
                     "at most {} vertices and as many corners in all nodes",
                     self.most
                 ))
-                .advice("export the mesh once for each place where it stands, or fewer of them"));
+                .advice("export each instance as a mesh of its own, or fewer instances"));
         };
         (self.vertices, self.corners) = (vertices, corners);
         Ok(())

@@ -1,4 +1,4 @@
-//! Vertices repeated so that each has one texture coordinate and one tangent, as glTF wants them.
+//! Vertices repeated so that each has one texture coordinate and one tangent, as glTF requires.
 
 use std::collections::HashMap;
 
@@ -35,6 +35,8 @@ impl Split {
         };
         let mut is_taken = vec![false; vertices];
         let mut known: HashMap<(u32, [u32; 6]), u32> = HashMap::new();
+        // Give each corner a vertex: the source, or a copy where other corners took it with other
+        // values.
         for at in 0..triangles.len() {
             for corner in 0..3 {
                 let uv = match corners.uvs[at][corner] {

@@ -148,11 +148,13 @@ fn description<'a>(
     tangents: &'a [[f32; 4]],
     buffer: &mut Buffer<'a>,
 ) -> Value {
+    // Place the mesh at its origin.
     let (low, high) = bounds(mesh.positions);
     let mut node = json!({ "mesh": 0 });
     if mesh.origin != [0.0; 3] {
         node["translation"] = json!(mesh.origin);
     }
+    // Add an accessor per array that is there.
     let mut accessors = Vec::new();
     let mut add = |bytes: &'a [u8], count: usize, kind: &str, target: Target| {
         let component = match target {
@@ -205,8 +207,10 @@ fn description<'a>(
         let (bytes, kind) = attribute.parts();
         attributes[*name] = json!(add(bytes, count, kind, Target::Vertices));
     }
+    // State the bounds, which the format wants for positions.
     accessors[0]["min"] = json!(low);
     accessors[0]["max"] = json!(high);
+    // Put the parts together.
     let mut primitive = json!({ "attributes": attributes, "indices": indices });
     let mut file = json!({
         "asset": { "version": "2.0", "generator": "mesotex" },
@@ -215,6 +219,7 @@ fn description<'a>(
         "nodes": [node],
         "accessors": accessors,
     });
+    // Add the material and its images.
     if let Some(material) = &mesh.material {
         let views: Vec<usize> = material
             .textures()

@@ -1,4 +1,4 @@
-//! An image as its decoder hands it on, and the steps from there to what the caller asked for.
+//! An image as its decoder returns it, and the steps from there to what the caller asked for.
 //!
 //! The steps are the same for every format: square pixels, alpha, orientation, colour.
 
@@ -231,9 +231,9 @@ fn check_square(aspect: f64) -> Result<()> {
 
 fn transparent(count: String, found: &Transparency, flags: Flags) -> Error {
     let advice = match flags.alpha {
-        "" => "lay the image over a background, or leave its alpha channel out".to_string(),
+        "" => "composite the image over a background, or leave its alpha channel out".to_string(),
         flag => format!(
-            "lay the image over a background and leave its alpha channel out, or take colours as \
+            "composite the image over a background and leave its alpha channel out, or take colours as \
              stored: {flag} ignore"
         ),
     };

@@ -1,4 +1,4 @@
-//! What an image file says of itself, for people who ask why it is read as it is.
+//! What an image file states, for people who ask why it is read as it is.
 
 use serde::Serialize;
 

@@ -77,14 +77,17 @@ pub(super) fn facts(file: &[u8]) -> Result<Facts> {
 }
 
 pub(super) fn read(file: &[u8], options: &ReadOptions) -> Result<Decoded> {
+    // Choose the layer and its channels.
     let meta = headers(file)?;
     let layers = Layers::of(&meta);
     let chosen = layers.choose(options)?;
     let header = &meta.headers[chosen.part];
     check_sampling(header)?;
+    // Check windows and sizes before anything is allocated.
     let frame = Frame::of(header);
     let mut notes = Vec::new();
     frame.check(header, options.missing, file.len() as u64, &mut notes)?;
+    // Read the planes.
     let wanted: Vec<usize> = chosen
         .channels
         .iter()
@@ -94,6 +97,7 @@ pub(super) fn read(file: &[u8], options: &ReadOptions) -> Result<Decoded> {
     let mut planes = planes(file, chosen.part, &wanted, &frame)?;
     let statement = statement(header);
     let alpha = planes.split_off(chosen.channels.len()).pop();
+    // Make interleaved pixels of them.
     let mut color = planes;
     if chosen.kind == Kind::Pair {
         color.push(vec![0.0; frame.texels()]);
@@ -170,7 +174,7 @@ impl Frame {
                 ));
         }
         if without_value > 0 {
-            notes.push(Note::new("windows", format!("{text}; taken as black")));
+            notes.push(Note::new("windows", format!("{text}; read as black")));
         }
         claim(header, self.display.size)
             .check(STRONGEST_COMPRESSION, file_length)
@@ -336,7 +340,7 @@ fn of_interop_id(id: &str) -> Statement {
         "lin_ciexyzd65_scene" | "lin_ciexyzd65" => Statement::tristimulus(text),
         "srgb_rec709_scene" | "srgb_rec709_display" | "srgb_rec709" => Statement::srgb(text),
         "data" | "unknown" | "raw" => Statement::default(),
-        _ => Statement::unusable(text, format!("its colour space `{id}` is not known here")),
+        _ => Statement::unusable(text, format!("its colour space `{id}` is not known")),
     }
 }
 

@@ -207,8 +207,8 @@ impl Layers {
             return Ok(single.choice(false));
         }
         let text = match candidates.len() {
-            0 => "no channels that are surely a picture".to_string(),
-            several => format!("{several} layers that may be the picture"),
+            0 => "no channels that are clearly an image".to_string(),
+            several => format!("{several} layers that may be the image"),
         };
         Err(self.undecided(text, options))
     }
@@ -240,7 +240,7 @@ impl Layers {
         let parts: Vec<String> = self.parts.iter().enumerate().map(described).collect();
         let names: Vec<String> = (0..self.parts.len()).flat_map(|p| self.names(p)).collect();
         let advice = match (options.flags.layer, names.is_empty()) {
-            ("", _) => "save the picture as R, G and B of a file of its own".to_string(),
+            ("", _) => "save the image as R, G and B of a file of its own".to_string(),
             (flag, true) => format!("name a channel: {flag} NAME"),
             (flag, false) => format!("name a layer or a channel: {flag} {}", names.join(" or ")),
         };

@@ -18,19 +18,18 @@ pub enum Purpose {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum SourceEncoding {
-    /// As the file says (ICC profile, gamma, chromaticities); where it says nothing, integers by the sRGB
-    /// curve and floats in proportion.
+    /// As the file says (ICC profile, gamma, chromaticities); without such data integers are sRGB and floats linear.
     #[default]
     Auto,
-    /// By the sRGB curve, with the primaries of Rec. 709, whatever the file says.
+    /// sRGB, whatever the file says.
     Srgb,
-    /// In proportion, with the primaries of Rec. 709, whatever the file says.
+    /// Linear, with the primaries of Rec. 709, whatever the file says.
     Linear,
-    /// By the power 2.2, with the primaries of Rec. 709, whatever the file says.
+    /// Gamma 2.2, with the primaries of Rec. 709, whatever the file says.
     #[serde(rename = "gamma-2.2")]
     #[value(name = "gamma-2.2")]
     Gamma22,
-    /// In proportion, as CIE XYZ tristimulus values under D65, whatever the file says.
+    /// Linear CIE XYZ tristimulus values under D65, whatever the file says.
     Xyz,
 }
 
@@ -38,21 +37,21 @@ pub enum SourceEncoding {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Orientation {
-    /// Turned as the file's orientation tag asks.
+    /// Rotated as the file's orientation tag says.
     #[default]
     Upright,
     /// As the rows are stored, whatever the tag says.
     Stored,
 }
 
-/// What becomes of texels that are not opaque.
+/// What to do with texels that are not opaque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Alpha {
-    /// They are an error: their colour is hidden, or mixed with nothing.
+    /// They are an error, because their colour is not known.
     #[default]
     Refuse,
-    /// Their colours are taken as the file stores them.
+    /// Their colours are used as stored.
     Ignore,
     /// They are laid over black. For light that comes from an image: where there is none, it is dark.
     #[serde(skip)]
@@ -95,6 +94,16 @@ pub struct Flags {
     pub alpha: &'static str,
     /// Says which way up.
     pub orientation: &'static str,
+}
+
+impl Flags {
+    /// Those of commands that read images the usual way.
+    pub const USUAL: Self = Self {
+        layer: "--layer",
+        encoding: "--encoding",
+        alpha: "--alpha",
+        orientation: "--orientation",
+    };
 }
 
 /// How an image is to be read.

@@ -61,7 +61,7 @@ impl PngImage<'_> {
         Ok(bytes)
     }
 
-    /// Writes the file whole or not at all.
+    /// Writes the file complete or not at all.
     pub fn write(&self, path: &Path) -> Result<()> {
         let color = self.color_type().map_err(|error| error.in_file(path))?;
         atomic::write_file(path, |sink| self.write_to(color, sink))

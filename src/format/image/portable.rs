@@ -74,7 +74,7 @@ fn described(info: &Info<'_>, stored: usize, depth: BitDepth) -> Decoded {
     part.attributes = texts.map(|t| (t.keyword.clone(), t.text.clone())).collect();
     let mut notes = Vec::new();
     if pictures > 1 {
-        let text = format!("the first of its {pictures} pictures is read");
+        let text = format!("the first of its {pictures} images is read");
         notes.push(Note::new("pictures", text));
     }
     if let Some(dims) = &info.pixel_dims {

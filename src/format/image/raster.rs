@@ -106,7 +106,7 @@ fn check_jpeg(header: &JpegHeader) -> Result<()> {
     }
     if !header.is_whole && !header.process.is_empty() {
         return Err(
-            Error::data("JPEG", "cut off: the mark of the image's end is missing")
+            Error::data("JPEG", "truncated: the mark of the image's end is missing")
                 .expected("a whole file")
                 .advice("get the file again; if it is whole, save it again"),
         );
@@ -183,7 +183,7 @@ mod tests {
         let whole = jpeg(b"");
         std::fs::write(&path, &whole[..whole.len() - 3]).unwrap();
         let error = read_with(&path, &ReadOptions::default()).unwrap_err();
-        assert!(error.to_string().contains("cut off"), "{error}");
+        assert!(error.to_string().contains("truncated"), "{error}");
     }
 
     #[test]

@@ -25,7 +25,7 @@ impl FromStr for SrgbColor {
             None => decimal(text),
         };
         parsed.map(Self).ok_or_else(|| {
-            format!("`{text}` is no colour R,G,B of three numbers from 0 to 255, nor #RRGGBB")
+            format!("`{text}` is not a colour R,G,B of three numbers from 0 to 255, nor #RRGGBB")
         })
     }
 }

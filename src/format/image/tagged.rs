@@ -182,7 +182,7 @@ fn described(decoder: &mut Reader, layout: &Layout) -> Result<Decoded> {
     };
     let mut notes = notes(decoder, layout, &statement);
     let pictures = if decoder.more_images() {
-        notes.push(Note::new("pictures", "the first of its pictures is read"));
+        notes.push(Note::new("pictures", "the first of its images is read"));
         2
     } else {
         1

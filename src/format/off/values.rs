@@ -89,7 +89,7 @@ impl<'a> Values<'a> {
     pub fn check_left(&mut self, expected: impl FnOnce() -> String) -> Result<()> {
         match self.peek() {
             Some(_) => Ok(()),
-            None => Err(Error::data("end of file", "the file is cut off").expected(expected())),
+            None => Err(Error::data("end of file", "the file is truncated").expected(expected())),
         }
     }
 

@@ -49,6 +49,16 @@ pub struct Description {
     pub seed: u64,
     /// The method, as `--method` names it.
     pub method: String,
+    /// Where the atlas comes from, and what its files are.
+    #[serde(flatten)]
+    pub ids: AtlasIds,
+    /// The images of the folder.
+    pub channels: Vec<ChannelFile>,
+}
+
+/// The ids of what an atlas was made of, and of its files.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AtlasIds {
     /// The id of the sample.
     pub sample: ContentId,
     /// The id of the space.
@@ -60,8 +70,6 @@ pub struct Description {
     pub texton: Option<ContentId>,
     /// The id of `surface.npz`.
     pub surface: ContentId,
-    /// The images of the folder.
-    pub channels: Vec<ChannelFile>,
 }
 
 /// An image of a folder of textures.
@@ -130,9 +138,11 @@ impl Description {
         let fault = |field: &str, found: String, expected: &str| {
             Err(Error::data(field, found).expected(expected))
         };
+        // Check the version.
         if self.version != VERSION {
             return fault("version", self.version.to_string(), "1");
         }
+        // Check sizes.
         let sides = |[width, height]: [u32; 2]| format!("{width} × {height}");
         let within =
             |sides: [u32; 2], most: u32| sides.iter().all(|side| (1..=most).contains(side));
@@ -147,6 +157,7 @@ impl Description {
         if !within(self.exemplar, LONGEST) {
             return fault("exemplar", sides(self.exemplar), "two sides, 1 to 65535");
         }
+        // Check scale, origin and method.
         if !(1.0 / FARTHEST..=FARTHEST).contains(&self.texel) {
             return fault(
                 "texel",

@@ -11,7 +11,9 @@ use crate::format::own_folder::OwnFolder;
 use crate::format::{json, npy};
 use crate::grid::TexCoord;
 use crate::index::TextonLabel;
-use crate::maps::atlas_map::description::{ChannelFile, DESCRIPTION, Description, FORMAT, VERSION};
+use crate::maps::atlas_map::description::{
+    AtlasIds, ChannelFile, DESCRIPTION, Description, FORMAT, VERSION,
+};
 use crate::maps::atlas_map::map::AtlasMap;
 use crate::maps::atlas_map::surface::{self, SURFACE, Surface};
 use crate::maps::header::MapHeader;
@@ -47,11 +49,13 @@ impl AtlasMap {
             origin: self.header.origin.to_array(),
             seed: self.header.seed,
             method: self.header.method.clone(),
-            sample: self.header.sample.clone(),
-            space: self.header.space.clone(),
-            coords: self.write_coords(&folder.join(COORDS))?,
-            texton: self.write_textons(&folder.join(TEXTON))?,
-            surface: surface::write(&folder.join(SURFACE), self)?,
+            ids: AtlasIds {
+                sample: self.header.sample.clone(),
+                space: self.header.space.clone(),
+                coords: self.write_coords(&folder.join(COORDS))?,
+                texton: self.write_textons(&folder.join(TEXTON))?,
+                surface: surface::write(&folder.join(SURFACE), self)?,
+            },
             channels,
         };
         description.check()?;
@@ -105,11 +109,13 @@ impl AtlasMap {
 
     /// Reads a folder and checks every number that a later stage relies on.
     pub fn read(folder: &Path) -> Result<Self> {
+        // Read each file.
         let description = Self::read_description(folder)?;
         let sides = [description.height as usize, description.width as usize];
         let coords = read_coords(folder, sides, &description)?;
         let textons = read_textons(folder, sides, &description)?;
-        let surface = surface::read(&folder.join(SURFACE), sides, &description.surface)?;
+        let surface = surface::read(&folder.join(SURFACE), sides, &description.ids.surface)?;
+        // Put the map together.
         let map = Self {
             mesh: surface.mesh,
             vertex_normals: surface.vertex_normals,
@@ -131,16 +137,18 @@ impl AtlasMap {
                 origin: DVec3::from_array(description.origin),
                 seed: description.seed,
                 method: description.method,
-                sample: description.sample,
-                space: description.space,
+                sample: description.ids.sample,
+                space: description.ids.space,
             },
         };
+        // Check what only the whole tells.
         map.check().map_err(|error| error.in_file(folder))?;
         Ok(map)
     }
 
     /// Lists of every length but the right one are a fault of the caller.
     fn check_lengths(&self) -> Result<()> {
+        // List each column with its right length.
         let texels = self.len();
         let triangles = self.mesh.triangles.len();
         let lengths = [
@@ -164,6 +172,7 @@ impl AtlasMap {
                 Error::data("scale", format!("{scaled} entries")).expected(texels.to_string())
             );
         }
+        // Name the first that is off.
         match lengths.iter().find(|(_, found, wanted)| found != wanted) {
             None => Ok(()),
             Some((name, found, wanted)) => {
@@ -175,6 +184,7 @@ impl AtlasMap {
     /// Refuses numbers that no atlas has.
     fn check(&self) -> Result<()> {
         Surface::check(self)?;
+        // Check each texel: a coordinate inside charts, none outside.
         let [width, height] = self.header.exemplar.map(|side| side as f32);
         let columns = self.width as usize;
         for (texel, (coord, &chart)) in self.coords.iter().zip(&self.chart).enumerate() {
@@ -217,7 +227,8 @@ fn read_coords(
     [height, width]: [usize; 2],
     description: &Description,
 ) -> Result<Vec<Option<TexCoord>>> {
-    let numbers: Vec<f32> = read_array(folder, COORDS, &[height, width, 2], &description.coords)?;
+    let numbers: Vec<f32> =
+        read_array(folder, COORDS, &[height, width, 2], &description.ids.coords)?;
     let coord = |pair: &[f32]| match pair {
         [s, t] if s.is_nan() && t.is_nan() => None,
         _ => Some(TexCoord {
@@ -233,7 +244,7 @@ fn read_textons(
     [height, width]: [usize; 2],
     description: &Description,
 ) -> Result<Vec<TextonLabel>> {
-    let Some(id) = &description.texton else {
+    let Some(id) = &description.ids.texton else {
         return Ok(vec![TextonLabel::NONE; height * width]);
     };
     let labels: Vec<u16> = read_array(folder, TEXTON, &[height, width], id)?;

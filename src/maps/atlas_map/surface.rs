@@ -44,6 +44,7 @@ pub(super) fn write(path: &Path, map: &AtlasMap) -> Result<ContentId> {
     let meta = meta.as_object().cloned().unwrap_or_default();
     let (width, height) = (map.width as usize, map.height as usize);
     let (vertices, triangles) = (map.mesh.positions.len(), map.mesh.triangles.len());
+    // Write what holds per texel.
     npz::write(path, meta, |file| {
         for (name, vectors) in [
             ("position", &map.position),
@@ -61,6 +62,7 @@ pub(super) fn write(path: &Path, map: &AtlasMap) -> Result<ContentId> {
         if let Some(scale) = &map.scale {
             file.array("scale", view([height, width], scale)?)?;
         }
+        // Write the mesh and its charts.
         file.array("chart", view([height, width], &map.chart)?)?;
         let positions: &[f32] = bytemuck::cast_slice(&map.mesh.positions);
         file.array("vertices", view([vertices, 3], positions)?)?;
@@ -89,6 +91,7 @@ where
 pub(super) fn read(path: &Path, sides: [usize; 2], wanted: &ContentId) -> Result<Surface> {
     let mut file = npz::Reader::open(path)?;
     check_meta(&mut file, wanted)?;
+    // Read what holds per texel.
     let [height, width] = sides;
     let position = array::<f32, Ix3>(&mut file, "position", &[height, width, 3])?;
     let normal = array::<f32, Ix3>(&mut file, "normal", &[height, width, 3])?;
@@ -98,6 +101,7 @@ pub(super) fn read(path: &Path, sides: [usize; 2], wanted: &ContentId) -> Result
         true => Some(array::<f32, Ix2>(&mut file, "scale", &[height, width])?),
         false => None,
     };
+    // Read the mesh and its charts.
     let vertices = file.array::<f32, Ix2>("vertices")?;
     let count = vertices.nrows();
     let vertices = shaped(&file, "vertices", vertices, &[count, 3])?;
@@ -177,12 +181,14 @@ impl Surface {
     /// Refuses a mesh that is none, and texels whose surface is none.
     pub(super) fn check(map: &AtlasMap) -> Result<()> {
         check_mesh(map)?;
+        // Count the charts.
         let charts = map
             .chart_of
             .iter()
             .max()
             .map_or(0, |last| i64::from(*last) + 1);
         let width = map.width as usize;
+        // Check each texel inside them.
         for (texel, &chart) in map.chart.iter().enumerate() {
             let fault = |name: &str, found: String, expected: String| {
                 let place = format!("{name}, row {}, column {}", texel / width, texel % width);
@@ -221,6 +227,7 @@ fn check_mesh(map: &AtlasMap) -> Result<()> {
     let fault = |place: String, found: String, expected: &str| {
         Err(Error::data(place, found).expected(expected))
     };
+    // Check the vertices.
     let (vertices, triangles) = (map.mesh.positions.len(), map.mesh.triangles.len());
     if triangles == 0 {
         return fault("triangles".into(), "none".into(), "a surface");
@@ -245,6 +252,7 @@ fn check_mesh(map: &AtlasMap) -> Result<()> {
             return fault(place, normal.to_string(), "a unit vector");
         }
     }
+    // Check the triangles, their texture coordinates and charts.
     for (triangle, corners) in map.mesh.triangles.iter().enumerate() {
         if corners.iter().any(|&vertex| vertex as usize >= vertices) {
             let place = format!("triangles, row {triangle}");

@@ -14,7 +14,7 @@ use crate::mesh::subdivision::Refinement;
 const MARGIN: u32 = 1;
 /// The fewest texels along a square's side.
 const LEAST_SIDE: u32 = 2;
-/// Cells of the surface along a square's side: at least one for so many texels.
+/// Cells of the surface along a square's side: at least one for this many texels.
 const TEXELS_PER_CELL: u32 = 4;
 /// The fewest steps of subdivision: with fewer a surface looks angular.
 const LEAST_STEPS: u32 = 2;

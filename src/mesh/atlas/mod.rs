@@ -1,5 +1,5 @@
-//! Texture coordinates of a mesh cut into charts, and where the texels of an image lie on the surface.
-//! Knows nothing of what the texels hold.
+//! Texture coordinates of a mesh cut into charts, and where the texels of an image lie on the surface. Independent of
+//! what the texels hold.
 //!
 //! | file | what it does |
 //! | --- | --- |

@@ -6,14 +6,14 @@ use rayon::prelude::*;
 use super::charts::Atlas;
 use super::texel_points::{TexelPoints, ring};
 use crate::mesh::geodesic::Geodesics;
-use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
+use crate::mesh::surface_bvh::{SurfaceBvh, SurfacePoint};
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// For every texel outside charts within `reach` texels of one: (it, a texel inside that stands for it).
 ///
-/// Where the surface goes on across the chart's border, that is the texel nearest to the place on the surface
-/// that lies as far beyond the border; elsewhere the nearest texel of the chart.
+/// Where the surface continues across the chart's border, that is the texel nearest to the place on the surface that
+/// lies as far beyond the border; elsewhere the nearest texel of the chart.
 pub fn padding(
     points: &TexelPoints,
     atlas: &Atlas,
@@ -62,7 +62,7 @@ pub struct Across<'a> {
     geodesics: Geodesics<'a>,
     /// The texels inside charts, and a small piece of the surface at each.
     inside: Vec<u32>,
-    tree: SurfaceTree,
+    tree: SurfaceBvh,
 }
 
 /// The size of the piece of surface that stands for a texel, as a share of the mean texel's.
@@ -88,7 +88,7 @@ impl<'a> Across<'a> {
             atlas,
             geodesics: Geodesics { mesh, topology },
             inside,
-            tree: SurfaceTree::of_corners(&pieces),
+            tree: SurfaceBvh::of_corners(&pieces),
         }
     }
 
@@ -99,7 +99,7 @@ impl<'a> Across<'a> {
         self.nearest_texel(&self.beyond(&start, self.points.centre(place))?)
     }
 
-    /// The surface point at a texture coordinate of the chart of `start`, were the chart to go on: along a
+    /// The surface point at a texture coordinate of the chart of `start`, were the chart to continue: along a
     /// straight line, with the texture's scale at `start`.
     pub fn beyond(&self, start: &SurfacePoint, uv: glam::DVec2) -> Option<SurfacePoint> {
         let step = uv - self.atlas.uv(start);
@@ -170,7 +170,7 @@ mod tests {
                 (NONE, false)
             );
             let uv = points.centre(outside).as_vec2() * 32.0;
-            // The lower half goes on to the right, the upper one to the left.
+            // The lower half continues to the right, the upper one to the left.
             let lower = uv.y < 16.0;
             let right = lower && uv.x > 12.0 && (4.0..12.0).contains(&uv.y);
             let left = !lower && uv.x < 4.0 && (20.0..28.0).contains(&uv.y);

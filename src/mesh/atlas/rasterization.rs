@@ -63,6 +63,7 @@ impl TexelPoints {
         width: u32,
         height: u32,
     ) -> Result<(Self, Option<(usize, u32)>)> {
+        // Check the size.
         let texels = u64::from(width) * u64::from(height);
         if !(1..=MOST_TEXELS).contains(&texels) {
             return Err(Error::option(
@@ -71,6 +72,7 @@ impl TexelPoints {
                 format!("1 to {MOST_TEXELS} texels"),
             ));
         }
+        // Cover the texels, triangle by triangle; the first triangle keeps a texel.
         let mut points = Self {
             width,
             height,

@@ -51,6 +51,7 @@ pub fn split_non_manifold(mesh: &mut TriangleMesh, report: &mut RepairReport) ->
 /// turned: first those of one sheet, then those nearest to one plane, if `by_plane`; else none. Also lists
 /// the half-edges of such crowds.
 fn pair_up(mesh: &TriangleMesh, by_plane: bool, report: &mut RepairReport) -> (Pairing, Vec<u32>) {
+    // Sort the half-edges by their ends.
     let mut keyed: Vec<(u32, u32, u32)> = (0..mesh.triangles.len() as u32 * 3)
         .map(|half_edge| {
             let [a, b] = ends(&mesh.triangles, half_edge);
@@ -58,6 +59,7 @@ fn pair_up(mesh: &TriangleMesh, by_plane: bool, report: &mut RepairReport) -> (P
         })
         .collect();
     keyed.sort_unstable();
+    // Pair those that are two; set aside where three and more meet.
     let mut pairing = vec![NONE; keyed.len()];
     let mut crowds: Vec<Vec<u32>> = Vec::new();
     for group in keyed.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
@@ -67,6 +69,7 @@ fn pair_up(mesh: &TriangleMesh, by_plane: bool, report: &mut RepairReport) -> (P
             crowd => crowds.push(crowd.iter().map(|entry| entry.2).collect()),
         }
     }
+    // Pair the crowds by the angles between their triangles.
     if by_plane && !crowds.is_empty() {
         let mut sheets = sheets(&pairing);
         for members in &crowds {
@@ -86,7 +89,7 @@ fn pair_up(mesh: &TriangleMesh, by_plane: bool, report: &mut RepairReport) -> (P
     (pairing, crowds.concat())
 }
 
-/// The triangles that hang together across paired half-edges, as a union–find forest.
+/// The triangles that are connected across paired half-edges, as a union–find forest.
 fn sheets(pairing: &Pairing) -> Vec<u32> {
     let mut sheets: Vec<u32> = (0..pairing.len() as u32 / 3).collect();
     for (half_edge, &twin) in pairing.iter().enumerate() {

@@ -1,8 +1,8 @@
-//! One pass that makes a manifold mesh of what a file holds, and says what it changed.
+//! One pass that makes a manifold mesh of a file's content, and reports what it changed.
 //!
-//! Steps, in order: polygons to triangles; vertices at the same place made one; triangles without
-//! area or said twice dropped; specks dropped; triangles turned to face one way; edges and vertices
-//! where more than one surface meets split. Not done: filling holes, mending crossings.
+//! Steps, in order: polygons are triangulated; vertices at the same position are merged; triangles without area and
+//! repeated triangles are removed; specks are removed; triangles are flipped to face one way; edges and vertices
+//! where more than one surface meets are split. Holes are not filled; self-intersections are kept.
 
 mod manifold;
 mod orientation;
@@ -24,6 +24,7 @@ pub(crate) fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
 
 /// Which triangles to keep: those with an area that no earlier one has the corners of.
 pub fn useful_triangles(mesh: &TriangleMesh, report: &mut RepairReport) -> Vec<bool> {
+    // Sort the triangles by their corners, whatever their order.
     let mut order: Vec<([u32; 3], u32)> = (0..mesh.triangles.len() as u32)
         .map(|t| {
             let mut corners = mesh.triangles[t as usize];
@@ -32,6 +33,7 @@ pub fn useful_triangles(mesh: &TriangleMesh, report: &mut RepairReport) -> Vec<b
         })
         .collect();
     order.sort_unstable();
+    // Drop all but the first of equal ones.
     let mut keep = vec![true; mesh.triangles.len()];
     for pair in order.windows(2) {
         if pair[0].0 == pair[1].0 {
@@ -39,6 +41,7 @@ pub fn useful_triangles(mesh: &TriangleMesh, report: &mut RepairReport) -> Vec<b
             report.repeated_triangles += 1;
         }
     }
+    // Drop those without area.
     for (triangle, keep) in keep.iter_mut().enumerate() {
         if has_no_area(mesh, triangle) {
             report.repeated_triangles -= usize::from(!*keep);

@@ -52,7 +52,7 @@ impl TurnedComponent {
     fn line(&self) -> String {
         let [x, y, z] = self.centre;
         format!(
-            "component round ({x:.6}, {y:.6}, {z:.6}): {} of {} triangles turned",
+            "component round ({x:.6}, {y:.6}, {z:.6}): {} of {} triangles flipped",
             self.turned, self.triangles
         )
     }
@@ -77,20 +77,21 @@ impl RepairReport {
 
     /// One line for every kind of change.
     pub fn lines(&self) -> Vec<String> {
+        // Count each kind of change.
         let counts = [
             (
                 self.welded_vertices,
-                "vertices made one with another at the same place",
+                "vertices merged with another at the same position",
             ),
-            (self.cut_polygons, "polygons cut into triangles"),
-            (self.empty_triangles, "triangles without area dropped"),
+            (self.cut_polygons, "polygons triangulated"),
+            (self.empty_triangles, "triangles without area removed"),
             (self.repeated_triangles, "repeated triangles dropped"),
             (self.specks, "specks dropped"),
             (
                 self.turned_triangles,
-                "triangles turned to face as their neighbours",
+                "triangles flipped to face like their neighbours",
             ),
-            (self.cut_edges, "edges of three and more triangles cut"),
+            (self.cut_edges, "edges of three and more triangles split"),
             (
                 self.one_sided_edges,
                 "edges cut to give the surface two sides",
@@ -105,10 +106,11 @@ impl RepairReport {
         let mut lines: Vec<String> = told
             .map(|(count, what)| format!("{count} {what}"))
             .collect();
+        // Name the components that were turned, as far as there is room.
         let named = self.turned_components.iter().take(NAMED);
         lines.extend(named.map(TurnedComponent::line));
         if let Some(more @ 1..) = self.turned_components.len().checked_sub(NAMED) {
-            lines.push(format!("{more} more components turned"));
+            lines.push(format!("{more} more components flipped"));
         }
         lines.extend(self.notes.iter().cloned());
         lines

@@ -1,4 +1,4 @@
-//! Vertices at the same place, made one.
+//! Vertices at the same position, merged.
 
 use std::collections::HashMap;
 

@@ -5,14 +5,14 @@
 //! In: a field to start from and what it should heed. Out: unit vectors. The sum has many local maxima; the
 //! one that the start leads to is found.
 //!
-//! Each step turns one vertex. With all others held, its terms are |S| cos(θ_i − arg S), where S sums the
-//! neighbours' vectors carried to it, so that a turn of 0 to 2 times the angle to S never makes them less.
-//! Turning by more than 1 times that angle (successive overrelaxation) brings news across the mesh sooner.
+//! Each step turns one vertex. With all others held, its terms are |S| cos(θ_i − arg S), where S sums the neighbours'
+//! vectors carried to it, so that a turn of 0 to 2 times the angle to S never makes them less. Turning by more than 1
+//! times that angle (successive overrelaxation) converges faster.
 
 use glam::DVec2;
 
 use crate::error::Result;
-use crate::mesh::field::Wishes;
+use crate::mesh::field::FieldConstraints;
 use crate::mesh::rings::Rings;
 use crate::progress::Progress;
 
@@ -26,30 +26,32 @@ const MOST_PASSES: usize = 1000;
 /// Improves a field, vertex by vertex in ascending order, until it stands still; `areas` are those of the
 /// vertices. Vertices with a wanted direction keep it.
 ///
-/// A leaning adds area · (leaning · u) to the sum. Against edges of weight 1 that is what it weighs in the
+/// A soft constraint q adds area · (q · u) to the sum. Against edges of weight 1 that is what it weighs in the
 /// smoothness energy.
 pub fn improved(
     rings: &Rings,
     start: &[DVec2],
-    (wishes, areas): (&Wishes, &[f32]),
+    (constraints, areas): (&FieldConstraints, &[f32]),
     progress: Progress<'_>,
 ) -> Result<Vec<DVec2>> {
+    // Hold the vertices with a wanted direction.
     let mut vectors: Vec<DVec2> = start.iter().map(|u| u.normalize_or(DVec2::X)).collect();
     let mut is_fixed = vec![false; vectors.len()];
-    for constraint in &wishes.constraints {
+    for constraint in &constraints.hard {
         is_fixed[constraint.vertex as usize] = true;
     }
     let entries = 0..rings.edges.entries.len();
     let rotations: Vec<DVec2> = entries
         .map(|entry| DVec2::from_angle(rings.transport(entry)))
         .collect();
+    // Turn each of the others towards the sum of its neighbours, until none moves.
     for _ in 0..MOST_PASSES {
         progress.check()?;
         let mut largest: f64 = 0.0;
         for vertex in (0..vectors.len()).filter(|&vertex| !is_fixed[vertex]) {
             let range = rings.edges.range(vertex);
-            let mut sum = match wishes.leanings.get(vertex) {
-                Some(leaning) => *leaning * f64::from(areas[vertex]),
+            let mut sum = match constraints.soft.get(vertex) {
+                Some(pull) => *pull * f64::from(areas[vertex]),
                 None => DVec2::ZERO,
             };
             for (edge, rotation) in rings.edges.row(vertex).iter().zip(&rotations[range]) {
@@ -99,12 +101,12 @@ mod tests {
     }
 
     /// The start and the improved field.
-    fn both(mesh: &TriangleMesh, rings: &Rings, wishes: &Wishes) -> [Vec<DVec2>; 2] {
-        let start = orientation_field(mesh, rings, wishes, 3, Progress::silent())
+    fn both(mesh: &TriangleMesh, rings: &Rings, constraints: &FieldConstraints) -> [Vec<DVec2>; 2] {
+        let start = orientation_field(mesh, rings, constraints, 3, Progress::silent())
             .unwrap()
             .vectors;
         let areas = mesh.vertex_areas();
-        let found = improved(rings, &start, (wishes, &areas), Progress::silent()).unwrap();
+        let found = improved(rings, &start, (constraints, &areas), Progress::silent()).unwrap();
         [start, found]
     }
 
@@ -116,18 +118,18 @@ mod tests {
         let turned = |angle: f64| Vec3::new(angle.cos() as f32, angle.sin() as f32, 0.0);
         // Along the border the direction turns evenly, from x on the left to 60° on the right.
         let step = FRAC_PI_3 / f64::from(columns);
-        let mut wishes = Wishes::default();
+        let mut constraints = FieldConstraints::default();
         for row in 0..=rows {
             for column in 0..=columns {
                 if row % rows == 0 || column % columns == 0 {
                     let vertex = row * (columns + 1) + column;
                     let direction = turned(step * f64::from(column));
                     let angle = rings.angle_of(vertex as usize, direction).unwrap();
-                    wishes.constraints.push(Constraint { vertex, angle });
+                    constraints.hard.push(Constraint { vertex, angle });
                 }
             }
         }
-        let [start, found] = both(&mesh, &rings, &wishes);
+        let [start, found] = both(&mesh, &rings, &constraints);
         for (vertex, vector) in found.iter().enumerate() {
             let column = vertex as u32 % (columns + 1);
             let s = rings.direction(vertex, vector.to_angle());
@@ -151,21 +153,21 @@ mod tests {
         let mut random = crate::random::stream(1, "cosine test", 0, 0);
         let mut noise = || DVec2::from_angle(random.gen_range(0.0..std::f64::consts::TAU));
         let start: Vec<DVec2> = mesh.positions.iter().map(|_| noise()).collect();
-        let wishes = Wishes {
-            constraints: vec![Constraint {
+        let constraints = FieldConstraints {
+            hard: vec![Constraint {
                 vertex: 5,
                 angle: 0.3,
             }],
-            ..Wishes::default()
+            ..FieldConstraints::default()
         };
         let mut start = start;
         start[5] = DVec2::from_angle(0.3);
         let areas = mesh.vertex_areas();
-        let found = improved(&rings, &start, (&wishes, &areas), Progress::silent()).unwrap();
+        let found = improved(&rings, &start, (&constraints, &areas), Progress::silent()).unwrap();
         assert_eq!(found[5], start[5]);
         assert!(mean_cosine(&rings, &found) > 0.9 && mean_cosine(&rings, &start) < 0.5);
         // It stands still: no vertex has a better direction.
-        let again = improved(&rings, &found, (&wishes, &areas), Progress::silent()).unwrap();
+        let again = improved(&rings, &found, (&constraints, &areas), Progress::silent()).unwrap();
         for (a, b) in found.iter().zip(&again) {
             assert!(a.distance(*b) < 1e-5);
         }
@@ -179,7 +181,7 @@ mod tests {
             shapes::cylinder(16, 8, 1.0, 0.3),
         ] {
             let rings = rings(&mesh);
-            let [start, found] = both(&mesh, &rings, &Wishes::default());
+            let [start, found] = both(&mesh, &rings, &FieldConstraints::default());
             let [before, after] = [start, found].map(|vectors| mean_cosine(&rings, &vectors));
             assert!(after >= before && after <= 1.0, "{before} → {after}");
         }

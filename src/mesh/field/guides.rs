@@ -1,4 +1,4 @@
-//! What the user wants of the field, turned into wishes: directions at vertices and points, a
+//! What the user wants of the field, turned into constraints: directions at vertices and points, a
 //! constant direction, texture coordinates, curvature.
 
 use std::path::{Path, PathBuf};
@@ -11,35 +11,36 @@ use crate::error::{Error, Result};
 use crate::format::json;
 use crate::mesh::field::cosine;
 use crate::mesh::field::curvature::principal_directions;
-use crate::mesh::field::{Constraint, Field, Wishes, orientation_field};
+use crate::mesh::field::{Constraint, Field, FieldConstraints, orientation_field};
 use crate::mesh::keys::KeyFile;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::user_vertex::UserVertices;
 use crate::progress::Progress;
 
 /// What the field follows where nothing is said of a vertex.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Alignment {
-    /// Nothing: the field is as smooth as the surface allows.
+    /// Nothing: the field is as smooth as possible.
     #[default]
     Smooth,
-    /// The direction in which the surface bends most.
+    /// The direction of greatest curvature.
     Curvature,
     /// The direction in which the mesh's texture coordinate u grows.
     Uv,
 }
 
-/// What makes one orientation field better than another.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+/// The energy that the orientation field minimises or maximises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum FieldEnergy {
-    /// The least change from vertex to vertex, squared: has one best field, found exactly (Knöppel 2013).
+    /// The least squared change from vertex to vertex; its one optimum is found exactly (Knöppel 2013).
     #[default]
     Dirichlet,
-    /// The greatest sum of cosines of the angles along edges, improved from that field (Ying 2001, footnote 2).
+    /// The greatest sum of cosines of the angles along edges; a local optimum is found from the other field (Ying
+    /// 2001, footnote 2).
     Cosine,
 }
 
@@ -57,7 +58,7 @@ pub struct GuideOptions {
     pub guide: Option<PathBuf>,
     /// A file of keys: directions the field must take as well.
     pub keys: Option<PathBuf>,
-    /// What the field follows elsewhere.
+    /// What the field follows where no direction is given.
     pub align: Alignment,
     /// A direction in space that s follows wherever it lies along the surface.
     pub direction: Option<Vec<f64>>,
@@ -129,7 +130,7 @@ pub struct Canvas<'a> {
     /// Its rings.
     pub rings: &'a Rings,
     /// Its triangles, for points.
-    pub tree: &'a SurfaceTree,
+    pub tree: &'a SurfaceBvh,
     /// Mesh units a texel covers.
     pub texel: f64,
 }
@@ -142,29 +143,37 @@ pub fn guided_field(
     progress: Progress<'_>,
 ) -> Result<Field> {
     options.validate()?;
-    let mut wishes = Wishes::default();
+    // Gather the constraints; the first that speaks of a vertex counts.
+    let mut constraints = FieldConstraints::default();
     let count = canvas.user.mesh.positions.len();
     let mut said = vec![false; count];
-    canvas.add_property(&mut wishes, &mut said)?;
+    canvas.add_property(&mut constraints, &mut said)?;
     if let Some(path) = &options.guide {
-        canvas.add_file(path, &mut wishes, &mut said)?;
+        canvas.add_file(path, &mut constraints, &mut said)?;
     }
     if let Some(path) = &options.keys {
-        canvas.add_keys(path, &mut wishes, &mut said)?;
+        canvas.add_keys(path, &mut constraints, &mut said)?;
     }
     if let Some(direction) = &options.direction {
-        canvas.add_direction(direction, &mut wishes, &mut said);
+        canvas.add_direction(direction, &mut constraints, &mut said);
     }
     if options.align == Alignment::Uv {
-        canvas.add_uvs(&mut wishes, &mut said)?;
+        canvas.add_uvs(&mut constraints, &mut said)?;
     }
-    let mut field = orientation_field(&canvas.user.mesh, canvas.rings, &wishes, seed, progress)?;
+    // Solve for the field.
+    let mut field = orientation_field(
+        &canvas.user.mesh,
+        canvas.rings,
+        &constraints,
+        seed,
+        progress,
+    )?;
     if options.align == Alignment::Curvature {
-        field = canvas.lean_on_curvature(field, &mut wishes, seed, progress)?;
+        field = canvas.lean_on_curvature(field, &mut constraints, seed, progress)?;
     }
     match options.energy {
         FieldEnergy::Dirichlet => Ok(field),
-        FieldEnergy::Cosine => canvas.improve_cosines(&field, &wishes, progress),
+        FieldEnergy::Cosine => canvas.improve_cosines(&field, &constraints, progress),
     }
 }
 
@@ -174,9 +183,10 @@ impl Canvas<'_> {
         vertex: usize,
         direction: Vec3,
         place: &str,
-        wishes: &mut Wishes,
+        constraints: &mut FieldConstraints,
         said: &mut [bool],
     ) -> Result<()> {
+        // Refuse a direction that stands on the surface.
         let upright = direction
             .normalize_or_zero()
             .cross(self.rings.normals[vertex])
@@ -192,8 +202,9 @@ impl Canvas<'_> {
             )
             .expected("a direction along the surface"));
         };
+        // Constrain the vertex unless an earlier guide did.
         if !std::mem::replace(&mut said[vertex], true) {
-            wishes.constraints.push(Constraint {
+            constraints.hard.push(Constraint {
                 vertex: vertex as u32,
                 angle,
             });
@@ -205,27 +216,37 @@ impl Canvas<'_> {
         !self.rings.edges.row(vertex).is_empty()
     }
 
-    fn add_property(&self, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+    fn add_property(&self, constraints: &mut FieldConstraints, said: &mut [bool]) -> Result<()> {
         for (vertex, &direction) in self.user.orientation.iter().flatten().enumerate() {
             if direction != Vec3::ZERO && self.is_used(vertex) {
-                self.constrain(vertex, direction, "sx sy sz", wishes, said)?;
+                self.constrain(vertex, direction, "sx sy sz", constraints, said)?;
             }
         }
         Ok(())
     }
 
-    fn add_file(&self, path: &Path, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+    fn add_file(
+        &self,
+        path: &Path,
+        constraints: &mut FieldConstraints,
+        said: &mut [bool],
+    ) -> Result<()> {
         let file: GuideFile = json::read(path)?;
         for (number, guide) in file.guides.iter().enumerate() {
             let place = format!("guide {number}");
-            self.add_guide(guide, &place, wishes, said)
+            self.add_guide(guide, &place, constraints, said)
                 .map_err(|error| error.in_file(path))?;
         }
         Ok(())
     }
 
     /// Adds the directions of a file of keys.
-    fn add_keys(&self, path: &Path, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+    fn add_keys(
+        &self,
+        path: &Path,
+        constraints: &mut FieldConstraints,
+        said: &mut [bool],
+    ) -> Result<()> {
         for (number, key) in KeyFile::read(path)?.keys.iter().enumerate() {
             let Some(direction) = key.direction else {
                 continue;
@@ -235,7 +256,7 @@ impl Canvas<'_> {
                 point: key.point,
                 direction,
             };
-            self.add_guide(&guide, &format!("key {number}"), wishes, said)
+            self.add_guide(&guide, &format!("key {number}"), constraints, said)
                 .map_err(|error| error.in_file(path))?;
         }
         Ok(())
@@ -245,7 +266,7 @@ impl Canvas<'_> {
         &self,
         guide: &Guide,
         place: &str,
-        wishes: &mut Wishes,
+        constraints: &mut FieldConstraints,
         said: &mut [bool],
     ) -> Result<()> {
         let vertices = UserVertices {
@@ -255,10 +276,15 @@ impl Canvas<'_> {
         };
         let vertex = vertices.at(guide.vertex, guide.point, place)?;
         let direction = Vec3::from_array(guide.direction);
-        self.constrain(vertex, direction, place, wishes, said)
+        self.constrain(vertex, direction, place, constraints, said)
     }
 
-    fn add_direction(&self, direction: &[f64], wishes: &mut Wishes, said: &mut [bool]) {
+    fn add_direction(
+        &self,
+        direction: &[f64],
+        constraints: &mut FieldConstraints,
+        said: &mut [bool],
+    ) {
         let wanted = Vec3::new(
             direction[0] as f32,
             direction[1] as f32,
@@ -272,7 +298,7 @@ impl Canvas<'_> {
             }
             if let Some(angle) = self.rings.angle_of(vertex, wanted) {
                 *said = true;
-                wishes.constraints.push(Constraint {
+                constraints.hard.push(Constraint {
                     vertex: vertex as u32,
                     angle,
                 });
@@ -280,7 +306,7 @@ impl Canvas<'_> {
         }
     }
 
-    fn add_uvs(&self, wishes: &mut Wishes, said: &mut [bool]) -> Result<()> {
+    fn add_uvs(&self, constraints: &mut FieldConstraints, said: &mut [bool]) -> Result<()> {
         let Some(uvs) = &self.user.corner_uvs else {
             return Err(Error::option(
                 "align",
@@ -288,6 +314,7 @@ impl Canvas<'_> {
                 "a mesh with texture coordinates",
             ));
         };
+        // Sum the directions in which u grows, weighted by area.
         let mesh = &self.user.mesh;
         let mut sums = vec![Vec3::ZERO; said.len()];
         for (triangle, [a, b, c]) in uvs.iter().enumerate() {
@@ -301,10 +328,11 @@ impl Canvas<'_> {
                     .for_each(|&v| sums[v as usize] += weight * along);
             }
         }
+        // Constrain the vertices that no earlier guide did.
         for (vertex, &sum) in sums.iter().enumerate() {
             if let (false, Some(angle)) = (said[vertex], self.rings.angle_of(vertex, sum)) {
                 said[vertex] = true;
-                wishes.constraints.push(Constraint {
+                constraints.hard.push(Constraint {
                     vertex: vertex as u32,
                     angle,
                 });
@@ -314,11 +342,11 @@ impl Canvas<'_> {
     }
 
     /// Draws the smooth field to the principal directions, each taken with the sign that is nearer;
-    /// the signs settle in a few rounds. The wishes are left as they were in the last one.
+    /// the signs settle in a few rounds. The constraints are left as they were in the last one.
     fn lean_on_curvature(
         &self,
         smooth: Field,
-        wishes: &mut Wishes,
+        constraints: &mut FieldConstraints,
         seed: u64,
         progress: Progress<'_>,
     ) -> Result<Field> {
@@ -331,21 +359,21 @@ impl Canvas<'_> {
                 let sure = (p.certainty / mean.max(f64::MIN_POSITIVE)).min(3.0);
                 p.direction * (firmness * sure * p.direction.dot(*u).signum())
             };
-            wishes.leanings = principal.iter().zip(&field.vectors).map(lean).collect();
-            field = orientation_field(&self.user.mesh, self.rings, wishes, seed, progress)?;
+            constraints.soft = principal.iter().zip(&field.vectors).map(lean).collect();
+            field = orientation_field(&self.user.mesh, self.rings, constraints, seed, progress)?;
         }
         Ok(field)
     }
 
-    /// The field under the same wishes that the cosine energy leads to.
+    /// The field under the same constraints that the cosine energy leads to.
     fn improve_cosines(
         &self,
         field: &Field,
-        wishes: &Wishes,
+        constraints: &FieldConstraints,
         progress: Progress<'_>,
     ) -> Result<Field> {
         let (mesh, rings) = (&self.user.mesh, self.rings);
-        let heeded = (wishes, &mesh.vertex_areas()[..]);
+        let heeded = (constraints, &mesh.vertex_areas()[..]);
         let vectors = cosine::improved(rings, &field.vectors, heeded, progress)?;
         Ok(Field::of_vectors(mesh, rings, vectors))
     }

@@ -6,7 +6,7 @@
 //! gets the eigenvector of the smallest eigenvalue of the connection Laplacian; one with them the
 //! field of least energy that takes them exactly. [`cosine`] improves it under another energy.
 
-pub mod cosine;
+pub(crate) mod cosine;
 pub mod curvature;
 pub mod guides;
 mod hermitian;
@@ -41,12 +41,12 @@ pub struct Constraint {
 
 /// What the field should heed.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Wishes {
+pub struct FieldConstraints {
     /// Directions taken exactly.
-    pub constraints: Vec<Constraint>,
-    /// Directions the field leans to, per vertex: their lengths say how much, as a weight for each
+    pub hard: Vec<Constraint>,
+    /// Directions that pull at the field, per vertex: their lengths say how much, as a weight for each
     /// unit of area. Empty for none.
-    pub leanings: Vec<DVec2>,
+    pub soft: Vec<DVec2>,
 }
 
 /// An orientation field.
@@ -77,22 +77,24 @@ impl Field {
 /// The world's up, towards which t of an unguided field points as far as it can.
 const UP: Vec3 = Vec3::Y;
 
-/// Solves for the smoothest field under the wishes.
+/// Solves for the smoothest field under the constraints.
 pub fn orientation_field(
     mesh: &TriangleMesh,
     rings: &Rings,
-    wishes: &Wishes,
+    constraints: &FieldConstraints,
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<Field> {
+    // Set up the equations, and hold the constraints.
     let laplacian = connection_laplacian(mesh, rings, Weights::Cotangent);
     let mass = masses(mesh);
     let mut vectors = vec![DVec2::X; mesh.positions.len()];
     let mut fixed = vec![false; mesh.positions.len()];
-    for constraint in &wishes.constraints {
+    for constraint in &constraints.hard {
         vectors[constraint.vertex as usize] = DVec2::from_angle(constraint.angle);
         fixed[constraint.vertex as usize] = true;
     }
+    // Solve component by component.
     let parts = by_component(mesh);
     let mut positive = None;
     for part in 0..parts.len() {
@@ -102,7 +104,7 @@ pub fn orientation_field(
             mass: &mass,
             members: parts.row(part),
             fixed: &fixed,
-            leanings: &wishes.leanings,
+            soft: &constraints.soft,
             progress,
         };
         progress.check()?;
@@ -110,6 +112,7 @@ pub fn orientation_field(
         if let Err(Error::Interrupted) = solved {
             return Err(Error::Interrupted);
         }
+        // Where cotangent weights fail, solve with positive ones.
         if solved.is_err() {
             let positive = positive
                 .get_or_insert_with(|| connection_laplacian(mesh, rings, Weights::Positive));
@@ -163,7 +166,7 @@ struct Part<'a> {
     mass: &'a [f64],
     members: &'a [u32],
     fixed: &'a [bool],
-    leanings: &'a [DVec2],
+    soft: &'a [DVec2],
     progress: Progress<'a>,
 }
 
@@ -179,7 +182,7 @@ impl Part<'_> {
             return Ok(());
         }
         let leans = |v: &u32| {
-            self.leanings
+            self.soft
                 .get(*v as usize)
                 .is_some_and(|q| *q != DVec2::ZERO)
         };
@@ -247,7 +250,7 @@ impl Part<'_> {
             return Err(indefinite());
         }
         self.turn_upright(free, &mut vectors);
-        // Of unit length on the average, as wanted directions are.
+        // Of unit length on average, as wanted directions are.
         let area: f64 = mass.iter().sum();
         Ok(vectors.into_iter().map(|u| u * area.sqrt()).collect())
     }
@@ -273,26 +276,18 @@ impl Part<'_> {
     }
 
     fn least_energy(&self, free: &[u32], vectors: &[DVec2]) -> Result<Vec<DVec2>> {
-        let weight = |v: usize| {
-            self.leanings
-                .get(v)
-                .map_or(0.0, |q| q.length() * self.mass[v])
-        };
+        let weight = |v: usize| self.soft.get(v).map_or(0.0, |q| q.length() * self.mass[v]);
         let shift = self.shift(free) * 1e-3;
         let matrix = self.matrix(free, |v| weight(v) + shift * self.mass[v]);
         let wanted: Vec<DVec2> = free
             .iter()
             .map(|&vertex| {
-                let leaning = self
-                    .leanings
-                    .get(vertex as usize)
-                    .copied()
-                    .unwrap_or_default();
+                let pull = self.soft.get(vertex as usize).copied().unwrap_or_default();
                 let row = self.laplacian.rows.row(vertex as usize).iter();
                 let pulls = row
                     .filter(|entry| self.fixed[entry.column as usize])
                     .map(|entry| entry.value.rotate(vectors[entry.column as usize]));
-                leaning * self.mass[vertex as usize] - pulls.sum::<DVec2>()
+                pull * self.mass[vertex as usize] - pulls.sum::<DVec2>()
             })
             .collect();
         let multigrid = Multigrid::new(matrix).ok_or_else(indefinite)?;
@@ -322,16 +317,16 @@ mod tests {
 
     fn guided(mesh: &TriangleMesh, vertex: u32, direction: Vec3) -> Vec<Vec3> {
         let rings = rings(mesh);
-        let wishes = Wishes {
-            constraints: vec![Constraint {
+        let constraints = FieldConstraints {
+            hard: vec![Constraint {
                 vertex,
                 angle: rings.angle_of(vertex as usize, direction).unwrap(),
             }],
-            ..Wishes::default()
+            ..FieldConstraints::default()
         };
-        let field = orientation_field(mesh, &rings, &wishes, 0, Progress::silent()).unwrap();
+        let field = orientation_field(mesh, &rings, &constraints, 0, Progress::silent()).unwrap();
         let angles = field.angles();
-        assert_eq!(angles[vertex as usize], wishes.constraints[0].angle);
+        assert_eq!(angles[vertex as usize], constraints.hard[0].angle);
         (0..angles.len())
             .map(|v| rings.direction(v, angles[v]))
             .collect()
@@ -358,15 +353,15 @@ mod tests {
             vertex,
             angle: rings.angle_of(vertex as usize, wanted).unwrap(),
         };
-        let wishes = Wishes {
-            constraints: (0..count)
+        let constraints = FieldConstraints {
+            hard: (0..count)
                 .filter(|v| !is_free(*v))
                 .map(constraint)
                 .collect(),
-            ..Wishes::default()
+            ..FieldConstraints::default()
         };
-        assert!(count as usize - wishes.constraints.len() > 20_000);
-        let field = orientation_field(&mesh, &rings, &wishes, 0, Progress::silent()).unwrap();
+        assert!(count as usize - constraints.hard.len() > 20_000);
+        let field = orientation_field(&mesh, &rings, &constraints, 0, Progress::silent()).unwrap();
         for vertex in (0..count).filter(|v| is_free(*v)) {
             let angle = field.vectors[vertex as usize].to_angle();
             let s = rings.direction(vertex as usize, angle);
@@ -402,12 +397,17 @@ mod tests {
         nalgebra::SymmetricEigen::new(dense).eigenvalues.min()
     }
 
+    /// The field that nothing guides.
+    pub(super) fn free_field(mesh: &TriangleMesh, rings: &Rings, seed: u64) -> Field {
+        let free = FieldConstraints::default();
+        orientation_field(mesh, rings, &free, seed, Progress::silent()).unwrap()
+    }
+
     #[test]
     fn a_free_field_stands_upright() {
         let mesh = shapes::grid(9, 7, 0.5);
         let rings = rings(&mesh);
-        let field =
-            orientation_field(&mesh, &rings, &Wishes::default(), 5, Progress::silent()).unwrap();
+        let field = free_field(&mesh, &rings, 5);
         for (vertex, angle) in field.angles().into_iter().enumerate() {
             let s = rings.direction(vertex, angle);
             assert!((s - Vec3::X).length() < 1e-3, "{s:?}");
@@ -418,8 +418,7 @@ mod tests {
     fn a_free_field_has_the_smallest_energy_there_is() {
         for mesh in [shapes::icosphere(2), shapes::torus(24, 12, 1.0, 0.4)] {
             let rings = rings(&mesh);
-            let field = orientation_field(&mesh, &rings, &Wishes::default(), 1, Progress::silent())
-                .unwrap();
+            let field = free_field(&mesh, &rings, 1);
             let least = smallest_eigenvalue(&mesh, &rings);
             assert!(
                 field.energy < 1.001 * least + 1e-9,
@@ -440,7 +439,7 @@ mod tests {
         let field = orientation_field(
             &mesh,
             &rings(&mesh),
-            &Wishes::default(),
+            &FieldConstraints::default(),
             1,
             Progress::silent(),
         )

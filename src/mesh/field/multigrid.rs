@@ -1,8 +1,8 @@
-//! A hierarchy of ever smaller matrices that stands in for the inverse of the finest: algebraic
-//! multigrid by plain aggregation. A vertex and its neighbours become one coarse unknown, carried
-//! to each of them by the connection's own rotation; coarse matrices are the Galerkin products.
+//! A hierarchy of ever smaller matrices that approximates the inverse of the finest: algebraic multigrid by plain
+//! aggregation. A vertex and its neighbours become one coarse unknown, transported to each of them by the
+//! connection's rotation; coarse matrices are the Galerkin products.
 //!
-//! Plain aggregates correct too little; a W-cycle makes up for it.
+//! Plain aggregates correct too little; a W-cycle compensates for it.
 //!
 //! An unknown with neighbours always ends in an aggregate of two or more. Only unknowns without any
 //! keep a level from shrinking: they are divided by the diagonal and leave the hierarchy. So what is
@@ -21,7 +21,7 @@ const SMALLEST: usize = 96;
 /// Relaxations before and after the coarse correction.
 const SMOOTHING: usize = 2;
 
-/// How the unknowns of a level hang together on the next.
+/// How the unknowns of a level are connected on the next.
 struct Aggregates {
     /// The coarse unknown of each.
     parent: Vec<u32>,
@@ -34,14 +34,14 @@ struct Aggregates {
 }
 
 /// One level of the hierarchy.
-struct Level {
+struct MultigridLevel {
     matrix: Hermitian,
     aggregates: Option<Aggregates>,
 }
 
 /// The hierarchy over a positive definite Hermitian matrix.
 pub struct Multigrid {
-    levels: Vec<Level>,
+    levels: Vec<MultigridLevel>,
     coarsest: nalgebra::Cholesky<Complex<f64>, nalgebra::Dyn>,
 }
 
@@ -60,14 +60,14 @@ impl Multigrid {
                 return None;
             }
             let coarse = galerkin(&matrix, &aggregates);
-            levels.push(Level {
+            levels.push(MultigridLevel {
                 matrix,
                 aggregates: Some(aggregates),
             });
             matrix = coarse;
         }
         let coarsest = nalgebra::Cholesky::new(dense(&matrix))?;
-        levels.push(Level {
+        levels.push(MultigridLevel {
             matrix,
             aggregates: None,
         });

@@ -69,7 +69,8 @@ fn wrap(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::field::{Wishes, orientation_field};
+    use crate::mesh::field::tests::free_field;
+    use crate::mesh::field::{FieldConstraints, orientation_field};
     use crate::mesh::shapes;
     use crate::mesh::topology::Topology;
     use crate::progress::Progress;
@@ -86,10 +87,15 @@ mod tests {
             let mut random = random::stream(5, "singularities test", 0, 0);
             let mut noise = || DVec2::from_angle(random.gen_range(0.0..TAU));
             let noisy: Vec<DVec2> = mesh.positions.iter().map(|_| noise()).collect();
-            let smooth =
-                orientation_field(&mesh, &rings, &Wishes::default(), 0, Progress::silent())
-                    .unwrap()
-                    .vectors;
+            let smooth = orientation_field(
+                &mesh,
+                &rings,
+                &FieldConstraints::default(),
+                0,
+                Progress::silent(),
+            )
+            .unwrap()
+            .vectors;
             for vectors in [noisy, smooth] {
                 let found = singularities(&mesh, &rings, &vectors);
                 assert_eq!(found.iter().map(|s| s.index).sum::<i32>(), euler);
@@ -101,8 +107,7 @@ mod tests {
     fn a_smooth_field_on_a_sphere_turns_twice() {
         let mesh = shapes::icosphere(3);
         let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
-        let field =
-            orientation_field(&mesh, &rings, &Wishes::default(), 0, Progress::silent()).unwrap();
+        let field = free_field(&mesh, &rings, 0);
         let found = singularities(&mesh, &rings, &field.vectors);
         assert_eq!(found.iter().map(|s| s.index).collect::<Vec<_>>(), [1, 1]);
     }

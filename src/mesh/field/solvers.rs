@@ -18,6 +18,7 @@ pub fn solve(
     tolerance: f64,
     progress: Progress<'_>,
 ) -> Result<()> {
+    // Begin with the residual of the first guess.
     let matrix = multigrid.matrix();
     let mut applied = vec![DVec2::ZERO; b.len()];
     matrix.apply(x, &mut applied);
@@ -30,6 +31,7 @@ pub fn solve(
         if dot(&residual, &residual).sqrt() <= goal {
             return Ok(());
         }
+        // Find the next direction, conjugate to those before.
         let corrected = multigrid.precondition(&residual);
         let now = dot(&residual, &corrected);
         if direction.is_empty() {
@@ -42,6 +44,7 @@ pub fn solve(
                 .for_each(|(d, z)| *d = *z + keep * *d);
         }
         before = now;
+        // Step along it.
         matrix.apply(&direction, &mut applied);
         let bent = dot(&direction, &applied);
         if !(bent > 0.0 && now > 0.0) {
@@ -110,6 +113,7 @@ pub fn smallest_eigenvector(
     progress: Progress<'_>,
 ) -> Result<(f64, Vec<DVec2>)> {
     let matrix = multigrid.matrix();
+    // Begin with the guess.
     let mut now = Tracked::new(guess, matrix, mass);
     now.scale_to_unit();
     let mut momentum: Option<Tracked> = None;
@@ -117,6 +121,7 @@ pub fn smallest_eigenvector(
     let mut calm = 0;
     for _ in 0..MOST_EIGEN_ITERATIONS {
         progress.check()?;
+        // Precondition the residual, and keep it apart from the vector.
         let residual: Vec<DVec2> = now
             .ax
             .iter()
@@ -129,6 +134,7 @@ pub fn smallest_eigenvector(
             break;
         }
         step.scale_to_unit();
+        // Find the best combination of vector, residual and momentum (Rayleigh–Ritz).
         let mut basis = vec![&now, &step];
         basis.extend(momentum.as_ref());
         let weights = rayleigh_ritz(&basis);
@@ -138,12 +144,14 @@ pub fn smallest_eigenvector(
         let mut travelled = Tracked::combine(&parts[1..]);
         next.scale_to_unit();
         remove(&mut travelled, &next);
+        // Keep the move as the next momentum.
         let moved = dot(&travelled.x, &travelled.mx);
         momentum = (moved > 1e-24).then(|| {
             travelled.scale_to_unit();
             travelled
         });
         now = next;
+        // Stop when the value stands still twice.
         let before = std::mem::replace(&mut value, dot(&now.x, &now.ax));
         calm = if before - value <= 1e-4 * value.abs() {
             calm + 1

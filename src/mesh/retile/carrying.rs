@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::{edge_length, retile_along};
-use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
+use crate::mesh::surface_bvh::{SurfaceBvh, SurfacePoint};
 use crate::mesh::texture_charts::TextureCharts;
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -68,7 +68,7 @@ pub fn retile_with_numbers(
 /// A corner's texture coordinate is that of the nearest point of the chart in which its triangle lies. At a
 /// seam that the retiling did not keep, a chart ends short of the corner: the texture is stretched there.
 fn carried(model: &UserMesh, charts: Option<&TextureCharts<'_>>, mesh: TriangleMesh) -> UserMesh {
-    let tree = SurfaceTree::new(&model.mesh);
+    let tree = SurfaceBvh::new(&model.mesh);
     let places: Vec<Option<SurfacePoint>> = match model.has_vertex_numbers() {
         true => mesh
             .positions
@@ -185,7 +185,7 @@ impl Blend<'_> {
 
 fn corner_uvs(
     charts: &TextureCharts<'_>,
-    tree: &SurfaceTree,
+    tree: &SurfaceBvh,
     model: &TriangleMesh,
     mesh: &TriangleMesh,
 ) -> Vec<[Vec2; 3]> {
@@ -210,7 +210,7 @@ fn corner_uvs(
 /// Where a chart lies on its mesh.
 struct ChartPlace {
     triangles: Vec<u32>,
-    tree: SurfaceTree,
+    tree: SurfaceBvh,
 }
 
 impl ChartPlace {
@@ -236,7 +236,7 @@ fn chart_places(charts: &TextureCharts<'_>, mesh: &TriangleMesh) -> BTreeMap<u32
             .iter()
             .map(|&t| mesh.corners(t as usize))
             .collect();
-        let tree = SurfaceTree::of_corners(&corners);
+        let tree = SurfaceBvh::of_corners(&corners);
         (chart, ChartPlace { triangles, tree })
     };
     triangles.into_iter().map(place).collect()

@@ -19,9 +19,9 @@ pub enum Freedom {
     Fixed,
 }
 
-/// The mesh under the knife.
+/// A mesh that is being edited.
 #[derive(Clone, Debug)]
-pub struct Surgery {
+pub struct EditMesh {
     /// Vertex positions; those of removed vertices linger.
     pub positions: Vec<Vec3>,
     /// Triangles; a removed one is `[NONE; 3]`.
@@ -37,7 +37,7 @@ pub struct Surgery {
     vertices: usize,
 }
 
-impl Surgery {
+impl EditMesh {
     /// Opens a manifold mesh; `sharp` says which half-edges are creases (boundaries are added).
     pub fn new(mesh: &TriangleMesh, sharp: Vec<bool>, freedom: Vec<Freedom>) -> Self {
         let topology = Topology::new(&mesh.triangles);
@@ -322,6 +322,7 @@ impl Surgery {
         numbers: &[u32],
         triangles: &[(u32, u32)],
     ) -> Self {
+        // Find the new number of each half-edge.
         let mut places = vec![NONE; self.triangles.len()];
         for (place, &(_, old)) in triangles.iter().enumerate() {
             places[old as usize] = place as u32;
@@ -332,6 +333,7 @@ impl Surgery {
         };
         let sides = |old: u32| old as usize * 3..old as usize * 3 + 3;
         let olds = || triangles.iter().map(|&(_, old)| old);
+        // Copy vertices, then triangles, in the new order.
         Self {
             positions: vertices
                 .iter()
@@ -380,25 +382,25 @@ mod tests {
     use crate::random;
     use rand::Rng;
 
-    fn open(mesh: &TriangleMesh) -> Surgery {
+    fn open(mesh: &TriangleMesh) -> EditMesh {
         let boundary = Topology::new(&mesh.triangles).opposite;
         let sharp: Vec<bool> = boundary.iter().map(|&twin| twin == NONE).collect();
-        Surgery::new(mesh, sharp, vec![Freedom::Surface; mesh.positions.len()])
+        EditMesh::new(mesh, sharp, vec![Freedom::Surface; mesh.positions.len()])
     }
 
-    fn check(surgery: &Surgery) {
-        for half_edge in 0..surgery.opposite.len() as u32 {
-            if !surgery.is_alive(half_edge) {
+    fn check(edited: &EditMesh) {
+        for half_edge in 0..edited.opposite.len() as u32 {
+            if !edited.is_alive(half_edge) {
                 continue;
             }
-            let twin = surgery.opposite[half_edge as usize];
-            let [a, b] = surgery.ends(half_edge);
+            let twin = edited.opposite[half_edge as usize];
+            let [a, b] = edited.ends(half_edge);
             if twin != NONE {
-                assert_eq!(surgery.opposite[twin as usize], half_edge);
-                assert_eq!(surgery.ends(twin), [b, a]);
+                assert_eq!(edited.opposite[twin as usize], half_edge);
+                assert_eq!(edited.ends(twin), [b, a]);
             }
-            let leaving = surgery.leaving[a as usize];
-            assert!(surgery.is_alive(leaving) && surgery.ends(leaving)[0] == a);
+            let leaving = edited.leaving[a as usize];
+            assert!(edited.is_alive(leaving) && edited.ends(leaving)[0] == a);
         }
     }
 
@@ -410,30 +412,30 @@ mod tests {
             shapes::icosphere(1),
         ] {
             let shape = Topology::new(&mesh.triangles).shape(&mesh);
-            let mut surgery = open(&mesh);
-            let mut random = random::stream(3, "surgery test", 0, 0);
+            let mut edited = open(&mesh);
+            let mut random = random::stream(3, "edited test", 0, 0);
             let mut rings = [Vec::new(), Vec::new()];
             for _ in 0..3000 {
-                let half_edge = random.gen_range(0..surgery.opposite.len() as u32);
-                if !surgery.is_alive(half_edge) {
+                let half_edge = random.gen_range(0..edited.opposite.len() as u32);
+                if !edited.is_alive(half_edge) {
                     continue;
                 }
-                let [a, b] = surgery.ends(half_edge);
-                let middle = surgery.positions[a as usize].midpoint(surgery.positions[b as usize]);
+                let [a, b] = edited.ends(half_edge);
+                let middle = edited.positions[a as usize].midpoint(edited.positions[b as usize]);
                 match random.gen_range(0..4) {
                     0 => {
-                        surgery.split(half_edge, middle);
+                        edited.split(half_edge, middle);
                     }
-                    1 if surgery.may_flip(half_edge, &mut rings[0]) => surgery.flip(half_edge),
-                    2 | 3 if surgery.may_collapse(half_edge, &mut rings) => {
-                        surgery.collapse(half_edge, middle);
+                    1 if edited.may_flip(half_edge, &mut rings[0]) => edited.flip(half_edge),
+                    2 | 3 if edited.may_collapse(half_edge, &mut rings) => {
+                        edited.collapse(half_edge, middle);
                     }
                     _ => {}
                 }
             }
-            check(&surgery);
-            let after = surgery.finish();
-            assert_eq!(after.positions.len(), surgery.vertex_count());
+            check(&edited);
+            let after = edited.finish();
+            assert_eq!(after.positions.len(), edited.vertex_count());
             let topology = Topology::new(&after.triangles);
             assert!(topology.non_manifold.is_empty());
             assert_eq!(topology.shape(&after), shape);

@@ -9,22 +9,22 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use crate::mesh::retile::edge_operations::Surgery;
+use crate::mesh::retile::edge_operations::EditMesh;
 use crate::mesh::topology::{NONE, find, join, next};
 
 /// The longest chain, in splits.
 const LONGEST: u32 = 1 << 10;
 
 /// Splits edges until all valences are even; says whether they are.
-pub fn make_even(surgery: &mut Surgery) -> bool {
-    let mut parities = Parities::new(surgery);
+pub fn make_even(edited: &mut EditMesh) -> bool {
+    let mut parities = Parities::new(edited);
     let mut longest = 1;
     while longest <= LONGEST {
         for vertex in 0..parities.groups.len() as u32 {
             if parities.is_odd(vertex)
-                && let Some(chain) = nearest_odd(surgery, &parities, vertex, longest)
+                && let Some(chain) = nearest_odd(edited, &parities, vertex, longest)
             {
-                split_chain(surgery, &mut parities, &chain);
+                split_chain(edited, &mut parities, &chain);
             }
         }
         longest *= 2;
@@ -41,11 +41,11 @@ struct Parities {
 }
 
 impl Parities {
-    fn new(surgery: &Surgery) -> Self {
-        let mut groups: Vec<u32> = (0..surgery.positions.len() as u32).collect();
-        for half_edge in 0..surgery.opposite.len() as u32 {
-            if surgery.is_alive(half_edge) && surgery.opposite[half_edge as usize] == NONE {
-                let [a, b] = surgery.ends(half_edge);
+    fn new(edited: &EditMesh) -> Self {
+        let mut groups: Vec<u32> = (0..edited.positions.len() as u32).collect();
+        for half_edge in 0..edited.opposite.len() as u32 {
+            if edited.is_alive(half_edge) && edited.opposite[half_edge as usize] == NONE {
+                let [a, b] = edited.ends(half_edge);
                 join(&mut groups, a, b);
             }
         }
@@ -53,7 +53,7 @@ impl Parities {
         for vertex in 0..groups.len() as u32 {
             let group = find(&mut groups, vertex);
             let mut triangles = 0;
-            let is_inner = surgery.each_leaving(vertex, |_| triangles += 1);
+            let is_inner = edited.each_leaving(vertex, |_| triangles += 1);
             // A walk round a hole meets the triangles at each boundary vertex, the last of one being the first of
             // the next.
             let met = if is_inner || triangles == 0 {
@@ -92,7 +92,7 @@ struct Step {
 
 /// The edges opposite the vertices of the shortest chain from a vertex to an odd one of another group.
 fn nearest_odd(
-    surgery: &Surgery,
+    edited: &EditMesh,
     parities: &Parities,
     start: u32,
     longest: u32,
@@ -102,16 +102,16 @@ fn nearest_odd(
     let mut waiting = VecDeque::from([(start, 0)]);
     while let Some((from, steps)) = waiting.pop_front() {
         if parities.groups[from as usize] != own && parities.is_odd(from) {
-            return Some(chain_to(surgery, &reached, from));
+            return Some(chain_to(edited, &reached, from));
         }
         if steps == longest {
             continue;
         }
-        surgery.each_leaving(from, |leaving| {
+        edited.each_leaving(from, |leaving| {
             let over = next(leaving);
-            let twin = surgery.opposite[over as usize];
-            if twin != NONE && !surgery.sharp[over as usize] {
-                let far = surgery.apex(twin);
+            let twin = edited.opposite[over as usize];
+            if twin != NONE && !edited.sharp[over as usize] {
+                let far = edited.apex(twin);
                 reached.entry(far).or_insert_with(|| {
                     waiting.push_back((far, steps + 1));
                     Some(Step { from, over })
@@ -123,11 +123,11 @@ fn nearest_odd(
 }
 
 /// The edges of a chain, from its end to its start.
-fn chain_to(surgery: &Surgery, reached: &BTreeMap<u32, Option<Step>>, end: u32) -> Vec<Split> {
+fn chain_to(edited: &EditMesh, reached: &BTreeMap<u32, Option<Step>>, end: u32) -> Vec<Split> {
     let mut chain = Vec::new();
     let mut at = end;
     while let Some(Some(Step { from, over })) = reached.get(&at) {
-        chain.push(Split::of(surgery, *over));
+        chain.push(Split::of(edited, *over));
         at = *from;
     }
     chain
@@ -142,20 +142,20 @@ pub struct Split {
 
 impl Split {
     /// The split of the edge of a half-edge that has a twin.
-    pub fn of(surgery: &Surgery, half_edge: u32) -> Self {
-        let twin = surgery.opposite[half_edge as usize];
+    pub fn of(edited: &EditMesh, half_edge: u32) -> Self {
+        let twin = edited.opposite[half_edge as usize];
         Self {
-            ends: surgery.ends(half_edge),
-            apexes: [surgery.apex(half_edge), surgery.apex(twin)],
+            ends: edited.ends(half_edge),
+            apexes: [edited.apex(half_edge), edited.apex(twin)],
         }
     }
 
     /// The half-edge, if its edge still lies between the same triangles.
-    fn half_edge(&self, surgery: &Surgery) -> Option<u32> {
+    fn half_edge(&self, edited: &EditMesh) -> Option<u32> {
         let mut found = None;
-        surgery.each_leaving(self.ends[0], |leaving| {
-            let has_twin = surgery.opposite[leaving as usize] != NONE;
-            if has_twin && Self::of(surgery, leaving) == *self {
+        edited.each_leaving(self.ends[0], |leaving| {
+            let has_twin = edited.opposite[leaving as usize] != NONE;
+            if has_twin && Self::of(edited, leaving) == *self {
                 found = Some(leaving);
             }
         });
@@ -165,21 +165,21 @@ impl Split {
 
 /// Splits the edges of a chain in the middle. It ends early where a split has changed the triangles at the next edge;
 /// hands back the new vertices and the edges that were split.
-pub fn split_all<'a>(surgery: &mut Surgery, chain: &'a [Split]) -> Vec<(u32, &'a Split)> {
+pub fn split_all<'a>(edited: &mut EditMesh, chain: &'a [Split]) -> Vec<(u32, &'a Split)> {
     let mut done = Vec::with_capacity(chain.len());
     for split in chain {
-        let Some(half_edge) = split.half_edge(surgery) else {
+        let Some(half_edge) = split.half_edge(edited) else {
             break;
         };
-        let [a, b] = split.ends.map(|end| surgery.positions[end as usize]);
-        done.push((surgery.split(half_edge, a.midpoint(b)), split));
+        let [a, b] = split.ends.map(|end| edited.positions[end as usize]);
+        done.push((edited.split(half_edge, a.midpoint(b)), split));
     }
     done
 }
 
 /// The same, and keeps the parities right.
-fn split_chain(surgery: &mut Surgery, parities: &mut Parities, chain: &[Split]) {
-    for (middle, split) in split_all(surgery, chain) {
+fn split_chain(edited: &mut EditMesh, parities: &mut Parities, chain: &[Split]) {
+    for (middle, split) in split_all(edited, chain) {
         parities.add_even(middle);
         split
             .apexes
@@ -199,8 +199,8 @@ mod tests {
     fn evened(mesh: &TriangleMesh) -> (bool, TriangleMesh) {
         let twins = Topology::new(&mesh.triangles).opposite;
         let sharp = twins.iter().map(|&twin| twin == NONE).collect();
-        let mut surgery = Surgery::new(mesh, sharp, vec![Freedom::Surface; mesh.positions.len()]);
-        (make_even(&mut surgery), surgery.finish())
+        let mut edited = EditMesh::new(mesh, sharp, vec![Freedom::Surface; mesh.positions.len()]);
+        (make_even(&mut edited), edited.finish())
     }
 
     #[test]

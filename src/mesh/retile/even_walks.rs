@@ -10,7 +10,7 @@
 
 use std::collections::VecDeque;
 
-use crate::mesh::retile::edge_operations::Surgery;
+use crate::mesh::retile::edge_operations::EditMesh;
 use crate::mesh::retile::even_valence::{self, Split};
 use crate::mesh::topology::{NONE, find, join, next};
 
@@ -23,12 +23,12 @@ const STARTS: usize = 24;
 
 /// Splits edges until all valences and all walks round handles are even, which is when two colours suffice; says
 /// whether they are. Surfaces of very many handles are given up.
-pub fn make_even(surgery: &mut Surgery) -> bool {
+pub fn make_even(edited: &mut EditMesh) -> bool {
     for _ in 0..ROUNDS {
-        if !even_valence::make_even(surgery) {
+        if !even_valence::make_even(edited) {
             return false;
         }
-        let Some(mut odd) = Walks::of_components(surgery) else {
+        let Some(mut odd) = Walks::of_components(edited) else {
             return false;
         };
         odd.retain(|walks| walks.odd != 0);
@@ -37,10 +37,10 @@ pub fn make_even(surgery: &mut Surgery) -> bool {
         }
         // One component's chain leaves the triangles of the others as they are.
         for walks in odd {
-            let Some(chain) = shortest_closed_chain(surgery, &walks) else {
+            let Some(chain) = shortest_closed_chain(edited, &walks) else {
                 return false;
             };
-            even_valence::split_all(surgery, &chain);
+            even_valence::split_all(edited, &chain);
         }
     }
     false
@@ -58,10 +58,10 @@ struct Walks {
 
 impl Walks {
     /// The walks of every component that has any; `None` where one has 64 or more.
-    fn of_components(surgery: &Surgery) -> Option<Vec<Self>> {
-        let tree = TriangleTree::new(surgery);
+    fn of_components(edited: &EditMesh) -> Option<Vec<Self>> {
+        let tree = TriangleTree::new(edited);
         let mut edges_of = vec![Vec::new(); tree.components as usize];
-        for edge in edges_in_neither_tree(surgery, &tree) {
+        for edge in edges_in_neither_tree(edited, &tree) {
             edges_of[tree.component[edge as usize / 3] as usize].push(edge);
         }
         edges_of
@@ -69,27 +69,27 @@ impl Walks {
             .filter(|edges| !edges.is_empty())
             .map(|edges| {
                 let few = edges.len() < u64::BITS as usize;
-                few.then(|| Self::through(surgery, &tree, &edges))
+                few.then(|| Self::through(edited, &tree, &edges))
             })
             .collect()
     }
 
     /// The walks that cross one of `edges` each, and otherwise edges of the tree only.
-    fn through(surgery: &Surgery, tree: &TriangleTree, edges: &[u32]) -> Self {
+    fn through(edited: &EditMesh, tree: &TriangleTree, edges: &[u32]) -> Self {
         let mut walks = Self {
             count: edges.len() as u32,
             odd: 0,
-            crossing: vec![0; surgery.opposite.len()],
+            crossing: vec![0; edited.opposite.len()],
         };
         for (number, &edge) in edges.iter().enumerate() {
-            let (twin, walk) = (surgery.opposite[edge as usize], 1u64 << number);
-            walks.cross(surgery, edge, walk);
+            let (twin, walk) = (edited.opposite[edge as usize], 1u64 << number);
+            walks.cross(edited, edge, walk);
             for end in [edge, twin] {
                 let mut triangle = end / 3;
                 while tree.entered[triangle as usize] != NONE {
                     let entered = tree.entered[triangle as usize];
-                    walks.cross(surgery, entered, walk);
-                    triangle = surgery.opposite[entered as usize] / 3;
+                    walks.cross(edited, entered, walk);
+                    triangle = edited.opposite[entered as usize] / 3;
                 }
             }
             if tree.is_white[edge as usize / 3] == tree.is_white[twin as usize / 3] {
@@ -99,9 +99,9 @@ impl Walks {
         walks
     }
 
-    fn cross(&mut self, surgery: &Surgery, half_edge: u32, walk: u64) {
+    fn cross(&mut self, edited: &EditMesh, half_edge: u32, walk: u64) {
         self.crossing[half_edge as usize] ^= walk;
-        self.crossing[surgery.opposite[half_edge as usize] as usize] ^= walk;
+        self.crossing[edited.opposite[half_edge as usize] as usize] ^= walk;
     }
 }
 
@@ -115,8 +115,8 @@ struct TriangleTree {
 }
 
 impl TriangleTree {
-    fn new(surgery: &Surgery) -> Self {
-        let triangles = surgery.triangles.len();
+    fn new(edited: &EditMesh) -> Self {
+        let triangles = edited.triangles.len();
         let mut tree = Self {
             entered: vec![NONE; triangles],
             is_white: vec![false; triangles],
@@ -124,19 +124,19 @@ impl TriangleTree {
             components: 0,
         };
         for root in 0..triangles as u32 {
-            if surgery.is_alive(3 * root) && tree.component[root as usize] == NONE {
-                tree.grow(surgery, root);
+            if edited.is_alive(3 * root) && tree.component[root as usize] == NONE {
+                tree.grow(edited, root);
             }
         }
         tree
     }
 
-    fn grow(&mut self, surgery: &Surgery, root: u32) {
+    fn grow(&mut self, edited: &EditMesh, root: u32) {
         self.component[root as usize] = self.components;
         let mut waiting = VecDeque::from([root]);
         while let Some(triangle) = waiting.pop_front() {
             for half_edge in 3 * triangle..3 * triangle + 3 {
-                let twin = surgery.opposite[half_edge as usize];
+                let twin = edited.opposite[half_edge as usize];
                 if twin != NONE && self.component[twin as usize / 3] == NONE {
                     let other = twin as usize / 3;
                     self.component[other] = self.components;
@@ -150,8 +150,8 @@ impl TriangleTree {
     }
 
     /// Whether the tree crosses the edge of a half-edge.
-    fn crosses(&self, surgery: &Surgery, half_edge: u32) -> bool {
-        let twin = surgery.opposite[half_edge as usize];
+    fn crosses(&self, edited: &EditMesh, half_edge: u32) -> bool {
+        let twin = edited.opposite[half_edge as usize];
         let enters = |at: u32| at != NONE && self.entered[at as usize / 3] == at;
         enters(half_edge) || enters(twin)
     }
@@ -159,20 +159,20 @@ impl TriangleTree {
 
 /// The inner edges that neither the tree of triangles crosses nor a tree of vertices needs: two for each handle, one for each
 /// hole after the first.
-fn edges_in_neither_tree(surgery: &Surgery, tree: &TriangleTree) -> Vec<u32> {
-    let mut roots: Vec<u32> = (0..surgery.positions.len() as u32).collect();
+fn edges_in_neither_tree(edited: &EditMesh, tree: &TriangleTree) -> Vec<u32> {
+    let mut roots: Vec<u32> = (0..edited.positions.len() as u32).collect();
     let (mut boundary, mut inner) = (Vec::new(), Vec::new());
-    for half_edge in 0..surgery.opposite.len() as u32 {
-        if surgery.is_alive(half_edge) && surgery.stands_for_edge(half_edge) {
-            match surgery.opposite[half_edge as usize] {
+    for half_edge in 0..edited.opposite.len() as u32 {
+        if edited.is_alive(half_edge) && edited.stands_for_edge(half_edge) {
+            match edited.opposite[half_edge as usize] {
                 NONE => boundary.push(half_edge),
-                _ if tree.crosses(surgery, half_edge) => {}
+                _ if tree.crosses(edited, half_edge) => {}
                 _ => inner.push(half_edge),
             }
         }
     }
     let mut is_needed = |half_edge: &u32| {
-        let [a, b] = surgery.ends(*half_edge);
+        let [a, b] = edited.ends(*half_edge);
         let apart = find(&mut roots, a) != find(&mut roots, b);
         join(&mut roots, a, b);
         apart
@@ -185,20 +185,20 @@ fn edges_in_neither_tree(surgery: &Surgery, tree: &TriangleTree) -> Vec<u32> {
 }
 
 /// The shortest closed chain found that crosses just the odd walks an odd number of times.
-fn shortest_closed_chain(surgery: &Surgery, walks: &Walks) -> Option<Vec<Split>> {
-    let vertices = surgery.positions.len();
+fn shortest_closed_chain(edited: &EditMesh, walks: &Walks) -> Option<Vec<Split>> {
+    let vertices = edited.positions.len();
     let states = 1usize.checked_shl(walks.count)?.checked_mul(vertices)?;
     if states > MOST_STATES {
         return None;
     }
     let mut search = Search {
-        surgery,
+        edited,
         walks,
         came: vec![(NONE, NONE); states],
         reached: Vec::new(),
     };
     let mut shortest: Option<Vec<Split>> = None;
-    for start in starts(surgery, walks) {
+    for start in starts(edited, walks) {
         let limit = shortest.as_ref().map_or(usize::MAX, Vec::len);
         shortest = search.from(start, limit).or(shortest);
     }
@@ -206,7 +206,7 @@ fn shortest_closed_chain(surgery: &Surgery, walks: &Walks) -> Option<Vec<Split>>
 }
 
 /// Vertices to begin at, all beside one odd walk, which the chain has to cross.
-fn starts(surgery: &Surgery, walks: &Walks) -> Vec<u32> {
+fn starts(edited: &EditMesh, walks: &Walks) -> Vec<u32> {
     let length = |walk: u64| walks.crossing.iter().filter(|&&c| c & walk != 0).count();
     let odd = (0..walks.count).map(|number| 1u64 << number);
     let odd = odd.filter(|walk| walks.odd & walk != 0);
@@ -215,7 +215,7 @@ fn starts(surgery: &Surgery, walks: &Walks) -> Vec<u32> {
     };
     let mut beside: Vec<u32> = (0..walks.crossing.len() as u32)
         .filter(|&half_edge| walks.crossing[half_edge as usize] & walk != 0)
-        .map(|half_edge| surgery.ends(half_edge)[0])
+        .map(|half_edge| edited.ends(half_edge)[0])
         .collect();
     beside.sort_unstable();
     beside.dedup();
@@ -225,7 +225,7 @@ fn starts(surgery: &Surgery, walks: &Walks) -> Vec<u32> {
 
 /// A breadth-first search over the states of chains: where they are, and which walks they have crossed an odd number of times.
 struct Search<'a> {
-    surgery: &'a Surgery,
+    edited: &'a EditMesh,
     walks: &'a Walks,
     /// Per state the state before and the edge split on the way.
     came: Vec<(u32, u32)>,
@@ -248,19 +248,19 @@ impl Search<'_> {
             if length >= limit {
                 break;
             }
-            let (surgery, walks) = (self.surgery, self.walks);
+            let (edited, walks) = (self.edited, self.walks);
             let (came, reached) = (&mut self.came, &mut self.reached);
-            surgery.each_leaving(state >> bits, |leaving| {
+            edited.each_leaving(state >> bits, |leaving| {
                 let over = next(leaving);
-                let twin = surgery.opposite[over as usize];
-                if twin == NONE || surgery.sharp[over as usize] {
+                let twin = edited.opposite[over as usize];
+                if twin == NONE || edited.sharp[over as usize] {
                     return;
                 }
                 // The step to the far apex is the same as one along two edges of its triangles.
                 let crossed =
                     walks.crossing[leaving as usize] ^ walks.crossing[next(twin) as usize];
                 let parities = (state ^ crossed as u32) & ((1 << bits) - 1);
-                let to = surgery.apex(twin) << bits | parities;
+                let to = edited.apex(twin) << bits | parities;
                 if came[to as usize].0 == NONE {
                     came[to as usize] = (state, over);
                     reached.push(to);
@@ -279,7 +279,7 @@ impl Search<'_> {
         let mut at = goal;
         while at != first {
             let (before, over) = self.came[at as usize];
-            chain.push(Split::of(self.surgery, over));
+            chain.push(Split::of(self.edited, over));
             at = before;
         }
         chain
@@ -298,38 +298,38 @@ mod tests {
     use crate::mesh::topology::Topology;
 
     /// A torus with a third of its edges turned at random.
-    fn turned_torus(seed: u64) -> Surgery {
+    fn turned_torus(seed: u64) -> EditMesh {
         let mesh = shapes::torus(18, 12, 1.0, 0.4);
         let half_edges = 3 * mesh.triangles.len() as u32;
         let freedom = vec![Freedom::Surface; mesh.positions.len()];
-        let mut surgery = Surgery::new(&mesh, vec![false; half_edges as usize], freedom);
+        let mut edited = EditMesh::new(&mesh, vec![false; half_edges as usize], freedom);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut ring = Vec::new();
         for _ in 0..half_edges / 6 {
             let edge = random.gen_range(0..half_edges);
-            if surgery.may_flip(edge, &mut ring) {
-                surgery.flip(edge);
+            if edited.may_flip(edge, &mut ring) {
+                edited.flip(edge);
             }
         }
-        surgery
+        edited
     }
 
-    fn has_two_colors(surgery: &Surgery) -> bool {
-        two_coloring(&Topology::new(&surgery.finish().triangles)).is_ok()
+    fn has_two_colors(edited: &EditMesh) -> bool {
+        two_coloring(&Topology::new(&edited.finish().triangles)).is_ok()
     }
 
     #[test]
     fn walks_round_handles_become_even() {
         let mut odd = 0;
         for seed in 0..12 {
-            let mut surgery = turned_torus(seed);
-            let before = Topology::new(&surgery.finish().triangles).shape(&surgery.finish());
-            let mut without = surgery.clone();
+            let mut edited = turned_torus(seed);
+            let before = Topology::new(&edited.finish().triangles).shape(&edited.finish());
+            let mut without = edited.clone();
             assert!(even_valence::make_even(&mut without));
             odd += usize::from(!has_two_colors(&without));
-            assert!(make_even(&mut surgery), "seed {seed}");
-            assert!(has_two_colors(&surgery), "seed {seed}");
-            let mesh = surgery.finish();
+            assert!(make_even(&mut edited), "seed {seed}");
+            assert!(has_two_colors(&edited), "seed {seed}");
+            let mesh = edited.finish();
             assert_eq!(Topology::new(&mesh.triangles).shape(&mesh), before);
             assert!(mesh.positions.len() < without.vertex_count() + 60);
         }

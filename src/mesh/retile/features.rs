@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::mesh::retile::edge_operations::Freedom;
 use crate::mesh::retile::lines::Lines;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::topology::{NONE, Topology};
 use crate::mesh::triangle_mesh::TriangleMesh;
 
@@ -22,7 +22,7 @@ pub struct Features {
     /// Per vertex its freedom.
     pub freedom: Vec<Freedom>,
     /// The lines as segments, for [`nearest`](Self::nearest).
-    segments: Option<SurfaceTree>,
+    segments: Option<SurfaceBvh>,
 }
 
 impl Features {
@@ -66,7 +66,7 @@ impl Features {
         let segments = lines.segments();
         Self {
             freedom: lines.freedom(crease, edge),
-            segments: (!segments.is_empty()).then(|| SurfaceTree::of_corners(&segments)),
+            segments: (!segments.is_empty()).then(|| SurfaceBvh::of_corners(&segments)),
             sharp,
         }
     }

@@ -52,8 +52,7 @@ impl<'a> Lines<'a> {
         self.edges.iter().map(segment).collect()
     }
 
-    /// Takes creases that hang together over less than `shortest`, and touch no boundary, out of
-    /// `sharp`.
+    /// Takes creases that are connected over less than `shortest`, and touch no boundary, out of `sharp`.
     pub fn drop_short(&self, topology: &Topology, sharp: &mut [bool], shortest: f32) {
         let net_of = self.nets();
         let mut lengths = vec![0.0; net_of.len()];
@@ -74,7 +73,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Per vertex the smallest vertex that it hangs together with.
+    /// Per vertex the smallest vertex that it is connected with.
     fn nets(&self) -> Vec<u32> {
         let mut net_of = vec![NONE; self.arms.len()];
         let mut open = Vec::new();

@@ -17,11 +17,11 @@ mod passes;
 pub(crate) mod relax;
 
 use crate::error::{Error, Result};
-use crate::mesh::retile::edge_operations::Surgery;
+use crate::mesh::retile::edge_operations::EditMesh;
 use crate::mesh::retile::even_walks::make_even;
 use crate::mesh::retile::features::Features;
 use crate::mesh::retile::needle::Needle;
-use crate::mesh::retile::relax::Target;
+use crate::mesh::retile::relax::ReferenceSurface;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 
@@ -64,7 +64,7 @@ pub fn retile_along(
     (crease, lines): (f64, &[bool]),
     progress: Progress<'_>,
 ) -> Result<TriangleMesh> {
-    Retiler::new(mesh, &Target::along(mesh, crease, lines)).to(vertices, progress)
+    Retiler::new(mesh, &ReferenceSurface::along(mesh, crease, lines)).to(vertices, progress)
 }
 
 /// Retiles as [`retile`] does, to about `vertices` vertices, and splits edges until all inner valences and all walks round
@@ -75,19 +75,19 @@ pub fn retile_evenly(
     crease: f64,
     progress: Progress<'_>,
 ) -> Result<TriangleMesh> {
-    let target = Target::along(mesh, crease, &[]);
+    let target = ReferenceSurface::along(mesh, crease, &[]);
     let mut retiler = Retiler::new(mesh, &target);
     let mut before = vertices;
     for _ in 0..SPLIT_ROUNDS {
         retiler.to(before.max(4), progress)?;
-        make_even(&mut retiler.surgery);
-        before = before * vertices / retiler.surgery.vertex_count();
+        make_even(&mut retiler.edited);
+        before = before * vertices / retiler.edited.vertex_count();
     }
     for _ in 0..EVEN_ROUNDS {
         progress.check()?;
-        relax::relax(&mut retiler.surgery, &target);
+        relax::relax(&mut retiler.edited, &target);
     }
-    Ok(order::spatially(&retiler.surgery).finish())
+    Ok(order::spatially(&retiler.edited).finish())
 }
 
 /// A mesh being retiled on its own surface, to one count after another.
@@ -95,8 +95,8 @@ pub fn retile_evenly(
 /// What a coarse mesh bends by is no crease: lines are those of the first mesh, as long as they
 /// are lines at the scale of the present one.
 pub struct Retiler<'a> {
-    surgery: Surgery,
-    target: &'a Target,
+    edited: EditMesh,
+    target: &'a ReferenceSurface,
     area: f64,
     needle: Option<Needle>,
     first: bool,
@@ -104,10 +104,10 @@ pub struct Retiler<'a> {
 
 impl<'a> Retiler<'a> {
     /// Opens a manifold mesh; `target` is that mesh.
-    pub fn new(mesh: &TriangleMesh, target: &'a Target) -> Self {
+    pub fn new(mesh: &TriangleMesh, target: &'a ReferenceSurface) -> Self {
         let features = &target.features;
         Self {
-            surgery: Surgery::new(mesh, features.sharp.clone(), features.freedom.clone()),
+            edited: EditMesh::new(mesh, features.sharp.clone(), features.freedom.clone()),
             area: mesh.area(),
             needle: Needle::of(mesh),
             target,
@@ -117,6 +117,7 @@ impl<'a> Retiler<'a> {
 
     /// Goes on to `vertices` vertices, or as near as boundaries, creases and topology allow.
     pub fn to(&mut self, vertices: usize, progress: Progress<'_>) -> Result<TriangleMesh> {
+        // Choose the length of edges.
         if self.area <= 0.0 {
             return Err(Error::data("mesh", "no triangle has an area"));
         }
@@ -125,76 +126,80 @@ impl<'a> Retiler<'a> {
         if !std::mem::take(&mut self.first) {
             self.forget_small_features(length);
         }
-        let most = MOST_GROWTH * vertices.max(self.surgery.vertex_count()) + MOST_GROWTH_OF_FEW;
+        let most = MOST_GROWTH * vertices.max(self.edited.vertex_count()) + MOST_GROWTH_OF_FEW;
+        // Split, collapse and flip edges, and approach the count.
         for _ in 0..ROUNDS {
             self.round(length, most, progress)?;
-            let ratio = self.surgery.vertex_count() as f32 / vertices as f32;
+            let ratio = self.edited.vertex_count() as f32 / vertices as f32;
             length *= ratio.sqrt().clamp(0.8, 1.25);
             progress.advance(1)?;
         }
-        meet_count(&mut self.surgery, vertices, progress)?;
+        // Meet the count.
+        meet_count(&mut self.edited, vertices, progress)?;
+        // Even out valences and shapes.
         for _ in 0..FINAL_ROUNDS {
-            passes::even_out_valence(&mut self.surgery);
-            relax::relax(&mut self.surgery, self.target);
+            passes::even_out_valence(&mut self.edited);
+            relax::relax(&mut self.edited, self.target);
             progress.advance(1)?;
         }
         for _ in 0..DELAUNAY_ROUNDS {
-            if passes::make_delaunay(&mut self.surgery) == 0 {
+            if passes::make_delaunay(&mut self.edited) == 0 {
                 break;
             }
             progress.check()?;
         }
+        // Put what lies near together in memory.
         progress.end();
         progress.check()?;
-        self.surgery = order::spatially(&self.surgery);
-        Ok(self.surgery.finish())
+        self.edited = order::spatially(&self.edited);
+        Ok(self.edited.finish())
     }
 
     /// Keeps the lines that are such at the scale of edges of length `edge`.
     fn forget_small_features(&mut self, edge: f32) {
-        let (mesh, known) = (self.surgery.finish(), &self.surgery.sharp);
+        let (mesh, known) = (self.edited.finish(), &self.edited.sharp);
         let features = Features::at_scale(
             &mesh,
             |half_edge| known[half_edge],
             self.target.crease,
             edge,
         );
-        self.surgery = Surgery::new(&mesh, features.sharp, features.freedom);
+        self.edited = EditMesh::new(&mesh, features.sharp, features.freedom);
     }
 
     /// Brings edges near to a length, with no more than `most` vertices on the way.
     fn round(&mut self, length: f32, most: usize, progress: Progress<'_>) -> Result<()> {
-        let surgery = &mut self.surgery;
-        passes::split_long(surgery, length * 4.0 / 3.0, most);
-        if surgery.vertex_count() >= most
+        let edited = &mut self.edited;
+        passes::split_long(edited, length * 4.0 / 3.0, most);
+        if edited.vertex_count() >= most
             && let Some(needle) = self.needle.take()
         {
             progress.warn(needle.note());
         }
         for _ in 0..COLLAPSE_ROUNDS {
             progress.check()?;
-            let collapsed = passes::collapse_short(surgery, length * 0.8, length * 4.0 / 3.0, 0);
-            if collapsed <= surgery.vertex_count() / 50 {
+            let collapsed = passes::collapse_short(edited, length * 0.8, length * 4.0 / 3.0, 0);
+            if collapsed <= edited.vertex_count() / 50 {
                 break;
             }
         }
-        *surgery = order::spatially(surgery);
-        passes::even_out_valence(surgery);
+        *edited = order::spatially(edited);
+        passes::even_out_valence(edited);
         progress.check()?;
-        relax::relax(surgery, self.target);
+        relax::relax(edited, self.target);
         Ok(())
     }
 }
 
 /// Splits the longest or collapses the shortest edges, no two of them near each other in one sweep,
 /// until the count is met or nothing more can be collapsed.
-fn meet_count(surgery: &mut Surgery, vertices: usize, progress: Progress<'_>) -> Result<()> {
+fn meet_count(edited: &mut EditMesh, vertices: usize, progress: Progress<'_>) -> Result<()> {
     let mut rings = [Vec::new(), Vec::new()];
     for _ in 0..40 {
         progress.check()?;
-        let before = surgery.vertex_count();
-        let edges = edges_by_length(surgery);
-        let mut touched = vec![false; surgery.positions.len()];
+        let before = edited.vertex_count();
+        let edges = edges_by_length(edited);
+        let mut touched = vec![false; edited.positions.len()];
         let grow = before < vertices;
         let candidates: Box<dyn Iterator<Item = &u32>> = if grow {
             Box::new(edges.iter().rev())
@@ -202,7 +207,7 @@ fn meet_count(surgery: &mut Surgery, vertices: usize, progress: Progress<'_>) ->
             Box::new(edges.iter())
         };
         for &half_edge in candidates {
-            let count = surgery.vertex_count();
+            let count = edited.vertex_count();
             if count == vertices {
                 return Ok(());
             }
@@ -210,45 +215,45 @@ fn meet_count(surgery: &mut Surgery, vertices: usize, progress: Progress<'_>) ->
             if count.abs_diff(before) > before / 50 + 1 {
                 break;
             }
-            if !surgery.is_alive(half_edge) || is_touched(surgery, half_edge, &touched) {
+            if !edited.is_alive(half_edge) || is_touched(edited, half_edge, &touched) {
                 continue;
             }
-            let ends = surgery.ends(half_edge);
+            let ends = edited.ends(half_edge);
             if grow {
-                let [a, b] = ends.map(|v| surgery.positions[v as usize]);
-                surgery.split(half_edge, a.midpoint(b));
-            } else if !passes::try_collapse(surgery, half_edge, f32::INFINITY, &mut rings) {
+                let [a, b] = ends.map(|v| edited.positions[v as usize]);
+                edited.split(half_edge, a.midpoint(b));
+            } else if !passes::try_collapse(edited, half_edge, f32::INFINITY, &mut rings) {
                 continue;
             }
-            touch(surgery, ends, &mut touched);
+            touch(edited, ends, &mut touched);
         }
-        if surgery.vertex_count() == before {
+        if edited.vertex_count() == before {
             return Ok(());
         }
     }
     Ok(())
 }
 
-fn edges_by_length(surgery: &Surgery) -> Vec<u32> {
-    let mut edges: Vec<(u32, u32)> = (0..surgery.opposite.len() as u32)
-        .filter(|&h| surgery.stands_for_edge(h))
-        .map(|h| (surgery.length_squared(h).to_bits(), h))
+fn edges_by_length(edited: &EditMesh) -> Vec<u32> {
+    let mut edges: Vec<(u32, u32)> = (0..edited.opposite.len() as u32)
+        .filter(|&h| edited.stands_for_edge(h))
+        .map(|h| (edited.length_squared(h).to_bits(), h))
         .collect();
     edges.sort_unstable();
     edges.into_iter().map(|(_, half_edge)| half_edge).collect()
 }
 
-fn is_touched(surgery: &Surgery, half_edge: u32, touched: &[bool]) -> bool {
+fn is_touched(edited: &EditMesh, half_edge: u32, touched: &[bool]) -> bool {
     let touched = |&v: &u32| touched.get(v as usize).copied().unwrap_or(true);
-    surgery.ends(half_edge).iter().any(touched)
+    edited.ends(half_edge).iter().any(touched)
 }
 
 /// Marks what is left of an edge's ends, and their neighbours.
-fn touch(surgery: &Surgery, ends: [u32; 2], touched: &mut [bool]) {
+fn touch(edited: &EditMesh, ends: [u32; 2], touched: &mut [bool]) {
     for end in ends {
         touched[end as usize] = true;
-        surgery.each_leaving(end, |leaving| {
-            if let Some(flag) = touched.get_mut(surgery.ends(leaving)[1] as usize) {
+        edited.each_leaving(end, |leaving| {
+            if let Some(flag) = touched.get_mut(edited.ends(leaving)[1] as usize) {
                 *flag = true;
             }
         });

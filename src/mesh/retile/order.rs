@@ -2,18 +2,18 @@
 
 use glam::Vec3;
 
-use crate::mesh::retile::edge_operations::Surgery;
+use crate::mesh::retile::edge_operations::EditMesh;
 use crate::mesh::topology::NONE;
 
 /// The same mesh, compacted, its vertices in Morton order of their positions.
-pub fn spatially(surgery: &Surgery) -> Surgery {
-    let mut alive: Vec<(u64, u32)> = keys(surgery);
+pub fn spatially(edited: &EditMesh) -> EditMesh {
+    let mut alive: Vec<(u64, u32)> = keys(edited);
     alive.sort_unstable();
-    let mut numbers = vec![NONE; surgery.positions.len()];
+    let mut numbers = vec![NONE; edited.positions.len()];
     for (number, &(_, vertex)) in alive.iter().enumerate() {
         numbers[vertex as usize] = number as u32;
     }
-    let mut triangles: Vec<(u32, u32)> = surgery
+    let mut triangles: Vec<(u32, u32)> = edited
         .triangles
         .iter()
         .enumerate()
@@ -28,12 +28,12 @@ pub fn spatially(surgery: &Surgery) -> Surgery {
         })
         .collect();
     triangles.sort_unstable();
-    surgery.renumbered(&alive, &numbers, &triangles)
+    edited.renumbered(&alive, &numbers, &triangles)
 }
 
-fn keys(surgery: &Surgery) -> Vec<(u64, u32)> {
+fn keys(edited: &EditMesh) -> Vec<(u64, u32)> {
     let points = || {
-        let alive = surgery.leaving.iter().zip(&surgery.positions).enumerate();
+        let alive = edited.leaving.iter().zip(&edited.positions).enumerate();
         alive
             .filter(|(_, (leaving, _))| **leaving != NONE)
             .map(|(vertex, (_, &position))| (vertex as u32, position))

@@ -7,23 +7,23 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::mesh::retile::edge_operations::{Freedom, Surgery};
+use crate::mesh::retile::edge_operations::{EditMesh, Freedom};
 use crate::mesh::retile::features::Features;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// The surface that vertices are kept on.
-pub struct Target {
+pub struct ReferenceSurface {
     /// Its triangles.
-    pub tree: SurfaceTree,
+    pub tree: SurfaceBvh,
     /// Its lines.
     pub features: Features,
     /// The angle of a crease, radians.
     pub crease: f64,
 }
 
-impl Target {
+impl ReferenceSurface {
     /// A mesh, with the creases of `crease` radians and more.
     pub fn new(mesh: &TriangleMesh, crease: f64) -> Self {
         Self::along(mesh, crease, &[])
@@ -32,7 +32,7 @@ impl Target {
     /// The same with the lines of some half-edges besides.
     pub fn along(mesh: &TriangleMesh, crease: f64, lines: &[bool]) -> Self {
         Self {
-            tree: SurfaceTree::new(mesh),
+            tree: SurfaceBvh::new(mesh),
             features: Features::find(mesh, crease, lines),
             crease,
         }
@@ -40,13 +40,13 @@ impl Target {
 }
 
 /// Moves every vertex to the middle of its surroundings and onto the target.
-pub fn relax(surgery: &mut Surgery, target: &Target) {
-    let moved: Vec<Vec3> = (0..surgery.positions.len() as u32)
+pub fn relax(edited: &mut EditMesh, target: &ReferenceSurface) {
+    let moved: Vec<Vec3> = (0..edited.positions.len() as u32)
         .into_par_iter()
         .with_min_len(1024)
-        .map(|vertex| relaxed(surgery, target, vertex))
+        .map(|vertex| relaxed(edited, target, vertex))
         .collect();
-    surgery.positions = without_spoiling(surgery, moved);
+    edited.positions = without_spoiling(edited, moved);
 }
 
 /// Rounds of taking moves back; if triangles are spoiled even so, no vertex moves.
@@ -57,28 +57,28 @@ const TURN_LIMIT: f32 = 0.2;
 const SLIVER: f32 = 1e-2;
 
 /// Takes back the moves that would turn a triangle over or flatten it.
-fn without_spoiling(surgery: &Surgery, mut moved: Vec<Vec3>) -> Vec<Vec3> {
+fn without_spoiling(edited: &EditMesh, mut moved: Vec<Vec3>) -> Vec<Vec3> {
     for _ in 0..ROUNDS {
-        let spoiled: Vec<[u32; 3]> = surgery
+        let spoiled: Vec<[u32; 3]> = edited
             .triangles
             .par_iter()
             .copied()
-            .filter(|triangle| triangle[0] != NONE && is_spoiled(surgery, &moved, *triangle))
+            .filter(|triangle| triangle[0] != NONE && is_spoiled(edited, &moved, *triangle))
             .collect();
         if spoiled.is_empty() {
             return moved;
         }
         for vertex in spoiled.into_iter().flatten() {
-            moved[vertex as usize] = surgery.positions[vertex as usize];
+            moved[vertex as usize] = edited.positions[vertex as usize];
         }
     }
-    surgery.positions.clone()
+    edited.positions.clone()
 }
 
-fn is_spoiled(surgery: &Surgery, moved: &[Vec3], triangle: [u32; 3]) -> bool {
+fn is_spoiled(edited: &EditMesh, moved: &[Vec3], triangle: [u32; 3]) -> bool {
     let still = triangle
         .iter()
-        .all(|&v| moved[v as usize] == surgery.positions[v as usize]);
+        .all(|&v| moved[v as usize] == edited.positions[v as usize]);
     if still {
         return false;
     }
@@ -95,38 +95,38 @@ fn is_spoiled(surgery: &Surgery, moved: &[Vec3], triangle: [u32; 3]) -> bool {
             normal.length() / longest.max(f32::MIN_POSITIVE),
         )
     };
-    let ((before, full), (after, left)) = (measure(&surgery.positions), measure(moved));
+    let ((before, full), (after, left)) = (measure(&edited.positions), measure(moved));
     // A sliver's normal says nothing; it may only get better.
     let turned = full >= SLIVER && before.dot(after) < TURN_LIMIT;
     turned || (left < SLIVER && left < full)
 }
 
-fn relaxed(surgery: &Surgery, target: &Target, vertex: u32) -> Vec3 {
-    let position = surgery.positions[vertex as usize];
-    if surgery.leaving[vertex as usize] == NONE {
+fn relaxed(edited: &EditMesh, target: &ReferenceSurface, vertex: u32) -> Vec3 {
+    let position = edited.positions[vertex as usize];
+    if edited.leaving[vertex as usize] == NONE {
         return position;
     }
-    match surgery.freedom[vertex as usize] {
+    match edited.freedom[vertex as usize] {
         Freedom::Fixed => position,
-        Freedom::Line => along_line(surgery, vertex)
+        Freedom::Line => along_line(edited, vertex)
             .and_then(|middle| target.features.nearest(middle))
             .unwrap_or(position),
-        Freedom::Surface => on_surface(surgery, target, vertex, position),
+        Freedom::Surface => on_surface(edited, target, vertex, position),
     }
 }
 
-fn on_surface(surgery: &Surgery, target: &Target, vertex: u32, position: Vec3) -> Vec3 {
+fn on_surface(edited: &EditMesh, target: &ReferenceSurface, vertex: u32, position: Vec3) -> Vec3 {
     let (mut normal, mut sum, mut area, mut reach) = (Vec3::ZERO, Vec3::ZERO, 0.0, 0.0f32);
-    surgery.each_leaving(vertex, |half_edge| {
-        let triangle = surgery.triangles[half_edge as usize / 3];
-        let [a, b, c] = triangle.map(|v| surgery.positions[v as usize]);
+    edited.each_leaving(vertex, |half_edge| {
+        let triangle = edited.triangles[half_edge as usize / 3];
+        let [a, b, c] = triangle.map(|v| edited.positions[v as usize]);
         let area_normal = (b - a).cross(c - a);
         let weight = area_normal.length();
         normal += area_normal;
         sum += weight * ((a - position) + (b - position) + (c - position)) / 3.0;
         area += weight;
-        let far = surgery.ends(half_edge)[1];
-        reach = reach.max(surgery.positions[far as usize].distance_squared(position));
+        let far = edited.ends(half_edge)[1];
+        reach = reach.max(edited.positions[far as usize].distance_squared(position));
     });
     let (Some(n), true) = (normal.try_normalize(), area > 0.0) else {
         return position;
@@ -144,19 +144,19 @@ fn on_surface(surgery: &Surgery, target: &Target, vertex: u32, position: Vec3) -
 }
 
 /// The middle between a vertex's two neighbours along its line.
-fn along_line(surgery: &Surgery, vertex: u32) -> Option<Vec3> {
+fn along_line(edited: &EditMesh, vertex: u32) -> Option<Vec3> {
     let mut ends = Vec::with_capacity(2);
-    surgery.each_leaving(vertex, |half_edge| {
+    edited.each_leaving(vertex, |half_edge| {
         let incoming = crate::mesh::topology::previous(half_edge);
-        if surgery.sharp[half_edge as usize] {
-            ends.push(surgery.ends(half_edge)[1]);
+        if edited.sharp[half_edge as usize] {
+            ends.push(edited.ends(half_edge)[1]);
         }
-        if surgery.sharp[incoming as usize] && surgery.opposite[incoming as usize] == NONE {
-            ends.push(surgery.ends(incoming)[0]);
+        if edited.sharp[incoming as usize] && edited.opposite[incoming as usize] == NONE {
+            ends.push(edited.ends(incoming)[0]);
         }
     });
     match ends[..] {
-        [a, b] => Some(surgery.positions[a as usize].midpoint(surgery.positions[b as usize])),
+        [a, b] => Some(edited.positions[a as usize].midpoint(edited.positions[b as usize])),
         _ => None,
     }
 }

@@ -178,7 +178,7 @@ impl<'a> Stencils<'a> {
     }
 }
 
-/// The point before `at` on a boundary that goes on to `on`, reflected where `at` is a corner.
+/// The point before `at` on a boundary that continues to `on`, reflected where `at` is a corner.
 fn past_corner(before: DVec3, at: DVec3, on: DVec3) -> DVec3 {
     let cosine = (at - before)
         .normalize_or_zero()

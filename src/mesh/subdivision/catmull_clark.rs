@@ -163,6 +163,7 @@ pub fn limit_values<T: Value>(mesh: &QuadMesh, values: &[T]) -> Vec<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::subdivision::quad_mesh;
     use glam::{DVec2, DVec3};
 
     fn grid(columns: u32, rows: u32) -> (QuadMesh, Vec<DVec2>) {
@@ -183,15 +184,7 @@ mod tests {
             let right = k % 4 == 1 || k % 4 == 2;
             DVec3::new(sign(right), sign(k % 4 >= 2), sign(k >= 4))
         };
-        let quads = vec![
-            [0, 3, 2, 1],
-            [4, 5, 6, 7],
-            [0, 1, 5, 4],
-            [1, 2, 6, 5],
-            [2, 3, 7, 6],
-            [3, 0, 4, 7],
-        ];
-        (QuadMesh::new(8, quads), (0..8).map(corner).collect())
+        (quad_mesh::tests::cube(), (0..8).map(corner).collect())
     }
 
     #[test]

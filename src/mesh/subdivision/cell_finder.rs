@@ -18,6 +18,7 @@ pub(super) struct CellFinder {
 impl CellFinder {
     /// For faces of side² cells; a cell's number is face · side² + row · side + column.
     pub(super) fn new(faces: &[Vec<DVec2>], side: u32) -> Self {
+        // Lay squares over all places.
         let all = || faces.iter().flatten();
         let low = all().fold(DVec2::INFINITY, |low, &place| low.min(place));
         let high = all().fold(DVec2::NEG_INFINITY, |high, &place| high.max(place));
@@ -30,6 +31,7 @@ impl CellFinder {
             rows: size.y as u32,
             cells: Rows::default(),
         };
+        // List the cells that each square meets.
         let mut pairs = Vec::new();
         for (face, places) in faces.iter().enumerate() {
             for cell in 0..side * side {
@@ -40,6 +42,7 @@ impl CellFinder {
                 finder.squares_of(corners, |square| pairs.push((square, number)));
             }
         }
+        // Sort them by square.
         pairs.sort_unstable();
         let start = |square| pairs.partition_point(|pair| pair.0 < square) as u32;
         finder.cells = Rows {

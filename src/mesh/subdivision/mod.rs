@@ -14,13 +14,13 @@
 //! | [`butterfly`] | triangles cut in four by the modified butterfly rules |
 //! | [`star`], [`cell_finder`] | the faces round a vertex, flattened, and which of their cells holds a point |
 
-pub mod butterfly;
-pub mod catmull_clark;
+pub(crate) mod butterfly;
+pub(crate) mod catmull_clark;
 mod cell_finder;
-pub mod quad_faces;
-pub mod quad_mesh;
-pub mod refinement;
-pub mod star;
+pub(crate) mod quad_faces;
+pub(crate) mod quad_mesh;
+pub(crate) mod refinement;
+pub(crate) mod star;
 
 pub use quad_mesh::{Fans, QuadMesh};
 pub use refinement::Refinement;

@@ -22,7 +22,7 @@ pub fn control_mesh(user: &UserMesh) -> Result<QuadMesh> {
             return Err(not_quadrilateral(place, format!("{} corners", count + 2)));
         };
         let Some(quad) = joined(first, second) else {
-            let found = "its halves were parted when the mesh was repaired".into();
+            let found = "its halves were separated when the mesh was repaired".into();
             return Err(not_quadrilateral(place, found));
         };
         quads.push(quad);

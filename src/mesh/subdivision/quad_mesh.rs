@@ -1,4 +1,4 @@
-//! How the quadrilaterals of a mesh hang together.
+//! How the quadrilaterals of a mesh are connected.
 
 use crate::mesh::compressed_rows::Rows;
 use crate::mesh::topology::NONE;
@@ -119,11 +119,11 @@ impl Fans {
 }
 
 #[cfg(test)]
-mod tests {
+pub(in crate::mesh::subdivision) mod tests {
     use super::*;
 
     /// The six faces of a cube.
-    fn cube() -> QuadMesh {
+    pub(in crate::mesh::subdivision) fn cube() -> QuadMesh {
         let quads = vec![
             [0, 3, 2, 1],
             [4, 5, 6, 7],

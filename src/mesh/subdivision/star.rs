@@ -47,8 +47,8 @@ pub struct StarPoint {
 }
 
 impl Star {
-    /// The star of a vertex with so many faces, each cut into `2^steps` cells along each side; `None` for
-    /// numbers that make none: 2 at an inner vertex, and more than 32.
+    /// The star of a vertex with this many faces, each cut into `2^steps` cells along each side; `None` for numbers
+    /// that make none: 2 at an inner vertex, and more than 32.
     pub fn new(valence: usize, is_closed: bool, steps: u32) -> Option<Self> {
         let least = if is_closed { LEAST_VALENCE } else { 1 };
         if !(least..=MOST_VALENCE).contains(&valence) {

@@ -2,7 +2,7 @@
 
 /// Degrees of a bin of angles.
 const BIN: f64 = 15.0;
-/// Bins from straight above to the horizon.
+/// Bins from directly above to the horizon.
 const BINS: usize = 6;
 
 /// Squared errors and squared values, summed; of reflectance times the light's cosine, 1 for white facing the light.

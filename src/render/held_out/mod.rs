@@ -58,8 +58,10 @@ pub fn measure(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<HeldOutReport> {
-    let texels = ComparedTexels::read(sample, seed, &progress)?;
+    // Read the texels that are compared.
+    let texels = ComparedTexels::read(sample, seed, progress)?;
     let mut parts = Vec::new();
+    // Leave views out, then lights.
     for &held in Held::of(sample.description()) {
         let distinct = held.distinct(sample.description())?;
         if distinct.len() < 2 {
@@ -79,7 +81,7 @@ pub fn measure(
             directions: (left_out, distinct.len()),
             errors,
         };
-        parts.extend(trial.run(&groups, &progress)?.into_iter().map(part));
+        parts.extend(trial.run(&groups, progress)?.into_iter().map(part));
     }
     Ok(HeldOutReport {
         texels: (texels.count(), sample.grid().len()),

@@ -73,7 +73,7 @@ impl Trial<'_> {
     pub(super) fn run(
         &self,
         groups: &[Vec<u32>],
-        progress: &Progress<'_>,
+        progress: Progress<'_>,
     ) -> Result<Vec<(Weighting, HeldOutErrors)>> {
         progress.begin(
             format!("leaving out {}", self.held.name()),
@@ -136,6 +136,7 @@ impl Trial<'_> {
         rest: &[u32],
         weighting: Weighting,
     ) -> Vec<Prediction> {
+        // Tell which directions are left out, and which are taken as they are.
         let (views, lights) = (&self.description.views, &self.description.lights);
         let (directions, others) = match AS_LIGHTS {
             true => (lights, views.len()),
@@ -145,6 +146,7 @@ impl Trial<'_> {
             true => other * lights.len() + one as usize,
             false => one as usize * lights.len() + other,
         };
+        // Weight the rest, and compare image by image.
         let kept: Vec<Direction> = rest.iter().map(|&one| directions[one as usize]).collect();
         let set = DirectionSet::new(&kept, weighting);
         let measure = |&one: &u32| {

@@ -1,10 +1,9 @@
 //! Candidate lists: for each cell of the upper hemisphere, every direction that could be nearer
 //! than R, 1.05 times the angle to the direction that decides it, to some direction of the cell. Exact: nothing is left out.
 //!
-//! Cells are squares of the octahedral map of the hemisphere, turned by 45° so that it fills
-//! [−1, 1]². The map sends each cell (cut along its diagonal where the octahedron folds) to convex
-//! spherical polygons with the cell's corners, so a cell's radius is the largest angle from its
-//! centre to a corner.
+//! Cells are squares of the octahedral map of the hemisphere, rotated by 45° so that it fills [−1, 1]². The map sends
+//! each cell (cut along its diagonal where the octahedron folds) to convex spherical polygons with the cell's
+//! corners, so a cell's radius is the largest angle from its centre to a corner.
 
 use glam::{DVec3, Vec3};
 
@@ -15,7 +14,7 @@ pub(super) const LANES: usize = 8;
 
 /// Eight candidates, ready for vector code; unused lanes lie far away.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block {
+pub(super) struct DirectionLanes {
     pub x: [f32; LANES],
     pub y: [f32; LANES],
     pub z: [f32; LANES],
@@ -23,7 +22,7 @@ pub(super) struct Block {
     pub index: [u32; LANES],
 }
 
-impl Block {
+impl DirectionLanes {
     /// The squared distances from a direction's tip to the candidates'.
     #[inline(always)]
     pub fn squared_chords(&self, Vec3 { x, y, z }: Vec3) -> [f32; LANES] {
@@ -48,7 +47,7 @@ impl Block {
     }
 }
 
-const EMPTY: Block = Block {
+const EMPTY: DirectionLanes = DirectionLanes {
     x: [0.0; LANES],
     y: [0.0; LANES],
     z: [-8.0; LANES],
@@ -61,7 +60,7 @@ pub(super) struct Bins {
     side: usize,
     /// Where each cell's blocks begin; one more entry than cells.
     starts: Vec<u32>,
-    blocks: Vec<Block>,
+    blocks: Vec<DirectionLanes>,
 }
 
 impl Bins {
@@ -87,7 +86,7 @@ impl Bins {
 
     /// The candidates for a unit direction above the horizon.
     #[inline(always)]
-    pub fn of_direction(&self, x: f32, y: f32, z: f32) -> &[Block] {
+    pub fn of_direction(&self, x: f32, y: f32, z: f32) -> &[DirectionLanes] {
         let scale = 0.5 * self.side as f32 / (x.abs() + y.abs() + z.abs());
         let middle = 0.5 * self.side as f32;
         let last = self.side - 1;
@@ -134,7 +133,7 @@ fn candidates(directions: &[DVec3], counted: usize, side: usize, cell: usize) ->
         .collect()
 }
 
-fn block(directions: &[DVec3], indices: &[u32]) -> Block {
+fn block(directions: &[DVec3], indices: &[u32]) -> DirectionLanes {
     let mut block = EMPTY;
     for (lane, &index) in indices.iter().enumerate() {
         let [x, y, z] = directions[index as usize].as_vec3().to_array();

@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::angle;
-use super::bins::{Block, LANES};
+use super::bins::{DirectionLanes, LANES};
 use super::fit;
 
 /// Terms of a linear fit beside the constant: x, y.
@@ -46,7 +46,7 @@ impl TangentPlane {
 
     /// Directions at these squared chords, none of them the wanted one itself.
     #[inline(always)]
-    pub fn near(&self, block: &Block, squared_chords: &Lanes, reach: f32) -> Near {
+    pub fn near(&self, block: &DirectionLanes, squared_chords: &Lanes, reach: f32) -> Near {
         let mut near = Near::NONE;
         for (lane, &squared_chord) in squared_chords.iter().enumerate() {
             let (dx, dy, dz) = (

@@ -38,6 +38,7 @@ impl PairSet {
         pairs: &[[u32; 2]],
         weighting: Weighting,
     ) -> Result<Self> {
+        // Refuse a fit of too many terms.
         let is_literal = match weighting {
             Weighting::Continuous => false,
             Weighting::InverseAngle => true,
@@ -49,6 +50,7 @@ impl PairSet {
                 ));
             }
         };
+        // Keep the first of equal pairs.
         let (kept_views, kept_lights) = (distinct(views), distinct(lights));
         let view_of = representative(views, &kept_views);
         let light_of = representative(lights, &kept_lights);
@@ -123,6 +125,7 @@ impl PairSet {
         out: &mut Vec<Weight>,
     ) {
         out.clear();
+        // Let an equal pair take all the weight.
         let ratio = |index: u32| {
             let cosine = self.pairs[index as usize].1.cos_theta().max(1e-9);
             (light.z / cosine).min(LARGEST_RATIO)
@@ -132,6 +135,7 @@ impl PairSet {
             out.push(Weight { index, weight });
             return;
         }
+        // Keep the pairs within reach, in coordinates round the wanted one.
         let reach = keep_within_reach(distances);
         let (view_map, light_map) = (LogMap::at(view, reach), LogMap::at(light, reach));
         let coordinates = |index: u32| {
@@ -139,6 +143,7 @@ impl PairSet {
             let ([a, b], [c, d]) = (view_map.of(*v), light_map.of(*l));
             [a, b, c, d]
         };
+        // Sum the moments of the fit.
         let nearness = |d: f64| ((reach - d) / (reach * d)).powi(2);
         let sum: f64 = distances.iter().map(|&(d, _)| nearness(d)).sum();
         let (mut mean, mut products) = ([0.0; 4], [[0.0; 4]; 4]);
@@ -151,6 +156,7 @@ impl PairSet {
                 }
             }
         }
+        // Weight each pair by the fitted plane.
         let tilt = fit::tilt(mean, products);
         let mut whole = 0.0;
         for &(d, index) in distances.iter() {
@@ -163,6 +169,7 @@ impl PairSet {
                 out.push(Weight { index, weight });
             }
         }
+        // Normalize.
         let scale = (1.0 / whole) as f32;
         out.iter_mut().for_each(|weight| weight.weight *= scale);
     }

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::angle;
-use super::bins::{Bins, Block, LANES};
+use super::bins::{Bins, DirectionLanes, LANES};
 use super::lanes::{LINEAR, Moments, Near, QUADRATIC, TangentPlane};
 use super::weights::{
     REACH, Weight, Weighting, below_lowest, distinct, inverse_weights, keep_nearest,
@@ -104,18 +104,21 @@ impl DirectionSet {
         scratch: &mut Scratch,
         out: &mut Vec<Weight>,
     ) {
+        // Measure all distances.
         let Scratch { chords, near, .. } = scratch;
         let blocks = self.bins.of_direction(wanted.x, wanted.y, wanted.z);
         chords.resize(blocks.len(), [0.0; LANES]);
         for (block, chords) in blocks.iter().zip(chords.iter_mut()) {
             *chords = block.squared_chords(wanted);
         }
+        // Let an equal direction take all the weight.
         let nearest = smallest(chords);
         if angle::of_squared_chord(nearest) < SAME_DIRECTION as f32 {
             out.clear();
             out.extend(only::<AS_LIGHTS>(wanted.z, nearest, blocks, chords));
             return;
         }
+        // Sum the moments of the fit over those within reach.
         let reach = self.reach(chords);
         let plane = TangentPlane::at(wanted);
         let mut moments = Moments::<N>::new();
@@ -124,6 +127,7 @@ impl DirectionSet {
             *near = plane.near(block, chords, reach);
             moments.add(near);
         }
+        // Weight each by the fitted surface.
         let tilt = moments.tilt();
         let negative = self.share_of_negative::<N, AS_LIGHTS>(wanted.z);
         out.resize(blocks.len() * LANES, Weight::default());
@@ -143,6 +147,7 @@ impl DirectionSet {
                 sum += weights[lane];
             }
         }
+        // Normalize.
         out.truncate(count);
         let scale = 1.0 / sum;
         for weight in out {
@@ -150,8 +155,8 @@ impl DirectionSet {
         }
     }
 
-    /// The share of negative weights that a fit keeps: all of a quadratic one and none of a linear one,
-    /// but for lights below the lowest sampled one, where shadows go on growing as they grow above it.
+    /// The share of negative weights that a fit keeps: all of a quadratic one and none of a linear one, but for
+    /// lights below the lowest sampled one, where shadows continue growing as they grow above it.
     #[inline(always)]
     fn share_of_negative<const N: usize, const AS_LIGHTS: bool>(&self, cosine: f32) -> f32 {
         match (N, AS_LIGHTS) {
@@ -219,7 +224,7 @@ fn counted(weighting: Weighting) -> usize {
 fn only<const AS_LIGHTS: bool>(
     cosine: f32,
     nearest: f32,
-    blocks: &[Block],
+    blocks: &[DirectionLanes],
     chords: &[[f32; LANES]],
 ) -> Option<Weight> {
     let lane = chords

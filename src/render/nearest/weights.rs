@@ -1,22 +1,22 @@
 //! What product and scattered samples share: directions that are the same, the nearest of a list, and
 //! weights by inverse distance.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::direction::{Direction, SAME_DIRECTION};
 
-/// How the nearest images are weighted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+/// How images of nearby directions are weighted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Weighting {
-    /// A linear fit to the directions nearer than 1.05 times the 5th nearest, fading in and out; values
-    /// are scaled by the ratio of the lights' cosines, at most 2. A sweep does not pop.
+    /// A linear fit to the directions nearer than 1.05 times the 5th nearest; values are scaled by the ratio of the
+    /// lights' cosines, at most 2. Sweeps are smooth.
     #[default]
     Continuous,
     /// A quadratic fit to the directions nearer than 1.05 times the 10th nearest: closer to the truth
     /// between the directions, for about six times the reads. Not for scattered pairs.
     Quadratic,
-    /// The 4 nearest views and the 4 nearest lights by inverse angle: Tong et al. 2002, literally.
+    /// The 4 nearest views and the 4 nearest lights by inverse angle, exactly as in Tong et al. 2002.
     InverseAngle,
 }
 

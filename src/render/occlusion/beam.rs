@@ -1,8 +1,8 @@
 //! Parallel rays from points near each other: which of them meet nothing.
 //!
-//! The rays go down the hierarchy together. A box is entered where it is met by the ray from the points' middle, once it is
-//! widened by how far the points lie apart; so none is passed over that one of the rays meets. Four rays from a pixel cost
-//! about as much as two.
+//! The rays go down the hierarchy together. A box is entered where it is met by the ray from the points' middle, once
+//! it is widened by how far the points lie apart; so none is skipped that one of the rays meets. Four rays from a
+//! pixel cost about as much as two.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::ray::Ray;
 
-use super::{Departure, Occluders, Shear};
+use super::{Occluders, RayOrigin, Shear};
 
 /// A point of the surface from which a ray starts.
 #[derive(Clone, Copy, Debug, Default)]
@@ -21,7 +21,7 @@ pub struct RayStart {
     /// The side of the surface that is lit.
     pub normal: Vec3,
     /// The part of the surface that cannot block the ray.
-    pub departure: Departure,
+    pub ray_origin: RayOrigin,
 }
 
 /// Starts at most, a bit for each.
@@ -94,9 +94,11 @@ impl Occluders {
     /// Which of at most 16 points meet nothing in one direction, a bit for each.
     pub fn open_points(&self, starts: &[RayStart], towards: Vec3) -> u32 {
         debug_assert!(starts.len() <= MOST);
+        // Make a beam of the rays.
         let origin = |start: &RayStart| start.point + start.normal * self.lift;
         let beam = Beam::new(starts.iter().take(MOST).map(origin), towards);
         let mut open = (1 << beam.count) - 1;
+        // Visit the boxes that it enters, the nearer first.
         let nodes = &self.hierarchy.nodes;
         let mut waiting: Vec<&Bvh2Node> = Vec::with_capacity(64);
         waiting.extend(
@@ -136,7 +138,7 @@ impl Occluders {
         for triangle in &self.triangles[triangles] {
             let met = beam.meets(&triangle.corners, asked & !hidden);
             let blocks = |place: &usize| {
-                met >> place & 1 == 1 && !triangle.belongs_to(starts[*place].departure)
+                met >> place & 1 == 1 && !triangle.belongs_to(starts[*place].ray_origin)
             };
             if met != 0 {
                 hidden |= (0..beam.count)
@@ -173,7 +175,7 @@ mod tests {
             let starts = [0; 5].map(|_| RayStart {
                 point: near + offset(0.2) + if wide > 0.0 { offset(wide) } else { Vec3::ZERO },
                 normal: towards,
-                departure: Departure::Point,
+                ray_origin: RayOrigin::Point,
             });
             let open = occluders.open_points(&starts, towards);
             for (place, start) in starts.iter().enumerate() {
@@ -185,7 +187,7 @@ mod tests {
                 let alone = occluders.visibility(
                     start.point,
                     start.normal,
-                    start.departure,
+                    start.ray_origin,
                     &incidence,
                     Cone::single(),
                     0,

@@ -1,6 +1,6 @@
 //! Whether views are blended with their parallax, and why.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::HeightMap;
 use crate::btf::sample::Sample;
@@ -10,10 +10,10 @@ use crate::render::nearest::{DirectionSet, Weighting};
 use crate::render::parallax::trial::Trial;
 
 /// Whether views are blended with their parallax.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Parallax {
-    /// Where the sample has heights, and views that are left out are predicted better with it.
+    /// If the sample has heights, and left-out views are predicted better with it.
     #[default]
     Auto,
     /// Always; the sample must have heights and more than one view.
@@ -40,8 +40,9 @@ impl Decision {
         sample: &Sample,
         wanted: Parallax,
         weighting: Weighting,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Result<Self> {
+        // Do without where it is not wanted.
         let plain = |reason: &str| Self {
             heights: None,
             reason: reason.into(),
@@ -49,6 +50,7 @@ impl Decision {
         if wanted == Parallax::Off {
             return Ok(plain("as asked for"));
         }
+        // Refuse samples that cannot have it, where it is demanded.
         let refused = |found: &str| {
             let expected = "a sample of every view with every light, of more than one view, with heights: `mesotex \
                             heights` adds them";
@@ -59,6 +61,7 @@ impl Decision {
             Some(found) => return Ok(plain(&format!("the sample is one {found}"))),
             None => sample.heights()?,
         };
+        // Decide by a trial where nothing is demanded.
         match (heights, wanted) {
             (None, Parallax::On) => Err(refused("without heights")),
             (None, _) => Ok(plain(

@@ -12,11 +12,11 @@
 //! | [`trial`] | whether it helps: views left out and predicted from the others |
 //! | [`decision`] | on or off, and why |
 
-pub mod decision;
-pub mod patches;
-pub mod reads;
-pub mod relief;
-pub mod trial;
+pub(crate) mod decision;
+pub(crate) mod patches;
+pub(crate) mod reads;
+pub(crate) mod relief;
+pub(crate) mod trial;
 
 pub use decision::{Decision, Parallax};
 pub use patches::PatchReach;

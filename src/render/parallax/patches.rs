@@ -1,4 +1,4 @@
-//! How far a coherent patch of a map goes on round a vertex.
+//! How far a coherent patch of a map continues round a vertex.
 //!
 //! Inside a patch that was copied from the sample, neighbouring vertices have texture coordinates that differ as their
 //! places do. There the sample's own neighbourhood is what lies round the vertex, so its parallax is that of the
@@ -11,7 +11,7 @@ use crate::grid::TexCoord;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::render::vertex_frame::Axes;
 
-/// Texture coordinates of neighbours agree when they differ from their places by at most so many texels in each
+/// Texture coordinates of neighbours agree when they differ from their places by at most this many texels in each
 /// direction.
 const AGREEING: f64 = 1.0;
 

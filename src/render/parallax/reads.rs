@@ -96,6 +96,7 @@ impl ReadList {
         height: f32,
         view: Weight,
     ) {
+        // Read plainly what lies beyond reach.
         let seen = relief.view(view.index);
         let shift = height * (slope - seen.slope);
         let inside = (place.reach - shift.length()).clamp(0.0, 1.0);
@@ -103,10 +104,12 @@ impl ReadList {
         if inside == 0.0 {
             return;
         }
+        // Find where the view shows the point.
         let shifted = TexCoord {
             s: place.coord.s + shift.x,
             t: place.coord.t + shift.y,
         };
+        // Weight the texels there by how well their heights agree.
         let (heights, start) = (&seen.levels[place.level], self.reads.len());
         let mut share = 0.0;
         for (texel, near) in around(relief.grid(), heights.grid, place.level, shifted) {
@@ -120,6 +123,7 @@ impl ReadList {
                 });
             }
         }
+        // Normalize.
         let scale = 1.0 / share.max(f32::MIN_POSITIVE);
         let found = self.reads[start..].iter_mut();
         found.for_each(|read| read.share *= scale);

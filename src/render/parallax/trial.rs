@@ -47,7 +47,7 @@ impl Trial {
     /// Both errors, in words.
     pub fn describe(&self) -> String {
         format!(
-            "{} views that were left out are predicted with an error of {:.1} %, plainly with {:.1} %",
+            "prediction error of {} left-out views: {:.1} % with parallax, {:.1} % without",
             self.views,
             100.0 * self.parallax.relative(),
             100.0 * self.plain.relative()
@@ -65,8 +65,9 @@ impl Trial {
         heights: &HeightMap,
         weighting: Weighting,
         most: usize,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Result<Option<Self>> {
+        // Choose what is left out and compared.
         let description = sample.description();
         let views = DirectionSet::new(&description.views, weighting);
         if views.len() < 3 || description.pairs.is_some() {
@@ -80,6 +81,7 @@ impl Trial {
             texels: chosen_texels(sample.grid()),
             weighting,
         };
+        // Leave each view out, with and without parallax.
         let held = spread(views.len(), most);
         progress.begin("trying parallax", held.len() as u64);
         let errors: Vec<[ErrorSum; 2]> = held
@@ -91,6 +93,7 @@ impl Trial {
             })
             .collect::<Result<_>>()?;
         progress.end();
+        // Add up in order.
         let mut trial = Self {
             views: held.len(),
             plain: ErrorSum::default(),

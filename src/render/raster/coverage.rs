@@ -164,6 +164,7 @@ impl<const LANES: usize> TileSamples<LANES> {
         first: [i32; 2],
         last: [i32; 2],
     ) {
+        // Set up the edges.
         let Some(triangle) = Edges::<T>::new(at, nearness) else {
             return;
         };
@@ -173,6 +174,7 @@ impl<const LANES: usize> TileSamples<LANES> {
             e1.offsets(&self.positions),
             e2.offsets(&self.positions),
         ];
+        // Test all samples of each pixel, row by row.
         for row in first[1]..=last[1] {
             let corner = [first[0] * SUBPIXEL, row * SUBPIXEL];
             let mut at_pixel = [e0.at(corner), e1.at(corner), e2.at(corner)];

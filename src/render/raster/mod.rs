@@ -89,8 +89,9 @@ impl SurfaceBuffer {
         mesh: &TriangleMesh,
         samples: Samples,
         nearest: f64,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Self {
+        // Project the vertices, and sort the triangles into tiles.
         let screen = Screen::project(view, &mesh.positions, &mesh.triangles, nearest);
         let bins = Bins::sort(&screen, &mesh.triangles, view.size);
         let drawing = Drawing {
@@ -100,6 +101,7 @@ impl SurfaceBuffer {
             triangles: &mesh.triangles,
             samples,
         };
+        // Draw the tiles in parallel.
         let [across, down] = tile_counts(view.size);
         let tiles = (0..(across * down) as usize)
             .into_par_iter()

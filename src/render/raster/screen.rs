@@ -172,6 +172,7 @@ fn side_distance(view: &View, side: usize, p: DVec3, half_width: f64) -> f64 {
 }
 
 fn screen_vertex(view: &View, p: DVec3, nearest: f64) -> ScreenVertex {
+    // Note which borders the point lies beyond.
     let half = view.size.map(|side| 0.5 * f64::from(side));
     let mut outside = if p.z < nearest { NEAR } else { 0 };
     for side in 0..4 {
@@ -182,6 +183,7 @@ fn screen_vertex(view: &View, p: DVec3, nearest: f64) -> ScreenVertex {
             outside |= FAR_OFF;
         }
     }
+    // Project it; clamp what is too far off for whole numbers.
     let (x, y) = if outside & (NEAR | FAR_OFF) == 0 {
         view.pixel_from_camera(p)
     } else {

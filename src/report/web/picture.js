@@ -9,12 +9,17 @@ import { layers, program, table, targetOfLayers, use } from "./textures.js";
 
 const ROW = 1024;
 const LAYERS = 4;
+// Cells along each side of the disc of directions: half a degree each.
+const DISC_SIDE = 256;
 // While something moves, shares of images and of corners are lowered by so much.
 const LOWERED = 0.2;
 const LOWERED_CORNERS = 0.25;
 const SAMPLES = [[0.125, 0.375], [-0.375, 0.125], [0.375, -0.125], [-0.125, -0.375]];
 
 const text = (id) => document.getElementById(id).textContent;
+
+// The even environment's share of the light; scattered samples have no image of it.
+const environmentShare = ({ scattered }, light) => (scattered ? 0 : light.environment / light.irradiance);
 
 export class Picture {
   // Uploads everything; `told` is called with the share that is done. Throws where the card cannot hold it.
@@ -55,18 +60,18 @@ export class Picture {
   uploadSurface(surface) {
     const { gl } = this;
     const { data, normals, rows } = surfaceTextures(surface, ROW);
-    this.rows = rows;
     this.vertices = table(gl, [gl.RGBA32F, gl.RGBA, gl.FLOAT], 3 * ROW, rows, data);
     this.normals = table(gl, [gl.RGBA32F, gl.RGBA, gl.FLOAT], ROW, rows, normals);
     const height = Math.ceil(surface.triangles / ROW), padded = new Uint32Array(4 * ROW * height);
     for (let f = 0; f < surface.triangles; f++) padded.set(surface.corners.subarray(3 * f, 3 * f + 3), 4 * f);
     this.triangles = table(gl, [gl.RGBA32UI, gl.RGBA_INTEGER, gl.UNSIGNED_INT], ROW, height, padded);
-    const list = () => {
-      const made = layers(gl, gl.RGBA32UI, ROW, rows, LAYERS, gl.NEAREST);
-      return { ...made, target: targetOfLayers(gl, made, LAYERS) };
-    };
-    this.views = list();
-    this.lights = list();
+    const lists = (width, height) => [0, 1].map(() => {
+      const made = layers(gl, gl.RGBA32UI, width, height, LAYERS, gl.NEAREST);
+      return { ...made, width, height, target: targetOfLayers(gl, made, LAYERS) };
+    });
+    this.ofVertices = lists(ROW, rows);
+    // A scattered sample's lists depend on view and light at once: too many cells.
+    this.ofDirections = this.about.sample.scattered ? null : lists(DISC_SIDE, DISC_SIDE + 1);
     this.uploadTriangles(surface, data);
     this.nothing = gl.createVertexArray();
   }
@@ -96,10 +101,12 @@ export class Picture {
   }
 
   // Draws a frame for a camera and a light {towards, irradiance, environment}; `samples` per pixel, 1 or 4. Moving ones
-  // take fewer images per pixel.
+  // take fewer images per pixel, by cells of directions where the sample allows.
   draw(camera, light, { samples, smoothTexels, moves }) {
     const { gl } = this;
-    this.list(camera, light, moves ? LOWERED : 0);
+    const byDirection = moves && this.ofDirections !== null;
+    if (byDirection) this.listDirections(light);
+    else this.listVertices(camera, light, moves ? LOWERED : 0);
     gl.blendFunc(gl.CONSTANT_ALPHA, gl.ONE_MINUS_CONSTANT_ALPHA);
     for (let i = 0; i < samples; i++) {
       const offset = samples === 1 ? [0, 0] : SAMPLES[i];
@@ -109,7 +116,7 @@ export class Picture {
         gl.enable(gl.BLEND);
         gl.blendColor(0, 0, 0, 1 / (i + 1));
       }
-      this.shade(camera, light, offset, { smoothTexels, lowered: moves ? LOWERED_CORNERS : 0 });
+      this.shade(camera, light, offset, { smoothTexels, byDirection, lowered: moves ? LOWERED_CORNERS : 0 });
       gl.disable(gl.BLEND);
     }
   }
@@ -121,33 +128,46 @@ export class Picture {
   }
 
   // Fills the lists of vertices whose view or light has changed.
-  list(camera, light, lowered) {
-    const { scattered, views, lights } = this.about.sample;
-    const common = {
-      eye: camera.eye, light: light.towards, hasBorder: this.about.surface.hasBorder ? 1 : 0,
-      tilesAcross: this.shape.tilesAcross, lowered,
-    };
-    const tables = { vertices: this.vertices, normals: this.normals, pairs: this.pairs ?? this.viewCandidates };
-    const environment = scattered ? 0 : light.environment / light.irradiance;
+  listVertices(camera, light, lowered) {
+    const { scattered } = this.about.sample;
+    const { hasBorder } = this.about.surface;
+    const common = { eye: camera.eye, light: light.towards, hasBorder: hasBorder ? 1 : 0, side: 0, lowered };
+    const environment = environmentShare(this.about.sample, light);
     const seen = JSON.stringify([camera.eye, lowered, scattered && light.towards]);
-    const lit = JSON.stringify([light.towards, environment, lowered, (scattered || common.hasBorder) && camera.eye]);
-    if (seen !== this.listedSeen) {
-      this.fill(this.views, this.listViews, { ...common, count: views.length, environment: 0, skip: scattered ? 4 * LAYERS : 0 },
-        { ...tables, candidates: this.viewCandidates });
-    }
-    if (lit !== this.listedLit) {
-      this.fill(this.lights, this.listLights,
-        { ...common, count: lights.length, environment, environmentColumn: lights.length, skip: 0 },
-        { ...tables, candidates: this.lightCandidates });
-    }
+    const lit = JSON.stringify([light.towards, environment, lowered, (scattered || hasBorder) && camera.eye]);
+    const [views, lights] = this.ofVertices;
+    if (seen !== this.listedSeen) this.fillViews(views, common);
+    if (lit !== this.listedLit) this.fillLights(lights, { ...common, environment });
     Object.assign(this, { listedSeen: seen, listedLit: lit });
   }
 
-  fill({ target }, shader, values, tables) {
+  // Fills the lists of cells of directions; they change with the environment only.
+  listDirections(light) {
+    const environment = environmentShare(this.about.sample, light);
+    if (environment === this.listedEnvironment) return;
+    const [views, lights] = this.ofDirections;
+    this.fillViews(views, { side: DISC_SIDE, lowered: LOWERED });
+    this.fillLights(lights, { side: DISC_SIDE, lowered: LOWERED, environment });
+    this.listedEnvironment = environment;
+  }
+
+  fillViews(list, values) {
+    const { scattered, views } = this.about.sample;
+    const skip = scattered ? 4 * LAYERS : 0;
+    this.fill(list, this.listViews, { ...values, count: views.length, environment: 0, skip }, this.viewCandidates);
+  }
+
+  fillLights(list, values) {
+    const { lights } = this.about.sample;
+    this.fill(list, this.listLights, { ...values, count: lights.length, environmentColumn: lights.length, skip: 0 }, this.lightCandidates);
+  }
+
+  fill({ target, width, height }, shader, values, candidates) {
     const { gl } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
-    gl.viewport(0, 0, ROW, this.rows);
-    use(gl, shader, values, tables);
+    gl.viewport(0, 0, width, height);
+    use(gl, shader, { ...values, tilesAcross: this.shape.tilesAcross },
+      { vertices: this.vertices, normals: this.normals, pairs: this.pairs ?? this.viewCandidates, candidates });
     gl.bindVertexArray(this.nothing);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
@@ -191,21 +211,21 @@ export class Picture {
     this.seenSize = [width, height];
   }
 
-  shade(camera, light, [x, y], { smoothTexels, lowered }) {
+  shade(camera, light, [x, y], { smoothTexels, byDirection, lowered }) {
     const { gl } = this;
     const { sample, surface, background } = this.about;
     const [width, height] = this.seenSize;
+    const [views, lights] = byDirection ? this.ofDirections : this.ofVertices;
     const rays = pixelRays(camera, width, height);
     const corner = rays.corner.map((value, k) => value + x * rays.right[k] + y * rays.up[k]);
     gl.viewport(0, 0, width, height);
     use(gl, this.shading, {
       grid: [sample.width, sample.height], mapGrid: surface.grid, tileable: sample.tileable ? 1 : 0,
       smoothTexels: smoothTexels ? 1 : 0, scattered: sample.scattered ? 1 : 0, irradiance: light.irradiance, background,
-      lowered,
+      lowered, byDirection: byDirection ? 1 : 0, hasBorder: surface.hasBorder ? 1 : 0, light: light.towards,
       eye: camera.eye, corner, right: rays.right, up: rays.up,
     }, {
-      seen: this.seen, triangles: this.triangles, vertices: this.vertices, views: this.views, lights: this.lights,
-      images: this.images,
+      seen: this.seen, triangles: this.triangles, vertices: this.vertices, views, lights, images: this.images,
     });
     gl.bindVertexArray(this.nothing);
     gl.drawArrays(gl.TRIANGLES, 0, 3);

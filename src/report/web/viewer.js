@@ -22,7 +22,7 @@ class Viewer {
 
   reset() {
     const { view, light } = this.about;
-    this.state = { view: { ...view }, light: { ...light }, zoom: 1, environment: false, smoothTexels: false };
+    this.state = { view: { ...view }, light: { ...light }, zoom: 1, environment: false, smoothTexels: true };
   }
 
   // Changes the state and draws.
@@ -61,7 +61,8 @@ class Viewer {
     const camera = fittedCamera(about, state.view, state.zoom, width / height);
     const towards = direction({ up: about.compass.up, zero: about.lightZero }, state.light);
     const environment = state.environment ? about.environment : 0;
-    this.picture.draw(camera, { towards, irradiance: about.irradiance, environment }, { samples, moves, smoothTexels: state.smoothTexels });
+    this.picture.draw(camera, { towards, irradiance: about.irradiance, environment },
+      { samples, moves, smoothTexels: state.smoothTexels && !moves });
     this.tell();
   }
 
@@ -96,15 +97,16 @@ class Viewer {
     element("smooth").addEventListener("change", (event) => this.set({ smoothTexels: event.target.checked }));
     element("reset").addEventListener("click", () => {
       this.reset();
-      element("environment").checked = element("smooth").checked = false;
+      element("environment").checked = this.state.environment;
+      element("smooth").checked = this.state.smoothTexels;
       this.set({});
     });
   }
 
   // What is drawn now: rows from below, red, green, blue, alpha.
-  pixels(samples = 4) {
+  pixels({ samples = 4, moves = false } = {}) {
     const { gl } = this.picture;
-    this.draw({ detail: 1, samples, moves: false });
+    this.draw({ detail: 1, samples, moves });
     const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
     const data = new Uint8Array(4 * width * height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, data);

@@ -1,6 +1,7 @@
 #version 300 es
 // The nearest sampled directions of every vertex and their weights: the rule `continuous` (docs/rendering.md).
-// A fragment is a vertex. ROLE is VIEWS, LIGHTS or PAIRS; PAIRS are the images of a scattered sample.
+// A fragment is a vertex, or a cell of directions. ROLE is VIEWS, LIGHTS or PAIRS; PAIRS are the images of a scattered
+// sample.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -18,6 +19,8 @@ uniform vec3 eye;
 uniform vec3 light;
 uniform bool hasBorder;
 uniform int count;
+// Above 0: a fragment is one of side × side cells over the equal-area disc, or below the horizon in a last row.
+uniform int side;
 // The even environment's column and its weight.
 uniform int environmentColumn;
 uniform float environment;
@@ -108,10 +111,10 @@ vec3 lifted(vec3 view) {
 
 // The row of candidates of a direction: a square of cells over the equal-area disc.
 int cellOf(vec3 direction) {
-  int side = int(sqrt(float(textureSize(candidates, 0).y)));
+  int rows = int(sqrt(float(textureSize(candidates, 0).y)));
   vec2 place = 0.5 + 0.5 * direction.xy / sqrt(1.0 + direction.z);
-  ivec2 cell = clamp(ivec2(place * float(side)), ivec2(0), ivec2(side - 1));
-  return cell.y * side + cell.x;
+  ivec2 cell = clamp(ivec2(place * float(rows)), ivec2(0), ivec2(rows - 1));
+  return cell.y * rows + cell.x;
 }
 
 float nearest[COUNTED];
@@ -215,9 +218,23 @@ void weigh(vec3 wanted) {
 
 #endif
 
+// The middle of a cell; beyond the disc the nearest direction of the horizon.
+vec3 directionOf(ivec2 cell) {
+  vec2 place = (2.0 * vec2(cell) + 1.0) / float(side) - 1.0;
+  place /= max(1.0, length(place));
+  float z = 1.0 - dot(place, place);
+  return vec3(place * sqrt(1.0 + z), z);
+}
+
 void main() {
-  ivec2 size = textureSize(normals, 0);
   ivec2 at = ivec2(gl_FragCoord.xy);
+#if ROLE != PAIRS
+  if (side > 0) {
+    if (at.y < side) weigh(directionOf(at));
+    finish();
+    return;
+  }
+#endif
   vec3 normal = texelFetch(normals, at, 0).xyz;
   vec4 position = texelFetch(vertices, ivec2(3 * at.x, at.y), 0);
   vec3 s = normalize(texelFetch(vertices, ivec2(3 * at.x + 1, at.y), 0).xyz);

@@ -47,7 +47,7 @@ pub struct LevelSamples {
 
 /// The samples and neighbours of some sites.
 #[derive(Default)]
-pub struct Block {
+pub struct SiteBlock {
     sites: Vec<u32>,
     samples: Vec<PackedSample>,
     neighbors: Vec<PackedNeighbor>,
@@ -57,7 +57,7 @@ pub struct Block {
     collector: NeighborCollector,
 }
 
-impl Block {
+impl SiteBlock {
     /// Takes the samples of one site, in the template's order; the centre is the site itself.
     pub fn take(
         &mut self,
@@ -67,6 +67,7 @@ impl Block {
         points: impl Iterator<Item = Option<SurfacePoint>>,
     ) {
         self.collector.begin();
+        // Take sample after sample.
         for (offset, point) in window.template.positions.iter().zip(points) {
             let sample = match point {
                 _ if *offset == glam::Vec2::ZERO => cells.at_site(site),
@@ -83,6 +84,7 @@ impl Block {
                 self.collector.take(level, site, *offset, location);
             }
         }
+        // Keep the neighbours where they are wanted.
         if window.neighbors {
             self.collector
                 .finish(site, window.width, &mut self.neighbors);
@@ -105,11 +107,11 @@ pub fn site_by_site(
     on: (&LevelTexels, &LevelCells<'_>),
     window: Window<'_>,
     progress: Progress<'_>,
-    take: impl Fn(usize, &mut Block) + Sync,
+    take: impl Fn(usize, &mut SiteBlock) + Sync,
 ) -> Result<LevelSamples> {
     let count = on.0.texels.len();
     let of_block = |block: usize| {
-        let mut out = Block::default();
+        let mut out = SiteBlock::default();
         for site in block * SITES..((block + 1) * SITES).min(count) {
             progress.check()?;
             take(site, &mut out);
@@ -124,13 +126,15 @@ pub fn site_by_site(
 pub fn join(
     (level, cells): (&LevelTexels, &LevelCells<'_>),
     window: Window<'_>,
-    blocks: Vec<Block>,
+    blocks: Vec<SiteBlock>,
 ) -> Result<LevelSamples> {
+    // Find where each site's neighbours begin.
     let (count, per_site) = (level.texels.len(), window.template.positions.len());
     let starts = starts(&blocks, count)?;
     let mut counts = AtlasCounts::default();
     let mut samples = vec![PackedSample::OUTSIDE; count * per_site];
     let mut neighbors = vec![PackedNeighbor::default(); starts[count] as usize];
+    // Copy block after block to its sites.
     for block in blocks {
         counts.valued += block.counts.valued;
         counts.outside += block.counts.outside;
@@ -160,7 +164,7 @@ pub fn join(
 }
 
 /// Where the neighbours of each site begin; 32-bit, and more are refused.
-fn starts(blocks: &[Block], count: usize) -> Result<Vec<u32>> {
+fn starts(blocks: &[SiteBlock], count: usize) -> Result<Vec<u32>> {
     let total: usize = blocks.iter().map(|block| block.neighbors.len()).sum();
     if u32::try_from(total).is_err() {
         return Err(Error::option(

@@ -79,11 +79,14 @@ impl FaceSurface {
 
 /// A control mesh with everything that it has, on its smooth surface.
 fn subdivided(user: &UserMesh, refinement: &Refinement) -> UserMesh {
+    // Subdivide the positions.
     let control: Vec<DVec3> = user.mesh.positions.iter().map(|p| p.as_dvec3()).collect();
     let positions = refinement.limit_values(&control);
     let count = positions.len();
+    // Halve the quads.
     let halves = |&[a, b, c, d]: &[u32; 4]| [[a, b, c], [a, c, d]];
     let quads = &refinement.finest().quads;
+    // Blend scales by their logarithms, rotations as unit vectors.
     let scale = |list: &Vec<f32>| {
         let logarithms: Vec<f64> = list.iter().map(|&of| f64::from(of).ln()).collect();
         let fine = refinement.limit_values(&logarithms);
@@ -97,6 +100,7 @@ fn subdivided(user: &UserMesh, refinement: &Refinement) -> UserMesh {
             .map(|turn| turn.to_angle().to_degrees() as f32)
             .collect()
     };
+    // Keep orientations at the control vertices; the field spreads them.
     let orientation = |list: &Vec<Vec3>| {
         let mut all = list.clone();
         all.resize(count, Vec3::ZERO);

@@ -8,7 +8,7 @@ use crate::mesh::field::guides::{Canvas, GuideOptions};
 use crate::mesh::frame::Frame;
 use crate::mesh::reading::{UserMesh, varying};
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
+use crate::mesh::surface_bvh::{SurfaceBvh, SurfacePoint};
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
@@ -42,7 +42,7 @@ impl<'a> Geometry<'a> {
         progress.begin("orientation field", 1);
         let topology = Topology::new(&user.mesh.triangles);
         let rings = Rings::new(&user.mesh, &topology);
-        let tree = SurfaceTree::new(&user.mesh);
+        let tree = SurfaceBvh::new(&user.mesh);
         let canvas = Canvas {
             user,
             rings: &rings,

@@ -61,6 +61,7 @@ impl<'a> LevelCells<'a> {
         progress: Progress<'_>,
     ) -> Result<Self> {
         progress.check()?;
+        // Find which texels continue each other across charts.
         let across = Across::new(
             &level.points,
             geometry.atlas,
@@ -76,6 +77,7 @@ impl<'a> LevelCells<'a> {
             on_border: Vec::new(),
             cells: Arc::default(),
         };
+        // List the cells, row by row.
         let (height, width) = (
             i64::from(level.points.height),
             i64::from(level.points.width),
@@ -92,6 +94,7 @@ impl<'a> LevelCells<'a> {
                 Ok((ends, cells))
             })
             .collect::<Result<_>>()?;
+        // Join the rows.
         let mut sites = Vec::new();
         for (ends, cells) in rows {
             let base = sites.len() as u32;

@@ -27,12 +27,12 @@ mod face_surface;
 mod geometry;
 mod level_cells;
 mod marching;
-pub mod memory;
+pub(crate) mod memory;
 mod neighbors;
-pub mod options;
+pub(crate) mod options;
 mod parents;
 mod paths;
-pub mod preparation;
+pub(crate) mod preparation;
 mod scan_lines;
 mod sites;
 #[cfg(test)]

@@ -98,6 +98,7 @@ pub fn prepare(
     progress: Progress<'_>,
 ) -> Result<(AtlasSurface, SiteHierarchy<AtlasSites>)> {
     options.validate()?;
+    // Lay out the charts.
     let faces = match options.charts {
         ChartSource::Faces => Some(FaceSurface::new(user, options.resolution, progress)?),
         ChartSource::Uv => None,
@@ -111,6 +112,7 @@ pub fn prepare(
         }
     };
     progress.check()?;
+    // Lay out texels on every level.
     let points = pyramid(&user.mesh, atlas, options)?;
     let texel = texel(&user.mesh, points[0].inside(), options.texture_scale)?;
     let guided = (&options.guides, options.seed);
@@ -119,11 +121,13 @@ pub fn prepare(
         let texel = texel * f64::from(1_u32 << number);
         LevelTexels::new(&geometry, points, texel)
     };
+    // Find the surface at each texel, and the cells between them.
     let levels: Vec<LevelTexels> = (0_u32..).zip(points).map(on_level).collect();
     let cells: Vec<LevelCells<'_>> = levels
         .iter()
         .map(|level| LevelCells::new(&geometry, level, progress))
         .collect::<Result<_>>()?;
+    // Find the neighbourhoods.
     let pyramid = Pyramid {
         faces: faces.as_ref(),
         geometry: &geometry,
@@ -198,7 +202,9 @@ impl Pyramid<'_> {
         let coarse = Template::square(self.options.coarse_neighborhood);
         let (mut levels, mut counts) = (Vec::new(), Vec::new());
         for number in 0..self.levels.len() {
+            // Sample the windows on this level.
             let own = self.sample(number, (&fine, self.options.neighborhood, true), progress)?;
+            // Sample those on the coarser level.
             let coarser = number + 1;
             let (mut around, mut parent_points) = (None, Vec::new());
             if coarser < self.levels.len() {
@@ -208,6 +214,7 @@ impl Pyramid<'_> {
                 let above = (&self.levels[coarser], &self.cells[coarser]);
                 parent_points = parents(self.geometry, &self.levels[number], above);
             }
+            // Put the level together.
             counts.push(own.counts);
             let level = &self.levels[number];
             let chart = |site| level.chart(self.geometry, site);

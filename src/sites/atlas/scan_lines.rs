@@ -20,6 +20,7 @@ impl ScanLines<'_> {
     /// All sites in the order of their visit; `neighbors` are the sites beside one, in its chart and in others.
     /// The chart of the most texels comes first, and again wherever no border leads on.
     pub fn order<I: Iterator<Item = u32>>(&self, neighbors: impl Fn(u32) -> I) -> Vec<u32> {
+        // Sort the charts by size.
         let lines = self.lines();
         let size = |chart: usize| lines[chart].iter().map(Vec::len).sum::<usize>();
         let mut by_size: Vec<usize> = (0..lines.len()).collect();
@@ -28,6 +29,7 @@ impl ScanLines<'_> {
         let mut is_reached = vec![false; lines.len()];
         let mut order = Vec::with_capacity(self.texels.len());
         let mut front = VecDeque::new();
+        // Visit a chart line by line, then those that its border leads to.
         for first in by_size {
             if std::mem::replace(&mut is_reached[first], true) {
                 continue;

@@ -11,7 +11,7 @@
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::collecting::{Block, LevelSamples, Window, join};
+use super::collecting::{LevelSamples, SiteBlock, Window, join};
 use super::drawing::Drawing;
 use super::geometry::{Geometry, largest};
 use super::level_cells::LevelCells;
@@ -36,10 +36,12 @@ pub fn sample(
     window: Window<'_>,
     progress: Progress<'_>,
 ) -> Result<LevelSamples> {
+    // Find the sites near each vertex.
     let sites = sites_of_vertices(geometry, level);
     let template = BinnedTemplate::new(window.template);
     let count = geometry.mesh.positions.len();
-    let blocks: Vec<Block> = (0..count.div_ceil(BLOCK))
+    // Sample them in one chart per vertex.
+    let blocks: Vec<SiteBlock> = (0..count.div_ceil(BLOCK))
         .into_par_iter()
         .map(|block| {
             let mut charts = VertexCharts {
@@ -51,7 +53,7 @@ pub fn sample(
                 sampler: Sampler::new(geometry.mesh, &geometry.connection, &template),
                 found: Vec::new(),
             };
-            let mut out = Block::default();
+            let mut out = SiteBlock::default();
             for vertex in block * BLOCK..((block + 1) * BLOCK).min(count) {
                 progress.check()?;
                 let sites = sites.row(vertex);
@@ -105,7 +107,7 @@ impl VertexCharts<'_> {
         sites: &[u32],
         cells: &LevelCells<'_>,
         window: Window<'_>,
-        out: &mut Block,
+        out: &mut SiteBlock,
     ) {
         let radius = self.radius_for(vertex, sites);
         let connection = &self.geometry.connection;

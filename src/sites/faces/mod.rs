@@ -11,14 +11,14 @@
 //! | [`neighborhood`] | the 36 faces round a face, in three-fold symmetry |
 //! | [`plan`] | how many faces a surface and its sample have, level by level |
 
-pub mod level;
-pub mod neighborhood;
-pub mod plan;
-pub mod pyramid;
-pub mod triangular_grid;
+pub(crate) mod level;
+pub(crate) mod neighborhood;
+pub(crate) mod plan;
+pub(crate) mod pyramid;
+pub(crate) mod triangular_grid;
 
 pub use level::{AdjacentDistances, FaceLevel};
-pub use neighborhood::{FaceTemplate, Neighborhood};
+pub use neighborhood::{FaceTemplate, Neighborhood, SECTORS};
 pub use plan::{FaceOptions, FacePlan};
 pub use pyramid::FacePyramid;
 pub use triangular_grid::{GridTurn, TriangularGrid};

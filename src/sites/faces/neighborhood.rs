@@ -84,8 +84,8 @@ impl FaceTemplate {
         faces.map(|face| self.around(topology, face)).collect()
     }
 
-    /// The neighbourhood of a face of a surface that goes on beyond its boundary as its mirror image. So a face can stand
-    /// for itself, and more than once.
+    /// The neighbourhood of a face of a surface that continues beyond its boundary as its mirror image. So a face can
+    /// stand for itself, and more than once.
     pub fn around_mirrored(&self, topology: &Topology, face: u32) -> Neighborhood {
         let mut neighborhood = self.around(topology, face);
         for (at, neighbor) in neighborhood.iter_mut().enumerate() {

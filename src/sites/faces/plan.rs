@@ -25,7 +25,7 @@ const MOST_BASE_FACES: f64 = (1 << 24) as f64;
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Faces")]
 pub struct FaceOptions {
-    /// Triangles of the base mesh, about [default: as many as --texel and --subdivisions make]
+    /// Approximate number of triangles of the base mesh [default: from --texel and --subdivisions]
     #[arg(long, value_name = "N")]
     pub base_faces: Option<usize>,
     /// How often the base mesh is subdivided, each time into four times as many faces [default: one less than the
@@ -46,8 +46,8 @@ pub struct FacePlan {
 }
 
 impl FacePlan {
-    /// Plans a surface on a mesh, for a sample of `[width, height]` texels in a space of so many levels. `texel` is what is
-    /// asked for, in mesh units.
+    /// Plans a surface on a mesh, for a sample of `[width, height]` texels in a space of this many levels. `texel` is
+    /// what is asked for, in mesh units.
     ///
     /// Errors: options that exclude each other, a sample too small for the levels, a surface smaller than the sample.
     pub fn new(
@@ -56,10 +56,12 @@ impl FacePlan {
         options: &FaceOptions,
         texel: Option<f64>,
     ) -> Result<Self> {
+        // Find how often the sample is subdivided.
         let shortest = width.min(height);
         let subdivisions = subdivisions_of(shortest, levels, options.subdivisions)?;
         let rows = shortest >> subdivisions;
         let of_sample = rows as usize * triangles_per_row(rows) as usize;
+        // Find how many faces the base mesh needs.
         let base_faces = match (options.base_faces, texel) {
             (Some(faces), Some(texel)) => {
                 let found = format!("{texel} beside --base-faces {faces}");

@@ -36,7 +36,7 @@ pub struct TriangularGrid {
 }
 
 impl TriangularGrid {
-    /// The grid of a square sample of `side` × `side` pixels with so many levels.
+    /// The grid of a square sample of `side` × `side` pixels with this many levels.
     ///
     /// Errors: `levels` of 0, a side that 2^(levels − 1) does not divide, more than 2³² half-edges.
     pub fn new(side: u32, levels: u32) -> Result<Self> {
@@ -109,11 +109,13 @@ pub(super) fn triangles_per_row(rows: u32) -> u32 {
 ///
 /// Lines of vertices with even numbers start at the left, odd ones half a side further right.
 fn lattice(extent: u32, rows: u32, per_row: u32) -> (TriangleMesh, Vec<bool>) {
+    // Fit the triangles into the square.
     let height = f64::from(extent) / f64::from(rows);
     let side = height * 2.0 / 3f64.sqrt();
     let left = (f64::from(extent) - f64::from(per_row + 1) / 2.0 * side) / 2.0;
     let mut mesh = TriangleMesh::default();
     let mut first_of_line = Vec::with_capacity(rows as usize + 1);
+    // Lay out the lines of vertices.
     for line in 0..=rows {
         first_of_line.push(mesh.positions.len() as u32);
         let odd = line % 2;
@@ -124,6 +126,7 @@ fn lattice(extent: u32, rows: u32, per_row: u32) -> (TriangleMesh, Vec<bool>) {
             Vec3::new(x as f32, y as f32, 0.0)
         }));
     }
+    // Lay out the rows of triangles.
     let mut white = Vec::with_capacity((rows * per_row) as usize);
     for row in 0..rows {
         let [top, bottom] = [row, row + 1].map(|line| first_of_line[line as usize]);

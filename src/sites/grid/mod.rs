@@ -8,8 +8,8 @@
 //! | [`turned`] | neighbourhoods scaled and turned at every site: a sample lies between four sites |
 
 pub(crate) mod round;
-pub mod target;
-pub mod turned;
+pub(crate) mod target;
+pub(crate) mod turned;
 pub(crate) mod window;
 
 use either::Either;

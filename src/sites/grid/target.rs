@@ -13,18 +13,7 @@ use glam::Vec3;
 /// Sites of a target grid; more would not fit 32-bit indices of samples.
 const MOST_SITES: u64 = 1 << 26;
 
-/// A flat grid of sites; site row · width + col, row 0 at the top.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct GridTarget {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Whether opposite borders continue each other; else samples off the grid hold the default.
-    pub toroidal: bool,
-}
-
-impl std::str::FromStr for GridTarget {
+impl std::str::FromStr for SiteGrid {
     type Err = String;
 
     /// Reads `WxH`; toroidal.
@@ -42,7 +31,7 @@ impl std::str::FromStr for GridTarget {
     }
 }
 
-impl GridTarget {
+impl SiteGrid {
     /// The hierarchy of sites for the neighbourhoods of as many levels, finest first.
     pub fn hierarchy(self, neighborhoods: &[Neighborhood]) -> Result<SiteHierarchy<GridSites>> {
         self.check(neighborhoods)?;
@@ -220,8 +209,8 @@ mod tests {
     use crate::sites::level::{SampleLocation, Sites};
     use crate::synthesis::state::first_guess;
 
-    fn target(width: u32, height: u32, toroidal: bool) -> GridTarget {
-        GridTarget {
+    fn target(width: u32, height: u32, toroidal: bool) -> SiteGrid {
+        SiteGrid {
             width,
             height,
             toroidal,
@@ -232,7 +221,7 @@ mod tests {
     fn a_grid_is_asked_for_as_an_image_size() {
         assert_eq!("256x128".parse(), Ok(target(256, 128, true)));
         for wrong in ["256", "0x4", "ax4", "4x-1", ""] {
-            assert!(wrong.parse::<GridTarget>().is_err(), "{wrong}");
+            assert!(wrong.parse::<SiteGrid>().is_err(), "{wrong}");
         }
     }
 
@@ -292,7 +281,7 @@ mod tests {
     #[test]
     fn sizes_that_cannot_be_are_refused() {
         let neighborhoods = [Neighborhood::square(5, 3), Neighborhood::square(5, 0)];
-        let message = |grid: GridTarget| grid.hierarchy(&neighborhoods).unwrap_err().to_string();
+        let message = |grid: SiteGrid| grid.hierarchy(&neighborhoods).unwrap_err().to_string();
         assert!(message(target(8, 8, true)).contains("level 1 is 4x4, smaller"));
         assert!(message(target(13, 16, true)).contains("divisible"));
         assert!(message(target(1 << 20, 1 << 20, true)).contains("at most"));

@@ -67,6 +67,7 @@ impl TurnedGridSites {
             height: rows as u32,
             toroidal: false,
         };
+        // Turn and scale each site's frame.
         let frame = |((row, col), &scale): ((usize, usize), &f32)| {
             let vector = Vec2::new(orientations[[row, col, 0]], orientations[[row, col, 1]]);
             Frame {
@@ -75,6 +76,7 @@ impl TurnedGridSites {
             }
         };
         let frames: Vec<Frame> = scales.indexed_iter().map(frame).collect();
+        // Find how far windows reach.
         let widest = frames.iter().map(|frame| frame.scale).fold(1.0, f32::max);
         let coarser = (!windows.coarse_positions.is_empty()).then(|| SiteGrid {
             width: grid.width.div_ceil(2),
@@ -92,6 +94,7 @@ impl TurnedGridSites {
             parents: Vec::new(),
             areas: vec![1.0; rows * cols],
         };
+        // Find the parents.
         if let Some(coarser) = coarser {
             sites.parents = (0..rows * cols)
                 .map(|site| sites.parent(site, coarser))

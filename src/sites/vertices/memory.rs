@@ -23,14 +23,14 @@ const WORKED_VERTEX: u64 = 700;
 const SAMPLE: u64 = 8;
 const NEIGHBOR: u64 = 12;
 const ARC: u64 = 8;
-/// Arcs of a circle: at least so many, and so many more for each time its radius holds the mean distance of
+/// Arcs of a circle: at least this many, and so many more for each time its radius holds the mean distance of
 /// vertices (2π times the crossings per length of a line over a triangle mesh, 2.2).
 const FEWEST_ARCS: f64 = 24.0;
 const ARCS_PER_RADIUS: f64 = 14.0;
 /// The program, and working memory of its threads.
 const PROGRAM: u64 = 16 << 20;
 
-/// Bytes that retiling to so many vertices takes.
+/// Bytes that retiling to this many vertices takes.
 pub fn bytes_to_retile(vertices: usize) -> u64 {
     RETILED_VERTEX.saturating_mul(vertices as u64)
 }
@@ -84,8 +84,8 @@ fn largest_scale(user: &UserMesh) -> f32 {
         .map_or(1.0, |scale| scale.iter().copied().fold(1.0, f32::max))
 }
 
-/// How many vertices lie in the window round a vertex, on the average: as many as share a cube of the
-/// window's width with it.
+/// How many vertices lie in the window round a vertex, on average: as many as share a cube of the window's width with
+/// it.
 fn vertices_near(user: &UserMesh, width: f64) -> f64 {
     let mesh = &user.mesh;
     let width = (width as f32 * largest_scale(user)).max(f32::MIN_POSITIVE);

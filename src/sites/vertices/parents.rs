@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::mesh::chart::Placed;
 use crate::mesh::connection::Connection;
 use crate::mesh::frame::Frame;
-use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
+use crate::mesh::surface_bvh::{SurfaceBvh, SurfacePoint};
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::sites::level::Parent;
 
@@ -21,7 +21,7 @@ const REACH: f32 = 2.0;
 pub fn parent_points(
     mesh: &TriangleMesh,
     normals: &[Vec3],
-    coarse: &SurfaceTree,
+    coarse: &SurfaceBvh,
     coarse_texel: f32,
 ) -> Vec<SurfacePoint> {
     let referenced = mesh.referenced();
@@ -47,8 +47,8 @@ pub fn parent_points(
         .collect()
 }
 
-/// The corners of a parent point's triangle as seeds of a chart round the point, in the frame of
-/// the child carried there: turned by the least rotation that lays its normal on the triangle's.
+/// The corners of a parent point's triangle as seeds of a chart round the point, in the frame of the child carried
+/// there: rotated by the least rotation that lays its normal on the triangle's.
 pub fn seeds(
     coarse: &TriangleMesh,
     connection: &Connection,

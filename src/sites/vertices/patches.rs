@@ -46,7 +46,7 @@ pub struct LevelPatches {
 
 /// The patches of consecutive vertices.
 #[derive(Default)]
-struct Block {
+struct PatchBlock {
     samples: Vec<PackedSample>,
     neighbors: Vec<Neighbor>,
     /// Where each vertex's neighbours end.
@@ -54,7 +54,7 @@ struct Block {
     counts: SampleCounts,
 }
 
-impl Block {
+impl PatchBlock {
     /// Takes the placed vertices within the window, but those the chart draws nearer than they are:
     /// they lie in a fold.
     fn take_neighbors(
@@ -92,6 +92,7 @@ impl Patches<'_> {
         half_window: f32,
         progress: Progress<'_>,
     ) -> Result<LevelPatches> {
+        // Sort the template's positions into bins.
         let binned = BinnedTemplate::new(template);
         let radius = binned.radius().max(half_window * std::f32::consts::SQRT_2);
         let centre = template
@@ -99,12 +100,13 @@ impl Patches<'_> {
             .iter()
             .position(|p| *p == glam::Vec2::ZERO);
         let count = self.mesh.positions.len();
-        let blocks: Vec<Block> = (0..count.div_ceil(BLOCK))
+        // Flatten the surroundings of each vertex, and locate the positions in them.
+        let blocks: Vec<PatchBlock> = (0..count.div_ceil(BLOCK))
             .into_par_iter()
             .map(|block| {
                 let mut grower = ChartGrower::new(count);
                 let mut sampler = Sampler::new(self.mesh, self.connection, &binned);
-                let mut out = Block::default();
+                let mut out = PatchBlock::default();
                 for vertex in block * BLOCK..((block + 1) * BLOCK).min(count) {
                     progress.check()?;
                     let texel = self.texels[vertex];
@@ -124,7 +126,7 @@ impl Patches<'_> {
         Ok(self.join(binned.len(), blocks))
     }
 
-    fn join(&self, samples_per_site: usize, blocks: Vec<Block>) -> LevelPatches {
+    fn join(&self, samples_per_site: usize, blocks: Vec<PatchBlock>) -> LevelPatches {
         let mut level = LevelPatches::default();
         level.stencils.samples_per_site = samples_per_site;
         level.stencils.cells.clone_from(&self.mesh.triangles);
@@ -155,8 +157,10 @@ impl Patches<'_> {
         texels: &[f32],
         progress: Progress<'_>,
     ) -> Result<(PatchStencils, Vec<Parent>)> {
+        // Sort the template's positions into bins.
         let binned = BinnedTemplate::new(template);
         let radius = binned.radius();
+        // Flatten the surroundings of each point, and locate the positions in them.
         let rows = Rows::collect(
             points.len(),
             || {
@@ -175,6 +179,7 @@ impl Patches<'_> {
                 sampler.locate(grower, &placed, texels[child], out);
             },
         );
+        // Find the parents.
         progress.check()?;
         let parents = (0..points.len())
             .into_par_iter()

@@ -15,9 +15,9 @@ use crate::mesh::connection::Connection;
 use crate::mesh::field::guides::{Canvas, GuideOptions, guided_field};
 use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::Retiler;
-use crate::mesh::retile::relax::Target;
+use crate::mesh::retile::relax::ReferenceSurface;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_bvh::{SurfacePoint, SurfaceTree};
+use crate::mesh::surface_bvh::{SurfaceBvh, SurfacePoint};
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::neighborhood::Template;
@@ -30,7 +30,7 @@ use crate::sites::vertices::patches::Patches;
 use crate::sites::vertices::surface_options::{SurfaceOptions, warn_of_texel};
 
 /// One level while it is being prepared.
-struct Level {
+struct LevelGeometry {
     mesh: TriangleMesh,
     rings: Rings,
     connection: Connection,
@@ -73,7 +73,7 @@ fn prepare_afresh(
     let texel = options.texel_on(&user.mesh)?;
     warn_of_texel(&user.mesh, texel, progress);
     progress.check()?;
-    let target = Target::new(&user.mesh, options.crease.to_radians());
+    let target = ReferenceSurface::new(&user.mesh, options.crease.to_radians());
     progress.check()?;
     let meshes = pyramid(user, &target, options, progress)?;
     progress.begin("orientation field", 1);
@@ -89,7 +89,7 @@ const FEWEST_VERTICES: usize = 4;
 /// Level 0 and its retiled quarters.
 fn pyramid(
     user: &UserMesh,
-    target: &Target,
+    target: &ReferenceSurface,
     options: &SurfaceOptions,
     progress: Progress<'_>,
 ) -> Result<Vec<TriangleMesh>> {
@@ -106,10 +106,10 @@ fn oriented_levels(
     user: &UserMesh,
     options: &SurfaceOptions,
     meshes: Vec<TriangleMesh>,
-    (tree, texel): (&SurfaceTree, f64),
+    (tree, texel): (&SurfaceBvh, f64),
     progress: Progress<'_>,
-) -> Result<Vec<Level>> {
-    let mut levels: Vec<Level> = Vec::with_capacity(meshes.len());
+) -> Result<Vec<LevelGeometry>> {
+    let mut levels: Vec<LevelGeometry> = Vec::with_capacity(meshes.len());
     for (number, mesh) in meshes.into_iter().enumerate() {
         progress.check()?;
         let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
@@ -132,7 +132,7 @@ fn oriented_levels(
             Some(scales) => scales.iter().map(|scale| scale * level_texel).collect(),
             None => vec![level_texel; mesh.positions.len()],
         };
-        levels.push(Level {
+        levels.push(LevelGeometry {
             connection: Connection::new(&rings, &angles),
             rings,
             mesh,
@@ -142,7 +142,7 @@ fn oriented_levels(
     Ok(levels)
 }
 
-/// The angles of the finest frames: the field, turned by the user's rotation.
+/// The angles of the finest frames: the field, rotated by the user's rotation.
 pub fn guided_angles(
     canvas: Canvas<'_>,
     guides: &GuideOptions,
@@ -161,9 +161,9 @@ pub fn guided_angles(
 fn carried_down(
     mesh: &TriangleMesh,
     rings: &Rings,
-    finest: &Level,
+    finest: &LevelGeometry,
     scales: Option<&[f32]>,
-    tree: &SurfaceTree,
+    tree: &SurfaceBvh,
 ) -> (Vec<f64>, Option<Vec<f32>>) {
     let points: Vec<Option<SurfacePoint>> = (0..mesh.positions.len())
         .into_par_iter()
@@ -208,7 +208,7 @@ fn carried_down(
 }
 
 fn assemble(
-    levels: Vec<Level>,
+    levels: Vec<LevelGeometry>,
     options: &SurfaceOptions,
     texel: f64,
     progress: Progress<'_>,
@@ -227,7 +227,7 @@ fn assemble(
             progress.check()?;
             let coarse_texels: Vec<f32> = level.texels.iter().map(|texel| 2.0 * texel).collect();
             let coarse_texel = (texel * f64::from(2u32 << number)) as f32;
-            let tree = SurfaceTree::new(&coarser.mesh);
+            let tree = SurfaceBvh::new(&coarser.mesh);
             points = parents::parent_points(&level.mesh, &level.rings.normals, &tree, coarse_texel);
             coarser.patches().round_points(
                 &coarse_template,
@@ -267,7 +267,7 @@ fn assemble(
     Ok(surface)
 }
 
-impl Level {
+impl LevelGeometry {
     fn patches(&self) -> Patches<'_> {
         Patches {
             mesh: &self.mesh,

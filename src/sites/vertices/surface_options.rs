@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::mesh::field::guides::{Alignment, FieldEnergy, GuideOptions};
@@ -12,8 +12,8 @@ use crate::neighborhood::{Neighborhood, check_level_widths, level_widths};
 use crate::progress::Progress;
 
 /// How a surface is prepared.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Serialize, Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct SurfaceOptions {
     /// Levels of the mesh pyramid, each with a quarter of the vertices (Tong 2002 §5.1). Set by
     /// synthesis.
@@ -25,26 +25,26 @@ pub struct SurfaceOptions {
     /// Width of the parent level's neighbourhood in texels, odd. Set by the neighbour table.
     #[arg(skip = SurfaceOptions::default().coarse_neighborhood)]
     pub coarse_neighborhood: u32,
-    /// Mesh units a texel of the finest level covers. Default: √(area / referenced vertices).
+    /// Mesh units that a texel of the finest level covers. Default: √(area / referenced vertices).
     #[arg(long)]
     pub texel: Option<f64>,
-    /// Edges whose triangles turn by more than so many degrees are creases: retiled levels keep
-    /// them.
+    /// Edges with a larger angle between their triangles, in degrees, are creases, which retiled levels keep.
     #[arg(long, default_value_t = SurfaceOptions::default().crease)]
     pub crease: f64,
-    /// Directions the field must take: a JSON file
-    /// `{"guides": [{"vertex": 7, "direction": [x,y,z]}, {"point": [x,y,z], "direction": [x,y,z]}]}`. The mesh's own sx, sy, sz (PLY) count as well.
+    /// Directions that the orientation field takes exactly: a JSON file `{"guides": [{"vertex": 7, "direction":
+    /// [x,y,z]}, {"point": [x,y,z], "direction": [x,y,z]}]}`. The mesh's own sx, sy, sz (PLY) count as well.
     #[arg(long, value_name = "FIELD.json")]
     pub guide: Option<PathBuf>,
-    /// How far a texture has changed and which way it runs at some vertices: a JSON file
-    /// `{"keys": [{"vertex": 7, "transition": 0.5, "direction": [x,y,z]}, {"point": [x,y,z], "transition": 1}]}`. They replace the mesh's own transition (PLY).
+    /// Transition and direction of a progressively-variant texture at some vertices: a JSON file `{"keys":
+    /// [{"vertex": 7, "transition": 0.5, "direction": [x,y,z]}, {"point": [x,y,z], "transition": 1}]}`. They replace
+    /// the mesh's own transition (PLY).
     #[arg(long, value_name = "KEYS.json")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keys: Option<PathBuf>,
-    /// What the field follows elsewhere.
+    /// What the field follows where no direction is given.
     #[arg(long, value_enum, default_value_t = Alignment::Smooth)]
     pub align: Alignment,
-    /// A direction in space that s follows wherever it lies along the surface, as x,y,z.
+    /// A direction in space that the field follows where it lies along the surface, as x,y,z.
     #[arg(
         long,
         value_delimiter = ',',
@@ -52,7 +52,7 @@ pub struct SurfaceOptions {
         value_name = "X,Y,Z"
     )]
     pub direction: Option<Vec<f64>>,
-    /// What makes one orientation field better than another.
+    /// The energy that the orientation field minimises or maximises.
     #[arg(long, value_enum, default_value_t = FieldEnergy::Dirichlet)]
     #[serde(skip_serializing_if = "FieldEnergy::is_default")]
     pub field_energy: FieldEnergy,

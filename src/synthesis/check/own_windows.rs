@@ -13,12 +13,14 @@ pub const COHERENT_WIDTH: u32 = 5;
 /// The levels of the multiscale method: those asked for, else all that its windows fit.
 pub fn multiscale_levels(space: &Space, options: &SynthesisOptions) -> Result<usize> {
     options.validate()?;
+    // Check each level.
     for (index, level) in space.levels.iter().enumerate() {
         space_level(level, index)?;
         if options.metric == MetricKind::Gram {
             gram(level)?;
         }
     }
+    // Count the levels that the windows fit.
     let side = |level: usize| {
         let grid = space.levels[level].grid;
         grid.width.min(grid.height)
@@ -28,6 +30,7 @@ pub fn multiscale_levels(space: &Space, options: &SynthesisOptions) -> Result<us
     let fitting = all
         .take_while(|&level| widest(level) <= side(level))
         .count();
+    // Take the levels that were asked for.
     let asked = options.levels.map(|levels| levels as usize);
     if let Some(levels) = asked.filter(|&levels| levels > space.levels.len()) {
         return Err(Error::option(
@@ -40,6 +43,7 @@ pub fn multiscale_levels(space: &Space, options: &SynthesisOptions) -> Result<us
     if levels <= fitting {
         return Ok(levels);
     }
+    // Name the window that is too wide.
     let Some(grid) = space.levels.get(fitting).map(|level| level.grid) else {
         return Err(Error::data("space", "no level").expected("one or more"));
     };

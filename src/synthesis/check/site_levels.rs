@@ -32,6 +32,7 @@ fn site_level<const N: usize, S: Sites<N>>(
 ) -> Result<()> {
     let place = format!("sites, level {index}");
     let (count, samples) = (sites.count(), neighborhood.offsets.len());
+    // Check that there are enough sites.
     if count < samples {
         let few = format!("{count} sites, fewer than the neighbourhood's {samples} samples");
         return Err(match index {
@@ -44,11 +45,13 @@ fn site_level<const N: usize, S: Sites<N>>(
             ),
         });
     }
+    // Check their samples.
     if sites.samples_per_site() != samples {
         let found = format!("{} samples per site", sites.samples_per_site());
         return Err(Error::data(place, found)
             .expected(format!("{samples}, as the table's neighbourhood has")));
     }
+    // Check their parents and the samples on the coarser level.
     let Some(coarser) = coarser else {
         return Ok(());
     };

@@ -18,6 +18,7 @@ pub fn variant_levels(
     options: &SynthesisOptions,
 ) -> Result<Plan> {
     let plan = complete(space, table, options)?;
+    // Check that a table for a transition knows its tolerance.
     let controls = space.controls.first();
     let varies = controls.is_some_and(|controls| controls.has(ControlKind::Transition));
     if varies && table.transition_tolerance.is_none() {
@@ -25,6 +26,7 @@ pub fn variant_levels(
             .expected("one, as the exemplar has a transition")
             .advice("build it with knn --transition-tolerance 0.1"));
     }
+    // Count the levels that the windows fit.
     let widest = options.progressive.widest();
     let fits = |level: &usize| {
         let grid = space.levels[*level].grid;
@@ -37,6 +39,7 @@ pub fn variant_levels(
             ..plan
         });
     }
+    // Name the window that is too wide.
     let grid = space.levels[fitting].grid;
     let option = match options.progressive.mask_window.widest() == widest {
         true => "mask-window",
@@ -80,6 +83,7 @@ pub fn check_controls<const N: usize, S: Sites<N>>(inputs: Inputs<'_, S>) -> Res
     let of_exemplar = inputs.space.controls.first();
     let has = |kind| of_exemplar.is_some_and(|controls| controls.has(kind));
     let sites = inputs.sites.levels.first().map_or(0, Sites::count);
+    // Check the transition: both have one, or neither.
     let Some(controls) = inputs.controls else {
         return match has(ControlKind::Transition) {
             false => Ok(()),
@@ -102,6 +106,7 @@ pub fn check_controls<const N: usize, S: Sites<N>>(inputs: Inputs<'_, S>) -> Res
                 .advice("make the exemplar with vary, or exemplar --transition FILE"),
         );
     }
+    // Check the painted labels.
     let Some(painted) = &controls.mask else {
         return Ok(());
     };

@@ -73,6 +73,7 @@ impl FaceFrame {
 ///
 /// Errors: a map whose sources are not on its sample's grids.
 pub fn with_own_corners(map: &FaceMap, corners: CornerPlaces) -> Result<SurfaceTextonMap> {
+    // Find the place and the frame of each face.
     let places = SourcePlaces::of(map)?;
     let normals = vertex_normals(&map.mesh);
     let faces = 0..map.mesh.triangles.len();
@@ -81,6 +82,7 @@ pub fn with_own_corners(map: &FaceMap, corners: CornerPlaces) -> Result<SurfaceT
         .into_par_iter()
         .map(|face| frame_of(map, &places, face))
         .collect();
+    // Give each corner its coordinate and normal.
     let coords = faces.clone().flat_map(|face| match corners {
         CornerPlaces::Center => [places.center(map.sources[face]); 3],
         CornerPlaces::Corners => places.corners(map.sources[face], map.phases[face]),
@@ -94,6 +96,7 @@ pub fn with_own_corners(map: &FaceMap, corners: CornerPlaces) -> Result<SurfaceT
         .collect();
     let tangent = |(corner, &normal): (usize, &Vec3)| tangent_of(frames[corner / 3].s, normal);
     let scale = |frame: &FaceFrame| [(frame.texel / map.header.texel) as f32; 3];
+    // Cut the faces apart.
     let mesh = TriangleMesh {
         positions: faces
             .clone()

@@ -25,8 +25,8 @@ pub struct SquareExemplar {
 }
 
 impl SquareExemplar {
-    /// A square of so many rows and columns, no more than the sample has. Of textons a share `spectrum` of Φ's spectrum
-    /// is kept, but no more numbers than choosy sampling takes.
+    /// A square of this many rows and columns, no more than the sample has. Of textons a share `spectrum` of Φ's
+    /// spectrum is kept, but no more numbers than choosy sampling takes.
     pub fn new(space: &Space, side: u32, spectrum: f64) -> Self {
         let grid = space.levels[0].grid;
         let square = Square {

@@ -29,6 +29,7 @@ pub fn write_levels(
     npz::write(path, meta(result, map, levels), |file| {
         let (sample, finest_first) = (&result.sample, (0..levels).rev());
         for (number, level) in finest_first.enumerate() {
+            // Write what the sample has on this level.
             let of_sample = format!("sample/L{number}");
             write_mesh(file, &of_sample, &sample.grid.pyramid.levels[level].mesh)?;
             let both = |of: fn(&ValuePyramid) -> &Vec<FaceValues>| {
@@ -42,6 +43,7 @@ pub fn write_levels(
                 &format!("{of_sample}/gaussian"),
                 both(|pyramid| &pyramid.gaussian),
             )?;
+            // Write what the surface has.
             let of_surface = format!("surface/L{number}");
             let faces = &surface.levels[level];
             write_mesh(file, &of_surface, &faces.mesh)?;

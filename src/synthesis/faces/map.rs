@@ -18,6 +18,7 @@ pub fn face_map(
 ) -> FaceMap {
     let finest = surface.levels.len() - 1;
     let mesh = surface.levels[finest].mesh.clone();
+    // Number the sample's faces row by row; turned ones follow.
     let order = result.sample.grid.row_by_row(finest);
     let mut numbers = vec![0u32; order.len()];
     for (number, &face) in order.iter().enumerate() {
@@ -27,6 +28,7 @@ pub fn face_map(
         let first = u32::from(source.turn) * order.len() as u32;
         first + numbers[source.face as usize]
     };
+    // Put the map together.
     let grid = space.levels[0].grid;
     FaceMap {
         colors: None,

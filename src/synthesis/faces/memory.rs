@@ -21,7 +21,7 @@ const WRITTEN_FACE: u64 = 60;
 /// The program, and working memory of its threads.
 const PROGRAM: u64 = 16 << 20;
 
-/// Bytes that a texture on a mesh takes, of so many numbers per texel of which `dimensions` are compared;
+/// Bytes that a texture on a mesh takes, of this many numbers per texel of which `dimensions` are compared;
 /// `has_model` says whether a GLB is written.
 pub fn bytes_to_synthesize(
     mesh: &TriangleMesh,

@@ -11,10 +11,14 @@
 //! | [`histograms`] | whether the surface's numbers are distributed as the sample's |
 //! | [`memory`] | the memory that this takes |
 
-pub mod decorated;
-pub mod exemplar;
-pub mod histograms;
-pub mod levels_file;
-pub mod map;
-pub mod memory;
+pub(crate) mod decorated;
+pub(crate) mod exemplar;
+pub(crate) mod histograms;
+pub(crate) mod levels_file;
+pub(crate) mod map;
+pub(crate) mod memory;
 mod source_places;
+
+pub use decorated::{CornerPlaces, at_centers, with_own_corners};
+pub use exemplar::SquareExemplar;
+pub use map::face_map;

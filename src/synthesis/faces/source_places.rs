@@ -94,8 +94,8 @@ mod tests {
         let count = grid.pyramid.levels[2].count() as u32;
         map.sources = vec![0, count];
         let places = SourcePlaces::of(&map).unwrap();
-        // The first triangle lies at the top left; turned by 90°, at the bottom left. The sample has 24 × 16 texels and
-        // the square begins in column 4.
+        // The first triangle lies at the top left; rotated by 90°, at the bottom left. The sample has 24 × 16 texels
+        // and the square begins in column 4.
         let first = places.center(0);
         assert!(
             (4.0..6.0).contains(&first.s) && (15.0..16.0).contains(&first.t),

@@ -1,12 +1,11 @@
 //! A tree of projected windows, by which a search of all texels sees few of them.
 //!
-//! A window is a point: what it gives in every direction, and the norm of what the directions leave of it. The lower bound
-//! of two windows' distance is the squared distance of their points. Every node of the tree has the box of its
-//! points; a box farther away than what a search still keeps is passed over whole. Leaves have as many points as a
-//! block has lanes, at most. What is left is held against its [finer bound](super::fine_bounds), where
-//! there is one.
+//! A window is a point: what it gives in every direction, and the norm of what the directions leave of it. The lower
+//! bound of two windows' distance is the squared distance of their points. Every node of the tree has the box of its
+//! points; a box farther away than what a search still keeps is skipped whole. Leaves have as many points as a block
+//! has lanes, at most. What is left is held against its [finer bound](super::fine_bounds), where there is one.
 
-use crate::exemplar::embedding::{Block, LANES};
+use crate::exemplar::embedding::{LANES, LaneBlock};
 use crate::synthesis::keep::Keep;
 use crate::synthesis::metric::fine_bounds::{FinePattern, FinePoint};
 use crate::synthesis::metric::projection::{DIRECTIONS, Projected, SLACK, sum_of_lanes};
@@ -39,8 +38,8 @@ pub struct BoundTree {
 /// The box of some points.
 #[derive(Clone, Copy, Debug)]
 struct Extent {
-    low: Block,
-    high: Block,
+    low: LaneBlock,
+    high: LaneBlock,
     /// The least and the largest norm that the directions leave.
     residuals: [f32; 2],
     /// The largest squared norm of a whole window.
@@ -50,9 +49,9 @@ struct Extent {
 /// A few points, direction after direction.
 #[derive(Clone, Debug)]
 struct Leaf {
-    projections: [Block; DIRECTIONS],
-    residuals: Block,
-    squares: Block,
+    projections: [LaneBlock; DIRECTIONS],
+    residuals: LaneBlock,
+    squares: LaneBlock,
     fine: [FinePoint; LANES],
     texels: [u32; LANES],
     count: usize,
@@ -98,6 +97,7 @@ impl BoundTree {
         keep: &mut impl Keep,
         mut distance: impl FnMut(u32, f64) -> f64,
     ) {
+        // Visit the tree, the nearer box first; leave out boxes beyond the limit.
         let inner = self.leaves.len() - 1;
         let mut waiting = [(0, f32::NEG_INFINITY); MOST_WAITING];
         let mut count = 1;
@@ -107,6 +107,7 @@ impl BoundTree {
             if bound > keep.limit() as f32 {
                 continue;
             }
+            // Compare the texels of a leaf.
             if node >= inner {
                 self.leaves[node - inner].search(pattern, fine, keep, &mut distance);
                 continue;
@@ -129,6 +130,7 @@ fn halve(order: &mut [u32], points: &[Point], levels: u32) {
     if levels == 0 {
         return;
     }
+    // Find the direction of the largest spread.
     let extents = order
         .iter()
         .map(|&index| Extent::of(&points[index as usize].first));
@@ -141,12 +143,14 @@ fn halve(order: &mut [u32], points: &[Point], levels: u32) {
             .copied()
             .unwrap_or(rest.residual)
     };
+    // Divide at the median.
     let middle = order.len() / 2;
     if middle > 0 {
         order.select_nth_unstable_by(middle, |&a, &b| {
             along(a).total_cmp(&along(b)).then(a.cmp(&b))
         });
     }
+    // Halve both halves.
     let is_long = order.len() > FEW;
     let (left, right) = order.split_at_mut(middle);
     if is_long {
@@ -283,7 +287,7 @@ impl Leaf {
 
     /// The squared distances in the directions of the tree, and the bounds that they make with the residuals.
     #[inline(always)]
-    fn bounds(&self, pattern: &Projected) -> (Block, Block) {
+    fn bounds(&self, pattern: &Projected) -> (LaneBlock, LaneBlock) {
         let mut sums = [0.0; LANES];
         for (own, others) in pattern.projection.0.iter().zip(&self.projections) {
             for lane in 0..LANES {
@@ -303,7 +307,7 @@ impl Leaf {
 /// The lanes whose numbers are at most a limit, as bits. Not inlined, so that the loops that fill the block keep it in
 /// whole vectors.
 #[inline(never)]
-fn lanes_within(block: &Block, limit: f32) -> u32 {
+fn lanes_within(block: &LaneBlock, limit: f32) -> u32 {
     let lanes = block.iter().enumerate();
     lanes.fold(0, |within, (lane, &number)| {
         within | u32::from(number <= limit) << lane

@@ -6,14 +6,17 @@
 
 use multiversion::multiversion;
 
-use crate::exemplar::embedding::{Block, Embedding, LANES};
+use crate::exemplar::embedding::{Embedding, LANES, LaneBlock};
 use crate::exemplar::level::ExemplarLevel;
 use crate::sites::level::{MOST_BLENDED, Sites};
 use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Keep, Pick, smallest};
-use crate::synthesis::metric::lower_bounds::{ProjectedWindows, search_within};
+use crate::synthesis::keep::{Keep, Pick};
+use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::lower_bounds::ProjectedWindows;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
-use crate::synthesis::metric::{Metric, search_texels};
+use crate::synthesis::metric::window_metric::{
+    WindowMetric, best_candidate, distance, search_all, search_bounded,
+};
 
 /// Samples after which a growing distance is compared with the best so far.
 const RUN: u32 = 24;
@@ -42,7 +45,7 @@ pub struct EmbeddedPattern {
 #[derive(Clone, Debug, Default)]
 struct PatternPart {
     /// Their feature vectors: the first blocks of all samples, then their second ones, and so on.
-    values: Vec<Block>,
+    values: Vec<LaneBlock>,
     /// Where a texel's window holds the same samples.
     deltas: Vec<u32>,
     /// Where runs of samples of one weight end, and the weight.
@@ -99,28 +102,6 @@ impl<'a> EmbeddedMetric<'a> {
             let (part, weights) = (&mut pattern.coarse, &neighborhood.coarse_weights);
             part.read_window(embedding, window, coarse.windows.deltas(), weights);
         }
-    }
-
-    /// The distance, or infinity once it exceeds `limit`: the first blocks of the vectors, which say
-    /// most, on both levels before the others.
-    #[inline(always)]
-    fn distance_inline(&self, pattern: &EmbeddedPattern, texel: u32, limit: f32) -> f32 {
-        let window = self.exemplar.fine.window(texel);
-        let part = &pattern.fine;
-        let mut sum = part.distance(self.fine, 0..1, window, 0.0, limit);
-        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse)
-            && sum <= limit
-        {
-            let parents = coarse.windows.window(coarse.parents[texel as usize]);
-            let blocks = 0..embedding.blocks;
-            sum = pattern
-                .coarse
-                .distance(embedding, blocks, parents, sum, limit);
-        }
-        if sum > limit {
-            return sum;
-        }
-        part.distance(self.fine, 1..self.fine.blocks, window, sum, limit)
     }
 }
 
@@ -203,7 +184,7 @@ impl PatternPart {
         for block in 0..embedding.blocks {
             let plane = embedding.plane(block);
             self.values.extend(self.blends.iter().map(|(rows, blend)| {
-                let blocks: [&Block; N] = std::array::from_fn(|at| &plane[rows[at] as usize]);
+                let blocks: [&LaneBlock; N] = std::array::from_fn(|at| &plane[rows[at] as usize]);
                 blended_block(blocks, blend)
             }));
         }
@@ -239,7 +220,10 @@ impl PatternPart {
 }
 
 #[inline(always)]
-fn blended_block<const N: usize>(blocks: [&Block; N], blend: &[f32; MOST_BLENDED]) -> Block {
+fn blended_block<const N: usize>(
+    blocks: [&LaneBlock; N],
+    blend: &[f32; MOST_BLENDED],
+) -> LaneBlock {
     let mut block = [0.0; LANES];
     for lane in 0..LANES {
         let mut sum = blend[0] * blocks[0][lane];
@@ -253,7 +237,7 @@ fn blended_block<const N: usize>(blocks: [&Block; N], blend: &[f32; MOST_BLENDED
 
 /// Σ ‖value − vector‖² over a run of samples in one block, even and odd samples summed apart.
 #[inline(always)]
-fn run_distance(values: &[Block], plane: &[Block], window: &[u32], deltas: &[u32]) -> f32 {
+fn run_distance(values: &[LaneBlock], plane: &[LaneBlock], window: &[u32], deltas: &[u32]) -> f32 {
     let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
     let vector = |delta: u32| &plane[window[delta as usize] as usize];
     for (values, deltas) in values.chunks(2).zip(deltas.chunks(2)) {
@@ -269,7 +253,7 @@ fn run_distance(values: &[Block], plane: &[Block], window: &[u32], deltas: &[u32
 }
 
 #[inline(always)]
-fn add_squares(sums: &mut Block, a: &Block, b: &Block) {
+fn add_squares(sums: &mut LaneBlock, a: &LaneBlock, b: &LaneBlock) {
     for lane in 0..LANES {
         let difference = a[lane] - b[lane];
         sums[lane] += difference * difference;
@@ -279,7 +263,7 @@ fn add_squares(sums: &mut Block, a: &Block, b: &Block) {
 /// The sum of a block's lanes, as a tree. Not inlined, so that the loops that fill the block keep it
 /// in whole vectors instead of following the tree's pairs.
 #[inline(never)]
-pub fn sum_of_lanes(block: &Block) -> f32 {
+pub fn sum_of_lanes(block: &LaneBlock) -> f32 {
     let mut sums = *block;
     let mut half = LANES / 2;
     while half > 0 {
@@ -289,6 +273,40 @@ pub fn sum_of_lanes(block: &Block) -> f32 {
         half /= 2;
     }
     sums[0]
+}
+
+impl WindowMetric for EmbeddedMetric<'_> {
+    type Pattern = EmbeddedPattern;
+
+    /// The distance, or infinity once it exceeds `limit`: the first blocks of the vectors, which say
+    /// most, on both levels before the others.
+    #[inline(always)]
+    fn distance_inline(&self, pattern: &EmbeddedPattern, texel: u32, limit: f32) -> f32 {
+        let window = self.exemplar.fine.window(texel);
+        let part = &pattern.fine;
+        let mut sum = part.distance(self.fine, 0..1, window, 0.0, limit);
+        if let (Some(coarse), Some(embedding)) = (&self.exemplar.coarse, self.coarse)
+            && sum <= limit
+        {
+            let parents = coarse.windows.window(coarse.parents[texel as usize]);
+            let blocks = 0..embedding.blocks;
+            sum = pattern
+                .coarse
+                .distance(embedding, blocks, parents, sum, limit);
+        }
+        if sum > limit {
+            return sum;
+        }
+        part.distance(self.fine, 1..self.fine.blocks, window, sum, limit)
+    }
+
+    fn parts(pattern: &EmbeddedPattern) -> [&[f32]; 2] {
+        pattern.parts()
+    }
+
+    fn whole_texels(&self) -> &[u32] {
+        &self.exemplar.whole_texels
+    }
 }
 
 impl Metric for EmbeddedMetric<'_> {
@@ -360,59 +378,4 @@ fn read_pattern<const N: usize, S: Sites<N>>(
         part.blend::<N>(embedding);
     }
     pattern.complete = pattern.fine.deltas.len() == neighborhood.offsets.len();
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn distance(metric: &EmbeddedMetric<'_>, pattern: &EmbeddedPattern, texel: u32, limit: f32) -> f32 {
-    metric.distance_inline(pattern, texel, limit)
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn best_candidate(
-    metric: &EmbeddedMetric<'_>,
-    pattern: &EmbeddedPattern,
-    candidates: &[Candidate],
-    first: Option<Pick>,
-    floor: f64,
-) -> Option<Pick> {
-    smallest(candidates, first, floor, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
-}
-
-/// Compares every whole texel.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_all<K: Keep>(metric: &EmbeddedMetric<'_>, pattern: &EmbeddedPattern, keep: &mut K) {
-    search_texels(&metric.exemplar.whole_texels, keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
-}
-
-/// Compares the whole texels that lower bounds do not rule out.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_bounded<K: Keep>(
-    metric: &EmbeddedMetric<'_>,
-    windows: &ProjectedWindows,
-    pattern: &EmbeddedPattern,
-    keep: &mut K,
-) {
-    search_within(windows, pattern.parts(), keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
 }

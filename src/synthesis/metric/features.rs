@@ -1,8 +1,8 @@
-//! The picture metric: the neighbourhoods of plain images, a line of a window as one run of numbers.
+//! The metric of features: the neighbourhoods of plain images, a line of a window as one run of numbers.
 //!
 //! A plain image has a short vector a texel, three numbers of colour mostly. They are kept side by side
 //! as the texels are, on an image with a border as wide as the windows reach, so that a line of a
-//! window is a run of numbers: of 7 texels in colour two blocks of lanes, where a block a texel would be
+//! window is a run of numbers: of 7 texels in colour two blocks of lanes, where one block per texel would be
 //! seven, mostly empty. A site's pattern has the same blocks, and a weight for each number, 0 where none
 //! belongs to a sample that counts. Sums run over fixed lanes in fixed order: the same distances
 //! everywhere.
@@ -12,30 +12,31 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use multiversion::multiversion;
 
-use crate::exemplar::embedding::{Block, Embedding, LANES};
+use crate::exemplar::embedding::{Embedding, LANES, LaneBlock};
 use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::windows::Windows;
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Keep, Pick, smallest};
-use crate::synthesis::metric::lower_bounds::{
-    MANY, ProjectedWindows, search_within, smallest_within,
-};
+use crate::synthesis::keep::{Keep, Pick};
+use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::lower_bounds::{MANY, ProjectedWindows};
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
-use crate::synthesis::metric::{Metric, search_texels};
+use crate::synthesis::metric::window_metric::{
+    WindowMetric, best_bounded, best_candidate, distance, search_all, search_bounded,
+};
 
 /// Numbers of a vector that are copied at once.
 const STEP: usize = 4;
-/// Pairs of blocks after which a growing distance is compared with the best so far: the windows of a
-/// picture in colour have fewer, and are sooner compared whole than a branch is guessed wrong.
+/// Pairs of blocks after which a growing distance is compared with the best so far: the windows of an
+/// image in colour have fewer, and are sooner compared whole than a branch is guessed wrong.
 const RUN: usize = 8;
 
 /// The metric of one level of a plain image.
 #[derive(Debug)]
 pub struct FeatureMetric<'a> {
     exemplar: &'a ExemplarLevel<'a>,
-    fine: Picture,
-    coarse: Option<Picture>,
+    fine: BorderedImage,
+    coarse: Option<BorderedImage>,
     /// Where the numbers of each texel's windows begin, of the fine one and the coarse one.
     corners: Vec<[u32; 2]>,
     projected: Option<ProjectedWindows>,
@@ -43,7 +44,7 @@ pub struct FeatureMetric<'a> {
 
 /// A level's image, and how a window lies in it.
 #[derive(Debug)]
-struct Picture {
+struct BorderedImage {
     /// Steps a vector.
     steps: usize,
     /// The vector of every feature row, filled up to whole steps; the default's last.
@@ -62,7 +63,7 @@ struct Picture {
 /// A pair of blocks, aligned as processors load them fastest.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-struct Pair([Block; 2]);
+struct Pair([LaneBlock; 2]);
 
 /// What a site's neighbourhood holds, on its own level and on the coarser one.
 #[derive(Clone, Debug, Default)]
@@ -94,9 +95,9 @@ impl<'a> FeatureMetric<'a> {
         let coarse = coarse.zip(exemplar.coarse.as_ref());
         Self {
             exemplar,
-            fine: Picture::new(fine, &exemplar.fine, &neighborhood.weights),
+            fine: BorderedImage::new(fine, &exemplar.fine, &neighborhood.weights),
             coarse: coarse.map(|(embedding, coarse)| {
-                Picture::new(embedding, &coarse.windows, &neighborhood.coarse_weights)
+                BorderedImage::new(embedding, &coarse.windows, &neighborhood.coarse_weights)
             }),
             corners: corners(exemplar, fine.dimensions),
             projected: None,
@@ -107,8 +108,8 @@ impl<'a> FeatureMetric<'a> {
     #[must_use]
     pub fn with_projected_windows(mut self, draw: (u64, u32), searches_all: bool) -> Self {
         let texels = &self.exemplar.whole_texels;
-        let pictures = std::iter::once(&self.fine).chain(&self.coarse);
-        let weights = pictures.map(|picture| &picture.weights[..]);
+        let images = std::iter::once(&self.fine).chain(&self.coarse);
+        let weights = images.map(|bordered| &bordered.weights[..]);
         let weights: Vec<f32> = bytemuck::pod_collect_to_vec(&weights.collect::<Vec<_>>().concat());
         let window = |texel: u32, numbers: &mut Vec<f32>| {
             let mut pattern = FeaturePattern::default();
@@ -127,31 +128,6 @@ impl<'a> FeatureMetric<'a> {
         self.fine.read_window(corners[0], &mut pattern.fine);
         if let Some(coarse) = &self.coarse {
             coarse.read_window(corners[1], &mut pattern.coarse);
-        }
-    }
-
-    /// The distance, or infinity once it exceeds `limit`; both windows are summed together.
-    #[inline(always)]
-    fn distance_inline(&self, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
-        let corners = self.corners[texel as usize];
-        let mut sums = [[0.0; LANES]; 2];
-        if let Some(coarse) = &self.coarse {
-            let pairs = 0..coarse.blocks.len();
-            coarse.add_squares(&pattern.coarse, pairs, corners[1], &mut sums);
-        }
-        let (mut done, all) = (0, self.fine.blocks.len());
-        loop {
-            let pairs = done..(done + RUN).min(all);
-            done = pairs.end;
-            self.fine
-                .add_squares(&pattern.fine, pairs, corners[0], &mut sums);
-            let sum = sum_of_both(&sums);
-            if sum > limit {
-                return f32::INFINITY;
-            }
-            if done == all {
-                return sum;
-            }
         }
     }
 }
@@ -178,7 +154,7 @@ impl FeaturePattern {
     }
 }
 
-impl Picture {
+impl BorderedImage {
     fn new(embedding: &Embedding, windows: &Windows, weights: &[f32]) -> Self {
         let depth = embedding.dimensions;
         let vector = |row: usize| -> Vec<f32> {
@@ -195,7 +171,7 @@ impl Picture {
             vector.resize(steps * STEP, 0.0);
             vector.as_chunks().0.to_vec()
         });
-        let mut picture = Self {
+        let mut bordered = Self {
             steps,
             vectors: filled_up.collect(),
             numbers,
@@ -206,13 +182,13 @@ impl Picture {
         };
         let (mut before, mut laid) = (None, Vec::new());
         for (&delta, &weight) in windows.deltas().iter().zip(weights) {
-            picture.lay_sample(delta, weight, before == Some(delta), &mut laid);
+            bordered.lay_sample(delta, weight, before == Some(delta), &mut laid);
             before = Some(delta + 1);
         }
         // The second block of the last pair may be none: it weighs nothing.
-        laid.resize(2 * LANES * picture.blocks.len(), 0.0);
-        picture.weights = bytemuck::pod_collect_to_vec(&laid);
-        picture
+        laid.resize(2 * LANES * bordered.blocks.len(), 0.0);
+        bordered.weights = bytemuck::pod_collect_to_vec(&laid);
+        bordered
     }
 
     /// Finds place for a sample's numbers, whose weights are laid there: behind the last one's if it
@@ -312,7 +288,7 @@ impl Picture {
         part: &PatternPart,
         pairs: Range<usize>,
         corner: u32,
-        sums: &mut [Block; 2],
+        sums: &mut [LaneBlock; 2],
     ) {
         let numbers = &self.numbers[corner as usize..];
         let pattern = part.values[pairs.clone()].iter();
@@ -335,7 +311,7 @@ impl Picture {
 
 /// The sum of all lanes, as a tree.
 #[inline(always)]
-fn sum_of_both(sums: &[Block; 2]) -> f32 {
+fn sum_of_both(sums: &[LaneBlock; 2]) -> f32 {
     let (mut both, mut eight, mut four) = ([0.0; LANES], [0.0; 8], [0.0; 4]);
     for lane in 0..LANES {
         both[lane] = sums[0][lane] + sums[1][lane];
@@ -347,6 +323,43 @@ fn sum_of_both(sums: &[Block; 2]) -> f32 {
         four[lane] = eight[lane] + eight[lane + 4];
     }
     (four[0] + four[2]) + (four[1] + four[3])
+}
+
+impl WindowMetric for FeatureMetric<'_> {
+    type Pattern = FeaturePattern;
+
+    /// The distance, or infinity once it exceeds `limit`; both windows are summed together.
+    #[inline(always)]
+    fn distance_inline(&self, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
+        let corners = self.corners[texel as usize];
+        let mut sums = [[0.0; LANES]; 2];
+        if let Some(coarse) = &self.coarse {
+            let pairs = 0..coarse.blocks.len();
+            coarse.add_squares(&pattern.coarse, pairs, corners[1], &mut sums);
+        }
+        let (mut done, all) = (0, self.fine.blocks.len());
+        loop {
+            let pairs = done..(done + RUN).min(all);
+            done = pairs.end;
+            self.fine
+                .add_squares(&pattern.fine, pairs, corners[0], &mut sums);
+            let sum = sum_of_both(&sums);
+            if sum > limit {
+                return f32::INFINITY;
+            }
+            if done == all {
+                return sum;
+            }
+        }
+    }
+
+    fn parts(pattern: &FeaturePattern) -> [&[f32]; 2] {
+        pattern.parts()
+    }
+
+    fn whole_texels(&self) -> &[u32] {
+        &self.exemplar.whole_texels
+    }
 }
 
 impl Metric for FeatureMetric<'_> {
@@ -401,85 +414,10 @@ fn read_pattern<const N: usize, S: Sites<N>>(
     metric
         .fine
         .read(own.map(|sample| site.value(sample)), &mut pattern.fine);
-    if let Some(picture) = &metric.coarse {
-        picture.read(site.parent().map(Some), &mut pattern.coarse);
+    if let Some(bordered) = &metric.coarse {
+        bordered.read(site.parent().map(Some), &mut pattern.coarse);
     }
     pattern.complete = site.done.is_none();
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn distance(metric: &FeatureMetric<'_>, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
-    metric.distance_inline(pattern, texel, limit)
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn best_candidate(
-    metric: &FeatureMetric<'_>,
-    pattern: &FeaturePattern,
-    candidates: &[Candidate],
-    first: Option<Pick>,
-    floor: f64,
-) -> Option<Pick> {
-    smallest(candidates, first, floor, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
-}
-
-/// As [`best_candidate`], skipping those whose lower bound is above the best so far.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn best_bounded(
-    metric: &FeatureMetric<'_>,
-    windows: &ProjectedWindows,
-    pattern: &FeaturePattern,
-    candidates: &[Candidate],
-    first: Option<Pick>,
-    floor: f64,
-) -> Option<Pick> {
-    let parts = pattern.parts();
-    smallest_within(windows, parts, candidates, first, floor, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    })
-}
-
-/// Compares every whole texel.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_all<K: Keep>(metric: &FeatureMetric<'_>, pattern: &FeaturePattern, keep: &mut K) {
-    search_texels(&metric.exemplar.whole_texels, keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
-}
-
-/// Compares the whole texels that lower bounds do not rule out.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn search_bounded<K: Keep>(
-    metric: &FeatureMetric<'_>,
-    windows: &ProjectedWindows,
-    pattern: &FeaturePattern,
-    keep: &mut K,
-) {
-    search_within(windows, pattern.parts(), keep, |texel, limit| {
-        f64::from(metric.distance_inline(pattern, texel, limit as f32))
-    });
 }
 
 #[cfg(test)]

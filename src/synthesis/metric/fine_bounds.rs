@@ -4,7 +4,7 @@
 //! is far from all others by about the same distance, most of it in other directions. Of those, bytes are kept: a
 //! window fills one line of the cache. A byte is off by half a step at most, by which the bound is lowered.
 
-use crate::exemplar::embedding::{Block, LANES};
+use crate::exemplar::embedding::{LANES, LaneBlock};
 use crate::synthesis::metric::projection::{SLACK, Sums, sum_apart};
 
 /// Blocks of finer directions.
@@ -15,7 +15,7 @@ const MOST: f32 = i8::MAX as f32;
 /// A pattern in the finer directions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FinePattern {
-    coordinates: [Block; FINE_BLOCKS],
+    coordinates: [LaneBlock; FINE_BLOCKS],
     /// The norm of what all directions leave.
     residual: f32,
     /// The squared norm of the whole.

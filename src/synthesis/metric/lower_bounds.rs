@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use rand::Rng;
 use rayon::prelude::*;
 
-use crate::exemplar::embedding::{Block, LANES};
+use crate::exemplar::embedding::{LANES, LaneBlock};
 use crate::random;
 use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::{Keep, Pick, smallest};
@@ -31,9 +31,9 @@ const ROUNDS: usize = 2;
 /// Per number of a window, its share in each direction, times √w.
 #[derive(Clone, Debug)]
 struct Basis {
-    first: Vec<Block>,
+    first: Vec<LaneBlock>,
     /// None where bounds in more directions cost more than they spare.
-    fine: Option<[Vec<Block>; FINE_BLOCKS]>,
+    fine: Option<[Vec<LaneBlock>; FINE_BLOCKS]>,
 }
 
 /// The projected windows of the whole texels of a level.
@@ -58,7 +58,9 @@ impl ProjectedWindows {
         (seed, level): (u64, u32),
         has_fine: bool,
     ) -> Self {
+        // Find the directions.
         let basis = Basis::new(&weights, texels, &window, (seed, level), has_fine);
+        // Project each window.
         let project = |numbers: &mut Vec<f32>, &texel: &u32| {
             numbers.clear();
             window(texel, numbers);
@@ -71,6 +73,7 @@ impl ProjectedWindows {
         };
         let whole = texels.par_iter().with_min_len(4 * LANES);
         let whole: Vec<Point> = whole.map_init(Vec::new, project).collect();
+        // Keep the projections by texel.
         let most = texels.last().map_or(0, |&last| last as usize + 1);
         let mut projections = vec![Projection::default(); most];
         let mut rests = vec![Residual::default(); most];
@@ -117,6 +120,7 @@ impl Basis {
         (seed, level): (u64, u32),
         has_fine: bool,
     ) -> Self {
+        // Gather a spread of weighted windows.
         let step = texels.len().div_ceil(SAMPLES).max(1);
         let mut numbers = Vec::new();
         for &texel in texels.iter().step_by(step) {
@@ -127,6 +131,7 @@ impl Basis {
             *number *= root;
         }
         let windows = DMatrix::from_vec(roots.len(), numbers.len() / roots.len().max(1), numbers);
+        // Start from random directions, and let the windows pull them.
         let mut stream = random::stream(seed, "full search directions", level, 0);
         let blocks = if has_fine { 1 + FINE_BLOCKS } else { 1 };
         let all = DIRECTIONS * blocks;
@@ -135,6 +140,7 @@ impl Basis {
         for _ in 0..ROUNDS {
             directions = (&windows * windows.tr_mul(&directions)).qr().q();
         }
+        // Fold the weights into the directions.
         let rows = |first: usize| {
             let row = |(index, root): (usize, &f32)| {
                 let mut row = [0.0; LANES];
@@ -166,7 +172,7 @@ impl Basis {
 
 /// What the two parts of a window give in the directions of a block.
 #[inline(always)]
-fn sums(basis: &[Block], weights: &[f32], window: [&[f32]; 2]) -> Sums {
+fn sums(basis: &[LaneBlock], weights: &[f32], window: [&[f32]; 2]) -> Sums {
     let (basis, more_basis) = basis.split_at(window[0].len());
     let (weights, more_weights) = weights.split_at(window[0].len());
     let mut sums = Sums::default();

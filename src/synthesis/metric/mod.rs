@@ -11,6 +11,7 @@ mod lower_bounds;
 pub(crate) mod of_level;
 mod projection;
 pub(crate) mod site_values;
+mod window_metric;
 
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::Candidate;
@@ -59,17 +60,5 @@ pub trait Metric: Sync {
         let mut keep = Best { pick, preference };
         self.search(pattern, &mut keep);
         keep.pick
-    }
-}
-
-/// Compares every texel of a list.
-#[inline(always)]
-pub fn search_texels(
-    texels: &[u32],
-    keep: &mut impl Keep,
-    mut distance: impl FnMut(u32, f64) -> f64,
-) {
-    for &texel in texels {
-        keep.offer(texel, distance(texel, keep.limit()));
     }
 }

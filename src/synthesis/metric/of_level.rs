@@ -47,10 +47,12 @@ pub fn with_metric<W: WithMetric>(
     let MetricChoice { spectrum, seed, .. } = choice;
     let above = exemplar.coarse.as_ref().map(|_| &space.levels[level + 1]);
     let own = &space.levels[level];
+    // Compare through Φ.
     if choice.kind == MetricKind::Gram {
         let coarse = above.map(gram).transpose()?;
         return Ok(work.run(&GramMetric::new(exemplar, gram(own)?, coarse)));
     }
+    // Compare through vectors.
     let fine = Embedding::new(own, spectrum);
     let coarse = above.map(|above| Embedding::new(above, spectrum));
     Ok(match &own.features {

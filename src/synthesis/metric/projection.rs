@@ -1,6 +1,6 @@
 //! Windows projected on a few orthonormal directions, and how far apart two of them are at least.
 
-use crate::exemplar::embedding::{Block, LANES};
+use crate::exemplar::embedding::{LANES, LaneBlock};
 
 /// Directions projected on.
 pub const DIRECTIONS: usize = LANES;
@@ -13,7 +13,7 @@ pub const SLACK: f32 = 2e-5;
 /// What a window gives in every direction, aligned as processors load it fastest.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Projection(pub Block);
+pub struct Projection(pub LaneBlock);
 
 /// What the directions leave of a window.
 #[derive(Clone, Copy, Debug, Default)]
@@ -51,14 +51,14 @@ impl Projected {
 /// What numbers give in every direction, and their weighted squares, while they are summed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sums {
-    shares: [Block; CHAINS],
-    squares: Block,
+    shares: [LaneBlock; CHAINS],
+    squares: LaneBlock,
 }
 
 impl Sums {
     #[inline(always)]
     /// Adds numbers, with their rows of the basis and their weights.
-    pub fn add(&mut self, basis: &[Block], weights: &[f32], numbers: &[f32]) {
+    pub fn add(&mut self, basis: &[LaneBlock], weights: &[f32], numbers: &[f32]) {
         let basis = basis.as_chunks::<LANES>().0;
         let weights = weights.as_chunks::<LANES>().0;
         let blocks = numbers.as_chunks::<LANES>().0.iter().zip(weights);
@@ -97,13 +97,13 @@ impl Sums {
 
 /// The sum of all lanes, not inlined, so that the loops that fill the block keep it in whole vectors.
 #[inline(never)]
-pub fn sum_apart(lanes: &Block) -> f32 {
+pub fn sum_apart(lanes: &LaneBlock) -> f32 {
     sum_of_lanes(*lanes)
 }
 
 /// The sum of all lanes, as a tree.
 #[inline(always)]
-pub fn sum_of_lanes(lanes: Block) -> f32 {
+pub fn sum_of_lanes(lanes: LaneBlock) -> f32 {
     let (mut eight, mut four) = ([0.0; 8], [0.0; 4]);
     for lane in 0..8 {
         eight[lane] = lanes[lane] + lanes[lane + 8];

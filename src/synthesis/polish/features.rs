@@ -8,7 +8,7 @@ use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
 use crate::random;
 
-/// Pairs of texels that the distance by chance is measured at.
+/// Pairs of random texels that the mean distance is measured at.
 const PAIRS: u32 = 4096;
 
 /// Numbers of a vector that are compared side by side.

@@ -35,7 +35,7 @@ struct Arc {
 }
 
 impl CutGraph {
-    /// Begins a graph of so many nodes without costs.
+    /// Begins a graph of this many nodes without costs.
     pub fn begin(&mut self, nodes: usize) {
         self.first.clear();
         self.first.resize(nodes + 2, NONE);

@@ -1,29 +1,34 @@
 //! Polishing: a discrete optimisation over a finished map, after Kwatra 2003 and Boykov 2001.
 //!
-//! Neighbourhood search changes one site at a time. Where two copied patches meet out of step no single site can
-//! mend it, and where a feature of the sample is missing no single site can bring it. Here all sites of a region are
-//! offered one copied patch at once: a patch of the region [continued](proposals::Patches::continued) over all of
-//! it, or one [laid anew](proposals::laid_anew). A smallest [cut](max_flow) tells which of them take it, so that
-//! the seam runs where it costs least. A move is made only if all that it changes costs less in sum.
+//! Neighbourhood search changes one site at a time. Where two copied patches do not line up no single site can mend
+//! it, and where a feature of the sample is missing no single site can bring it. Here all sites of a region are
+//! offered one copied patch at once: a patch of the region [continued](proposals::Patches::continued) over all of it,
+//! or one [placed anew](proposals::laid_anew). A smallest [cut](max_flow) tells which of them take it, so that the
+//! seam runs where it costs least. A move is made only if all that it changes costs less in sum.
 //!
 //! | file | what it does |
 //! | --- | --- |
 //! | [`links`], [`features`], [`seam_cost`], [`usage`] | what a map costs |
+//! | [`effort`], [`repeats`] | how many rounds, over which regions |
 //! | [`region`], [`proposals`] | what a region is offered |
 //! | [`max_flow`], [`moves`] | what is taken of it |
 //! | [`rounds`] | which regions, in which order, side by side |
 
+mod effort;
 mod features;
 mod links;
 mod max_flow;
 mod moves;
 mod proposals;
 mod region;
+mod repeats;
 mod rounds;
 mod seam_cost;
 #[cfg(test)]
 mod tests;
 mod usage;
+
+pub use effort::Effort;
 
 use crate::error::Result;
 use crate::exemplar::embedding::Embedding;
@@ -42,14 +47,14 @@ use crate::synthesis::polish::usage::Usage;
 /// thread.
 pub const SITE_BYTES: u64 = 12 * MOST_LINKS as u64 + 64;
 
-/// Polishes what the sites of level 0 hold, in so many rounds. Patches are laid at real coordinates; at the end every
+/// Polishes what the sites of level 0 hold, with so much effort. Patches are laid at real coordinates; at the end every
 /// site holds the centre of its texel.
 /// Returns what the map costs per site, before the first round and after each.
 pub fn polish<const N: usize, S: Sites<N>>(
     (exemplar, embedding): (&ExemplarLevel<'_>, &Embedding),
     sites: &S,
     coords: &mut [TexCoord],
-    (rounds, seed): (u32, u64),
+    (effort, seed): (Effort, u64),
     progress: Progress<'_>,
 ) -> Result<Vec<f64>> {
     let features = PlaneFeatures::new(exemplar, embedding);
@@ -62,11 +67,14 @@ pub fn polish<const N: usize, S: Sites<N>>(
     let usage = Usage::of(exemplar, coords);
     let mut work = Rounds::new(judge, coords, usage, seed);
     let mut costs = vec![work.cost()];
-    for round in 0..rounds {
-        work.round(round, progress)?;
+    let grid = exemplar.grid;
+    for round in 0..effort.rounds(grid.tileable) {
+        match effort {
+            Effort::Auto => work.round_where_repeated(progress)?,
+            Effort::Rounds(_) => work.round(round, progress)?,
+        }
         costs.push(work.cost());
     }
-    let grid = exemplar.grid;
     for at in coords {
         *at = grid.centre(grid.texel_nearest(*at));
     }

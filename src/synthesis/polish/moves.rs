@@ -56,11 +56,13 @@ impl Judge<'_> {
         usage: &Usage,
         graph: &mut CutGraph,
     ) -> f64 {
+        // Find the sites that the proposal would change.
         let nodes = self.nodes(here, proposal);
         let count = nodes.iter().flatten().count();
         if count == 0 {
             return 0.0;
         }
+        // Set up the graph: a node per site, a link where both ends count.
         graph.begin(count);
         for (at, node) in nodes.iter().enumerate() {
             let Some(node) = node else { continue };
@@ -71,6 +73,7 @@ impl Judge<'_> {
                 self.add_link(here, (at, *node), (link, mate), graph);
             }
         }
+        // Cut it, and take what costs less.
         let labels: Vec<bool> = graph.cut().collect();
         let taken = |node: &Option<Node>| {
             let node = node.filter(|node| labels[node.number as usize]);

@@ -1,4 +1,4 @@
-//! What all sites of a region could hold together: one copied patch, continued over the region or laid anew.
+//! What all sites of a region could hold together: one copied patch, continued over the region or placed anew.
 
 use rand::Rng;
 
@@ -12,7 +12,7 @@ use crate::synthesis::polish::usage::Usage;
 
 /// Patches of a region that are continued, the largest of them.
 const CONTINUED: usize = 4;
-/// Patches drawn, and how many of those that fit best are laid anew.
+/// Patches drawn, and how many of those that fit best are placed anew.
 const DRAWN: usize = 48;
 const LAID: usize = 2;
 /// Sites of a region at which a drawn patch is held against the map.
@@ -63,10 +63,12 @@ impl Patches {
         coords: &[TexCoord],
         first: usize,
     ) -> usize {
+        // Begin with the first site's shift.
         let patch = self.sizes.len() as u32;
         let (at, place) = (coords[first], region.places[first]);
         self.of_site[first] = patch;
         self.shifts[first] = [at.s - place[0], at.t - place[1]];
+        // Spread over links that copy without a tear.
         let mut queue = vec![first];
         let mut visited = 0;
         while let Some(&at) = queue.get(visited) {
@@ -139,7 +141,7 @@ fn mean_shift(region: &Region, shifts: &[Option<[f32; 2]>], at: usize) -> [f32; 
     sum.map(|sum| sum / count)
 }
 
-/// Patches laid anew: of some drawn shifts those that fit best.
+/// Patches placed anew: of some drawn shifts those that fit best.
 ///
 /// Every other shift lays at some site a texel near to that which it holds. The rest lay a whole texel drawn at random
 /// at the centre.

@@ -46,11 +46,13 @@ impl Region {
     /// Nearest first, each lies at the mean of where the sites before it see it: distances and turns of the
     /// field between them are evened out as the region grows.
     pub fn round(links: &Links, centre: u32, radius: f32, memory: &mut Places) -> Self {
+        // Begin with the centre.
         let mut region = Self::default();
         let Places { of_site, queue } = memory;
         of_site.resize(links.rows.starts.len(), OUTSIDE);
         queue.clear();
         queue.push(Reverse((0, centre)));
+        // Add the nearest site that is seen, until the radius or the limit.
         while let Some(Reverse((_, site))) = queue.pop() {
             if of_site[site as usize] != OUTSIDE || region.sites.len() == MOST {
                 continue;
@@ -70,6 +72,7 @@ impl Region {
                 }
             }
         }
+        // Link the sites, and leave the memory as it was.
         region.link(links, of_site);
         region
             .sites

@@ -13,12 +13,15 @@ use crate::synthesis::polish::max_flow::CutGraph;
 use crate::synthesis::polish::moves::{Here, Judge};
 use crate::synthesis::polish::proposals::{Patches, laid_anew};
 use crate::synthesis::polish::region::{Places, Region};
+use crate::synthesis::polish::repeats::repeated;
 use crate::synthesis::polish::usage::Usage;
 
 /// Texels from a region's centre to its border: a patch as wide as the features of most samples.
 const RADIUS: f32 = 12.0;
 /// Texels from a centre within which no other is needed.
 const COVERED: f32 = 0.7 * RADIUS;
+/// The share of a region's sites above which its texels count as repeated.
+const REPEATED: f32 = 0.2;
 /// Regions that are judged side by side, from what all sites hold when the run begins.
 const RUN: usize = 32;
 /// A gain less than this is rounding.
@@ -73,10 +76,26 @@ impl<'a, 'c> Rounds<'a, 'c> {
         (0.5 * seams + self.usage.total()) / self.coords.len().max(1) as f64
     }
 
-    /// One round. Regions are judged in runs, side by side, and then changed one after another. One that reads a site
-    /// changed in the same run waits for the next.
+    /// A round over the regions where texels are repeated.
+    pub fn round_where_repeated(&mut self, progress: Progress<'_>) -> Result<()> {
+        let mut centres = self.centres();
+        let mut places = Places::default();
+        centres.retain(|&centre| {
+            let region = Region::round(self.judge.links, centre, RADIUS, &mut places);
+            repeated(self.judge.exemplar.grid, &region, self.coords) > REPEATED
+        });
+        self.offer(0, centres, progress)
+    }
+
+    /// A round over all regions.
     pub fn round(&mut self, round: u32, progress: Progress<'_>) -> Result<()> {
-        let mut waiting = self.centres();
+        let centres = self.centres();
+        self.offer(round, centres, progress)
+    }
+
+    /// Regions are judged in runs, side by side, and then changed one after another. One that reads a site
+    /// changed in the same run waits for the next.
+    fn offer(&mut self, round: u32, mut waiting: Vec<u32>, progress: Progress<'_>) -> Result<()> {
         progress.begin(format!("polish, round {}", round + 1), waiting.len() as u64);
         while !waiting.is_empty() {
             let later = waiting.split_off(waiting.len().min(RUN));

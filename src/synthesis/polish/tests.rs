@@ -4,17 +4,18 @@ use super::*;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::sites::grid::GridSites;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::SiteHierarchy;
 use crate::synthesis::polish::region::{Places, Region};
+use crate::synthesis::polish::repeats::repeated;
 use crate::synthesis::state::Texels;
 use crate::synthesis::tests::fixtures;
 
 const SIDE: u32 = 16;
 
-/// A flat grid of so many sites a side with windows 5 texels wide.
+/// A flat grid of this many sites per side with windows 5 texels wide.
 fn flat(side: u32) -> SiteHierarchy<GridSites> {
-    let grid = GridTarget {
+    let grid = SiteGrid {
         width: side,
         height: side,
         toroidal: false,
@@ -27,13 +28,13 @@ fn polished(
     (space, table): &(Space, NeighborTable),
     sites: &SiteHierarchy<GridSites>,
     coords: &[TexCoord],
-    rounds: u32,
+    effort: Effort,
 ) -> (Vec<TexCoord>, Vec<f64>) {
     let exemplar = ExemplarLevel::new(space, table, 0, table.k, false);
     let embedding = Embedding::new(&space.levels[0], 1.0);
     let (mut coords, quiet) = (coords.to_vec(), Progress::silent());
     let inputs = (&exemplar, &embedding);
-    let cost = polish(inputs, &sites.levels[0], &mut coords, (rounds, 7), quiet).unwrap();
+    let cost = polish(inputs, &sites.levels[0], &mut coords, (effort, 7), quiet).unwrap();
     (coords, cost)
 }
 
@@ -56,7 +57,7 @@ fn a_planted_seam_is_removed() {
             grid.coordinate((col + right) as f32 + 0.5, (row + down) as f32 + 0.5)
         })
         .collect();
-    let (coords, costs) = polished(&exemplar, &flat(SIDE), &coords, 3);
+    let (coords, costs) = polished(&exemplar, &flat(SIDE), &coords, Effort::Rounds(3));
     assert!(costs[0] > 0.1 && costs[3].abs() < 1e-6, "{costs:?}");
     for site in 0..SIDE * SIDE {
         let (right, below) = (site + 1, site + SIDE);
@@ -79,7 +80,7 @@ fn costs_never_rise_and_texels_stay_whole() {
         let level = ExemplarLevel::new(&exemplar.0, &exemplar.1, 0, exemplar.1.k, false);
         let sites = flat(20);
         let coords = random_map(&exemplar, 20);
-        let (next, costs) = polished(&exemplar, &sites, &coords, 3);
+        let (next, costs) = polished(&exemplar, &sites, &coords, Effort::Rounds(3));
         assert!(
             costs.is_sorted_by(|before, after| before >= after),
             "{costs:?}"
@@ -91,6 +92,53 @@ fn costs_never_rise_and_texels_stay_whole() {
 }
 
 #[test]
+fn auto_changes_what_is_repeated_in_a_sample_that_does_not_tile() {
+    const WIDE: u32 = 48;
+    for tileable in [true, false] {
+        let exemplar = fixtures::random_exemplar(7, WIDE, 1, tileable);
+        let (sites, grid) = (flat(WIDE), exemplar.0.levels[0].grid);
+        // A copy of the sample, but on the right four of its rows over and over.
+        let coords: Vec<TexCoord> = (0..WIDE * WIDE)
+            .map(|site| {
+                let (row, col) = (site / WIDE, site % WIDE);
+                let row = if col < WIDE / 2 { row } else { 20 + row % 4 };
+                grid.coordinate(col as f32 + 0.5, row as f32 + 0.5)
+            })
+            .collect();
+        let (next, costs) = polished(&exemplar, &sites, &coords, Effort::Auto);
+        if tileable {
+            assert_eq!((&next, costs.len()), (&coords, 1));
+            continue;
+        }
+        assert!(costs[1] < 0.9 * costs[0], "{costs:?}");
+        // A region reaches 12 texels from its centre, which has a fifth of it on the right.
+        let kept = |site: &usize| site % (WIDE as usize) < 4;
+        let changed = (0..coords.len()).filter(|&site| next[site] != coords[site]);
+        assert_eq!(changed.clone().filter(kept).count(), 0);
+        assert!(changed.count() > 200);
+    }
+}
+
+#[test]
+fn a_texel_shows_twice_where_it_is_farther_off_than_it_is_wide() {
+    let links = Links::new(&flat(40).levels[0], Progress::silent()).unwrap();
+    let region = Region::round(&links, 20 * 40 + 20, 8.0, &mut Places::default());
+    let grid = fixtures::random_exemplar(8, 40, 1, false).0.levels[0].grid;
+    // Every texel shown by this many rows side by side, and again so many rows on.
+    let share = |rows: u32, period: u32| {
+        let held = |site: u32| {
+            let row = site / 40 / rows % period;
+            grid.coordinate((site % 40) as f32 + 0.5, row as f32 + 0.5)
+        };
+        let coords: Vec<TexCoord> = (0..40 * 40).map(held).collect();
+        repeated(grid, &region, &coords)
+    };
+    assert_eq!(share(1, 40), 0.0);
+    assert_eq!(share(2, 40), 0.0);
+    assert!(share(1, 3) > 0.9);
+}
+
+#[test]
 fn any_number_of_threads_gives_the_same_map() {
     let exemplar = fixtures::random_exemplar(5, SIDE, 1, true);
     let (sites, coords) = (flat(24), random_map(&exemplar, 24));
@@ -99,7 +147,7 @@ fn any_number_of_threads_gives_the_same_map() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| polished(&exemplar, &sites, &coords, 1).0)
+        pool.install(|| polished(&exemplar, &sites, &coords, Effort::Rounds(1)).0)
     };
     let one = with(1);
     assert_ne!(one, coords);

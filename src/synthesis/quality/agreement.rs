@@ -2,7 +2,7 @@
 //! candidates that k-coherence would try there, with the level-0 fine window.
 //!
 //! Every metric picks as synthesis does: the smallest score, factor · (distance + floor), the floor that
-//! metric's own share `--distance-floor` of its distance by chance. A pick agrees when its score through Φ is Φ's
+//! metric's own share `--distance-floor` of the distance between random texels. A pick agrees when its score through Φ is Φ's
 //! smallest, or above it by no more than the rounding of single precision.
 
 use rayon::prelude::*;
@@ -56,6 +56,7 @@ pub fn measure<const N: usize, S: Sites<N>>(
     if let Features::Vectors(_) = level.features {
         return Ok(None);
     }
+    // Prepare Φ, and vectors of the whole and of the kept spectrum.
     let k = options.k_coherence.k.unwrap_or(inputs.table.k);
     let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
     let whole = Embedding::new(level, 1.0);
@@ -67,6 +68,7 @@ pub fn measure<const N: usize, S: Sites<N>>(
     let [whole_floor, used_floor] = embedded
         .each_ref()
         .map(|metric| floor(inputs, &exemplar, metric, options));
+    // Compare what they choose, site by site.
     let comparison = Comparison::<N, S> {
         inputs,
         coords,
@@ -189,7 +191,7 @@ impl<const N: usize, S: Sites<N>> Comparison<'_, N, S> {
 mod tests {
     use super::*;
     use crate::sites::grid::GridSites;
-    use crate::sites::grid::target::GridTarget;
+    use crate::sites::grid::window::SiteGrid;
     use crate::synthesis::options::KCoherenceOptions;
     use crate::synthesis::recipes::synthesize;
     use crate::synthesis::tests::fixtures;
@@ -209,7 +211,7 @@ mod tests {
             .iter()
             .map(|l| l.neighborhood.clone())
             .collect();
-        let target = GridTarget {
+        let target = SiteGrid {
             width: 40,
             height: 40,
             toroidal: true,

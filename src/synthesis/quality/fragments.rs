@@ -32,6 +32,7 @@ pub fn measure(
     edges: &[SiteEdge],
     areas: &[f32],
 ) -> Option<Fragments> {
+    // Count the elements of the map.
     let mask = space.controls.first()?.mask.as_ref()?.as_slice()?;
     let grid = space.levels[0].grid;
     let labels = coords
@@ -40,6 +41,7 @@ pub fn measure(
     let labels: Vec<u8> = labels.collect();
     let pairs = edges.iter().map(|edge| [edge.from, edge.to]);
     let (components, fragments) = fragments(&labels, pairs, areas);
+    // Count those of the exemplar.
     let of_exemplar = (0..grid.len() as u32).flat_map(|texel| {
         let beside =
             [(0, 1), (1, 0)].map(|(drow, dcol)| grid.offset(TexelIndex(texel), drow, dcol));

@@ -52,6 +52,7 @@ pub fn adaptive<const N: usize, S: Sites<N>>(
     let template = Template::round(options.adaptive.rings);
     let none = Neighborhood::default();
     coarse_to_fine(levels, begun, finished, |number, coarser| {
+        // Prepare the exemplar with its round windows.
         let (level, sites) = (&inputs.space.levels[number], &inputs.sites.levels[number]);
         let embedding = Embedding::new(level, options.spectrum);
         let (margin, k) = (inputs.table.margin, inputs.table.k);
@@ -59,6 +60,7 @@ pub fn adaptive<const N: usize, S: Sites<N>>(
         let exemplar = ExemplarLevel::without_table(level, whole, &none);
         let metric = DenseMetric::new(DenseWindows::new(level, &embedding, &template), &embedding);
         progress.begin(format!("synthesis, level {number}"), sites.count() as u64);
+        // Grow the coarsest level; refine the others from the level above.
         let state = match coarser {
             None => {
                 let grown = Grown {
@@ -91,6 +93,7 @@ pub fn adaptive<const N: usize, S: Sites<N>>(
                 state
             }
         };
+        // Write texel centres on the finest level.
         progress.end();
         Ok(match number {
             0 => state.at_centres(level.grid),

@@ -40,12 +40,15 @@ pub fn coherent<const N: usize, S: Sites<N>>(
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
     check::coherent(inputs, options)?;
+    // Take what an earlier run has finished.
     if let Some(map) = begun.filter(|map| map.level == Level(0)) {
         return Ok(map);
     }
+    // Prepare the exemplar.
     let (sites, level) = (&inputs.sites.levels[0], &inputs.space.levels[0]);
     let embedding = Embedding::new(level, options.spectrum);
     let exemplar = ContinuousExemplar::new(level, &embedding);
+    // Visit every site once.
     progress.begin("synthesis", sites.count() as u64);
     let mut stream = random::stream(options.seed, "growth start", 0, 0);
     let order = one_pass_order(sites, stream.gen_range(0..sites.count()), progress)?;
@@ -57,6 +60,7 @@ pub fn coherent<const N: usize, S: Sites<N>>(
     };
     one_by_one(&rule, &mut state, &order, progress)?;
     progress.end();
+    // Hand on the map.
     let map = LevelMap {
         level: Level(0),
         coords: state.coords,

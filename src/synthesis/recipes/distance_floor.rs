@@ -1,4 +1,4 @@
-//! The distance floor: a share of the distance by chance that is added to all distances of a choice.
+//! The distance floor: a share of the distance between random texels, added to all distances of a choice.
 //!
 //! In a periodic sample, windows one period apart are at distance almost 0. Multiplying by κ then has no
 //! effect and rounding decides; with a floor, coherence does.
@@ -11,10 +11,10 @@ use crate::synthesis::metric::Metric;
 use crate::synthesis::recipes::k_coherence::KCoherence;
 use crate::synthesis::state::Texels;
 
-/// Sites that are enough to know the distance by chance.
+/// Sites that are enough to estimate the distance between random texels.
 const PROBED_SITES: usize = 256;
 
-/// The floor of a level: `share` of the distance by chance, four times as much on each coarser level.
+/// The floor of a level: `share` of the distance between random texels, four times as much on each coarser level.
 pub fn distance_floor<const N: usize, S: Sites<N>, M: Metric>(
     rule: &KCoherence<'_, N, S, M>,
     share: f64,

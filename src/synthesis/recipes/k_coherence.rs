@@ -1,5 +1,5 @@
-//! The rule of k-coherence (Tong 2002 §5.2): of the texels that a site's neighbours propose by forward shift,
-//! and the nearest of each in the neighbour table, the one whose neighbourhood is most alike.
+//! The rule of k-coherence (Tong 2002 §5.2): of the texels that a site's neighbours propose by forward shift, and the
+//! nearest of each in the neighbour table, the one whose neighbourhood is most similar.
 //!
 //! Where no candidate is whole, and with [`Search::Full`] always, every whole texel is tried.
 
@@ -71,6 +71,7 @@ impl<const N: usize, S: Sites<N>, M: Metric> Rule for KCoherence<'_, N, S, M> {
             candidates,
             pattern,
         } = scratch;
+        // Leave a site as it is until a neighbour is done.
         let done = state.done.as_deref();
         let counts = |other: usize| done.is_none_or(|done| done[other]);
         if done.is_some()
@@ -81,9 +82,11 @@ impl<const N: usize, S: Sites<N>, M: Metric> Rule for KCoherence<'_, N, S, M> {
         {
             return state.coords[site];
         }
+        // Collect candidates.
         let own = done.is_none().then(|| state.coords[site]);
         let neighbors = self.sites.neighbors(site);
         candidates.collect_coherent(self.exemplar, own, neighbors, &state.coords, counts);
+        // Choose the nearest, among all texels where the candidates give none.
         self.metric.read(&self.neighborhood(state, site), pattern);
         let pick = match self.search {
             Search::KCoherence => self.best_nearby(state, site, pattern, candidates),

@@ -1,9 +1,9 @@
 //! Ying 2001 §4, *Texture and Shape Synthesis on Surfaces*: multiscale synthesis, after Wei and Levoy 2000.
 //!
 //! The coarsest level grows along [scan lines](crate::sites::scan_order): every site takes the texel whose
-//! Gaussian-weighted window is most alike, as far as the window is synthesized. On every finer level the first
-//! pass compares windows on the coarser level alone, the second windows on both; one of the nearest
-//! `--matches` is drawn at random, of those within `--match-margin` of the smallest distance.
+//! Gaussian-weighted window is most similar, as far as the window is synthesized. On every finer level the first pass
+//! compares windows on the coarser level alone, the second windows on both; one of the nearest `--matches` is drawn
+//! at random, of those within `--match-margin` of the smallest distance.
 //!
 //! Deviations: exact bounds replace the paper's approximate search, so the nearest are always found. The first
 //! pass is parallel, as no site reads another; the second goes by colour classes, so that a class is searched in
@@ -58,6 +58,7 @@ pub fn multiscale<const N: usize, S: Sites<N>>(
             };
             pass.run(windows)
         };
+        // Grow the coarsest level; refine the others in two passes.
         let state = match coarser {
             None => run(Kind::Coarsest, windows, None, None)?,
             Some(map) => {
@@ -169,6 +170,7 @@ impl<const N: usize, S: Sites<N>> WithMetric for Visit<'_, N, S> {
         let sites = &pass.inputs.sites.levels[level];
         let asked = &pass.options.multiscale;
         let draw = (pass.options.seed, level as u32);
+        // Set up the rule of this pass.
         let (matches, purpose) = match pass.kind {
             Kind::Coarsest => (1, "coarsest level"),
             Kind::First => (asked.matches, "first pass"),
@@ -184,6 +186,7 @@ impl<const N: usize, S: Sites<N>> WithMetric for Visit<'_, N, S> {
             factor: asked.factor(),
             draw: (pass.options.seed, purpose, level as u32),
         };
+        // Visit in the order that suits the start.
         match (pass.start, pass.coarser) {
             (Some(mut state), _) => {
                 let classes = color_classes(sites, progress)?;

@@ -2,9 +2,9 @@
 //!
 //! The exemplar has a transition value, an orientation and a mask at every texel; the surface has a transition value
 //! and an orientation at every site. A site takes only texels whose value is near its own ([`band`]), in windows
-//! turned by the exemplar's orientation ([`exemplar`]). First it gets a label, then a texel ([`rule`]). The coarsest
-//! level grows along the field; finer levels begin with their parents' coordinates. The finest level ends with a
-//! pass over small windows.
+//! rotated by the exemplar's orientation ([`exemplar`]). First it gets a label, then a texel ([`rule`]). The coarsest
+//! level grows along the field; finer levels begin with their parents' coordinates. The finest level ends with a pass
+//! over small windows.
 //!
 //! Deviations: the distances of texels that no neighbour proposes itself count κ times, as in
 //! [`tong`](super::tong), so that patches are copied. Candidates come from neighbours at most 3 texels away, for speed. Finer levels are visited by colour
@@ -50,12 +50,14 @@ pub fn progressive<const N: usize, S: Sites<N>>(
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
+    // Check the inputs, and carry the controls down the levels.
     let plan = check::progressive(inputs, options)?;
     let controls = match inputs.controls {
         Some(controls) => controls.pyramid(inputs.sites),
         None => still(inputs.sites),
     };
     coarse_to_fine(plan.levels, begun, finished, |number, coarser| {
+        // Prepare the exemplar of the level.
         let is_coarsest = number + 1 == plan.levels;
         let level = VariantLevel::new(inputs, (number, plan.k, is_coarsest), options);
         let mut controls = controls[number].clone();
@@ -72,6 +74,7 @@ pub fn progressive<const N: usize, S: Sites<N>>(
             progress,
         };
         run.check_coverage()?;
+        // Go on from the level above.
         let coarser = coarser.map(|map| {
             let above = &inputs.space.levels[number + 1];
             let labels = level.coarser.as_ref().map(|coarser| &coarser.labels[..]);
@@ -128,6 +131,7 @@ impl<const N: usize, S: Sites<N>> LevelRun<'_, N, S> {
     }
 
     fn synthesize(&self, coarser: Option<&State>) -> Result<LevelContent> {
+        // Count the visits.
         let asked = &self.options.progressive;
         let refines = self.number == 0 && asked.refine_window > 0;
         let sweeps = match coarser {
@@ -137,6 +141,7 @@ impl<const N: usize, S: Sites<N>> LevelRun<'_, N, S> {
         let visits = u64::from(sweeps + u32::from(refines)) * self.sites.count() as u64;
         self.progress
             .begin(format!("synthesis, level {}", self.number), visits);
+        // Compare labels and colours.
         let both = Pass {
             mask_window: Some(asked.mask_window),
             color_window: asked.color_window,
@@ -145,6 +150,7 @@ impl<const N: usize, S: Sites<N>> LevelRun<'_, N, S> {
             None => self.grown(both)?,
             Some(coarser) => self.refined(coarser, both)?,
         };
+        // Compare colours alone in a small window.
         if refines {
             let small = Pass {
                 mask_window: None,
@@ -154,6 +160,7 @@ impl<const N: usize, S: Sites<N>> LevelRun<'_, N, S> {
             let classes = color_classes(self.sites, self.progress)?;
             class_by_class(&rule, self.sites, &mut state, (&classes, 1), self.progress)?;
         }
+        // Write texel centres on the finest level.
         self.progress.end();
         let coords = match self.number {
             0 => state.texels.at_centres(self.level.exemplar.grid),

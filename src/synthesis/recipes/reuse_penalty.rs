@@ -1,4 +1,4 @@
-//! How often a level uses each texel, or each texton: a choice that keeps state (after the penalty by use of Castellanos
+//! How often a level uses each texel, or each texton: a choice that keeps state (after the usage penalty of Castellanos
 //! and Williams, and the histogram matching of Kopf et al. 2007, *Solid Texture Synthesis from 2D Exemplars*).
 //!
 //! In: what the sites of a level hold. Out: a factor for every texel's distance, above 1 for those that

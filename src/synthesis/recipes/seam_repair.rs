@@ -1,9 +1,9 @@
 //! The end of the finest level: sites where the map fits far worse than elsewhere are searched in full.
 //!
-//! Where two copied patches meet out of step, the neighbours of a site propose few texels, and the nearest of
-//! those fit one patch or the other. A texel that would join the two patches is never a candidate, however
-//! many passes are made. Such sites are few, so every whole texel is tried there.
-//! Deviation: Tong 2002 §5.2 searches by k-coherence alone, or everywhere in full.
+//! Where two copied patches do not line up, the neighbours of a site propose few texels, and the nearest of those fit
+//! one patch or the other. A texel that would join the two patches is never a candidate, however many passes are
+//! made. Such sites are few, so every whole texel is tried there. Deviation: Tong 2002 §5.2 searches by k-coherence
+//! alone, or everywhere in full.
 
 use rayon::prelude::*;
 

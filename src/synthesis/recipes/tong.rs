@@ -3,7 +3,7 @@
 //! The coarsest level starts with random texels and is swept in growing order; alone, it grows from one random
 //! texel. Every finer level takes its coordinates from its parents (the paper's first pass) and is refined with
 //! windows on both levels (the second). The finest level ends with [seam repair](super::seam_repair)
-//! and, if asked for, is [polished](crate::synthesis::polish).
+//! and, where the sample does not tile or when asked for, is [polished](crate::synthesis::polish).
 //!
 //! Deviations, each an option that also gives the paper's way: κ > 1 prefers coherent candidates
 //! (`--coherence`), with a [floor](super::distance_floor) on distances (`--distance-floor`); texels that
@@ -106,6 +106,7 @@ fn run_level<const N: usize, S: Sites<N>>(
     progress: Progress<'_>,
 ) -> Result<Vec<TexCoord>> {
     let Passes { options, level, .. } = passes;
+    // Prepare the exemplar, and what the coarser level holds.
     let (space, sites) = (inputs.space, &inputs.sites.levels[level]);
     let exemplar = ExemplarLevel::new(space, inputs.table, level, k, passes.is_fine());
     let coarser = coarser.map(|map| Texels::on(&space.levels[level + 1], map.coords));
@@ -113,6 +114,7 @@ fn run_level<const N: usize, S: Sites<N>>(
         format!("synthesis, level {level}"),
         passes.visits(sites.count()),
     );
+    // Synthesize with the metric of the options.
     let choice = MetricChoice {
         kind: options.metric,
         spectrum: options.spectrum,
@@ -134,16 +136,17 @@ fn run_level<const N: usize, S: Sites<N>>(
     if level > 0 {
         return Ok(state.coords);
     }
+    // Polish the finest level.
     let mut coords = state.at_centres(exemplar.grid);
-    let rounds = options.k_coherence.polish;
-    if rounds > 0 {
+    let effort = options.k_coherence.polish;
+    if effort.rounds(exemplar.grid.tileable) > 0 {
         let embedding = Embedding::new(&space.levels[0], options.spectrum);
-        let rounds = (rounds, options.seed);
+        let effort = (effort, options.seed);
         polish(
             (&exemplar, &embedding),
             sites,
             &mut coords,
-            rounds,
+            effort,
             progress,
         )?;
     }
@@ -162,6 +165,7 @@ impl<const N: usize, S: Sites<N>> WithMetric for LevelRun<'_, N, S> {
             ..
         } = self.passes.options;
         let draw = (*seed, self.passes.level as u32);
+        // Set up the rule, with a distance floor measured on this start.
         let mut rule = KCoherence {
             exemplar,
             sites,
@@ -177,15 +181,18 @@ impl<const N: usize, S: Sites<N>> WithMetric for LevelRun<'_, N, S> {
         let Some(coarser) = self.coarser else {
             return self.start(&rule, Texels::random(exemplar, sites.count(), draw));
         };
+        // Start from the parents.
         let mut state = Texels::of_parents(exemplar, sites.parents(), coarser);
         if self.has_textons && asked.reuse_penalty > 0.0 && !self.passes.searches() {
             let uses = Uses::of_textons(exemplar, &state.coords, asked.reuse_penalty);
             state.uses = Some(uses);
         }
+        // Refine.
         if self.passes.refines() {
             let visits = (self.classes, passes - 1);
             class_by_class(&rule, sites, &mut state, visits, progress)?;
         }
+        // Repair seams.
         if self.passes.repairs() {
             let visits = (self.classes, asked.repair_rounds);
             repair_seams(&rule, &mut state, visits, progress)?;

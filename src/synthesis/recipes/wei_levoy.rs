@@ -1,5 +1,5 @@
-//! Wei and Levoy 2001, *Texture Synthesis over Arbitrary Manifold Surfaces*: at every site the whole exemplar
-//! is searched for the texel whose neighbourhood is most alike, level after level.
+//! Wei and Levoy 2001, *Texture Synthesis over Arbitrary Manifold Surfaces*: at every site the whole exemplar is
+//! searched for the texel whose neighbourhood is most similar, level after level.
 //!
 //! The coarsest level starts from random texels, a finer one from its parents; then every site chooses anew,
 //! `--passes` − 1 times, with windows on its own and on the coarser level (their §3.3). The plainest
@@ -36,14 +36,17 @@ pub fn wei_levoy<const N: usize, S: Sites<N>>(
 ) -> Result<LevelMap> {
     let plan = check::plan(inputs, options)?;
     coarse_to_fine(plan.levels, begun, finished, |level, coarser| {
+        // Prepare the exemplar.
         let (space, sites) = (inputs.space, &inputs.sites.levels[level]);
         let two_level = level + 1 < plan.levels;
         let exemplar = ExemplarLevel::new(space, inputs.table, level, 1, two_level);
         let coarser = coarser.map(|map| Texels::on(&space.levels[level + 1], map.coords));
+        // Start at random, or from the parents.
         let start = match &coarser {
             None => Texels::random(&exemplar, sites.count(), (options.seed, level as u32)),
             Some(coarser) => Texels::of_parents(&exemplar, sites.parents(), coarser),
         };
+        // Visit every site as often as asked for; a level that another follows saves one pass.
         let passes = options.passes - u32::from(two_level);
         progress.begin(
             format!("synthesis, level {level}"),
@@ -57,6 +60,7 @@ pub fn wei_levoy<const N: usize, S: Sites<N>>(
             passes,
             progress,
         };
+        // Search with the metric of the options.
         let choice = MetricChoice {
             kind: options.metric,
             spectrum: options.spectrum,
@@ -96,7 +100,7 @@ impl<const N: usize, S: Sites<N>> WithMetric for Passes<'_, N, S> {
     }
 }
 
-/// The rule: the texel whose neighbourhood is most alike, of all that are whole.
+/// The rule: the texel whose neighbourhood is most similar, of all that are whole.
 struct BestOfAll<'a, const N: usize, S, M> {
     exemplar: &'a ExemplarLevel<'a>,
     sites: &'a S,

@@ -1,5 +1,5 @@
 //! Tests of the engine as a whole, and small inputs for tests.
 
-pub mod fixtures;
-pub mod oracles;
+pub(crate) mod fixtures;
+pub(crate) mod oracles;
 mod runs;

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::random;
 use crate::sites::coloring::color_classes;
 use crate::sites::grid::GridSites;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::{Parent, SiteHierarchy, Sites};
 use crate::sites::order::Order;
 use crate::synthesis::candidates::forward::CandidateList;
@@ -40,8 +40,8 @@ fn preference() -> Preference {
     }
 }
 
-fn grid(side: u32) -> GridTarget {
-    GridTarget {
+fn grid(side: u32) -> SiteGrid {
+    SiteGrid {
         width: side,
         height: side,
         toroidal: true,
@@ -210,7 +210,7 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
     };
     let parallel = refined(8);
     assert_eq!(parallel, refined(1));
-    // One class a site: strictly sequential.
+    // One class per site: strictly sequential.
     let one_by_one: Vec<Vec<u32>> = classes.iter().flatten().map(|&site| vec![site]).collect();
     let mut sequential = start.clone();
     for _ in 0..2 {
@@ -399,7 +399,7 @@ fn seam_repair_mends_a_copy_and_lowers_what_k_coherence_leaves() {
     let copy = Texels::of_texels(&exemplar, (0..4096).map(copied));
     let broken = (0..4096).map(|site| if site == 500 { 3 } else { copied(site) });
     assert_eq!(repaired(Texels::of_texels(&exemplar, broken), 0), copy);
-    // A part of the copy out of step: what k-coherence alone leaves at its seam is not the best there is.
+    // A part of the copy not lined up: what k-coherence alone leaves at its seam is not the best there is.
     let apart = |site: u32| (20..30).contains(&(site / 64)) && (20..30).contains(&(site % 64));
     let split = |site: u32| copied(site + if apart(site) { 5 * 64 + 3 } else { 0 });
     let left = |rounds: u32| -> f64 {

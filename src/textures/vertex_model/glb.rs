@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::format::gltf::{self, AlphaMode, GltfMaterial, GltfMesh, VertexAttribute};
-use crate::textures::model::ROUGHNESS;
+use crate::format::gltf::{self, GltfMesh, VertexAttribute};
+use crate::textures::model::vertex_material;
 use crate::textures::vertex_model::VertexModel;
 
 pub(super) fn write(path: &Path, model: &VertexModel<'_>) -> Result<()> {
@@ -32,14 +32,8 @@ pub(super) fn write(path: &Path, model: &VertexModel<'_>) -> Result<()> {
             triangles: &map.mesh.triangles,
             colors: colors.as_deref(),
             attributes: &attributes,
-            material: Some(GltfMaterial {
-                base_color: None,
-                normal_map: None,
-                alpha: AlphaMode::Opaque,
-                roughness: ROUGHNESS,
-                // Colours of the sample have its light in them.
-                is_unlit: colors.is_some(),
-            }),
+            // Colours of the sample have their light in them.
+            material: Some(vertex_material(colors.is_some())),
             ..GltfMesh::default()
         },
     )

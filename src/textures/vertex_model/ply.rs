@@ -12,6 +12,7 @@ use crate::textures::vertex_model::VertexModel;
 pub(super) fn write(path: &Path, model: &VertexModel<'_>) -> Result<()> {
     let map = model.map;
     let axis = |list: &[glam::Vec3], k: usize| -> Vec<f32> { list.iter().map(|v| v[k]).collect() };
+    // Lay out the columns.
     let uvs = model.uvs();
     let floats: Vec<(&str, Vec<f32>)> = [
         (["x", "y", "z"], &map.mesh.positions),
@@ -31,6 +32,7 @@ pub(super) fn write(path: &Path, model: &VertexModel<'_>) -> Result<()> {
             .map(|(k, name)| (name, colors.iter().map(|c| encode_srgb8(c[k])).collect()))
             .collect(),
     };
+    // Join them.
     let mut columns: Vec<(&str, Column<'_>)> = floats
         .iter()
         .map(|(name, values)| (*name, Column::Float(values)))
@@ -41,6 +43,7 @@ pub(super) fn write(path: &Path, model: &VertexModel<'_>) -> Result<()> {
             .iter()
             .map(|(name, values)| (*name, Column::UChar(values))),
     );
+    // Write the file.
     let mut comments = vec![MESH_MARK.to_owned()];
     comments.extend(origin_comment(map.header.origin));
     ply::write(path, &comments, &columns, &map.mesh.triangles)

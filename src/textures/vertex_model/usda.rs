@@ -14,6 +14,7 @@ const ON_LINE: usize = 16;
 
 pub(super) fn write(path: &Path, model: &VertexModel<'_>) -> Result<()> {
     let map = model.map;
+    // Format the columns.
     let colors = model.clamped_colors();
     let per_vertex = " (interpolation = \"vertex\")";
     let counts = map.mesh.triangles.iter().map(|_| 3);
@@ -23,6 +24,7 @@ pub(super) fn write(path: &Path, model: &VertexModel<'_>) -> Result<()> {
     };
     let labels = map.textons.iter().map(|label| label.0);
     let [x, y, z] = map.header.origin.to_array();
+    // Write them.
     atomic::write_file(path, |sink| {
         writeln!(
             sink,

@@ -10,16 +10,16 @@
 //! | [`options`] | what can be asked |
 //!
 //! Level after level, the coarsest first, pixels are visited along scan lines. Each takes the source pixel whose
-//! windows are most alike: the mask in the full window, colours as far as they are synthesized. Rows are
-//! worked on side by side, each far enough behind the one above to see the same as along scan lines.
+//! windows are most similar: the mask in the full window, colours as far as they are synthesized. Rows are worked on
+//! side by side, each far enough behind the one above to see the same as along scan lines.
 //!
 //! Of equally good source pixels a coherent one is taken, first of all the pixel's own place: with its own
 //! mask a texture comes back as it is.
 //! Deviation: Hertzmann 2001 searches approximately, and lifts the numbers of a source to the target's mean
 //! and deviation. The search is exact here, and masks need no lift.
 
-pub mod options;
-pub mod pyramid;
+pub(crate) mod options;
+pub(crate) mod pyramid;
 mod rule;
 mod search;
 mod windows;
@@ -31,8 +31,9 @@ use crate::grid::TexelGrid;
 use crate::progress::Progress;
 use crate::synthesis::drive::wave_by_wave;
 use crate::vary::canvas::Extension;
-use crate::vary::filtering::options::FilterOptions;
-use crate::vary::filtering::pyramid::{Level, MOST_SOURCES, MaskCode, Texture, coarser_values};
+pub use crate::vary::filtering::options::FilterOptions;
+pub use crate::vary::filtering::pyramid::Texture;
+use crate::vary::filtering::pyramid::{MOST_SOURCES, MaskCode, TextureLevel, coarser_values};
 use crate::vary::filtering::rule::{Filtered, MostAlike, Source};
 use crate::vary::filtering::windows::Layout;
 
@@ -67,14 +68,15 @@ pub fn filter(
 ) -> Result<Vec<Vec<u32>>> {
     options.validate()?;
     check(work)?;
+    // Prepare the pyramids.
     let code = MaskCode::of(work.mask.iter().copied().chain(work.masks()));
     let count = level_count(work, options);
-    let sources: Vec<Vec<Level>> = work
+    let sources: Vec<Vec<TextureLevel>> = work
         .sources
         .iter()
-        .map(|texture| Level::pyramid(texture, &code, count))
+        .map(|texture| TextureLevel::pyramid(texture, &code, count))
         .collect();
-    let targets = Level::of_output(work.output, work.mask, &code, count);
+    let targets = TextureLevel::of_output(work.output, work.mask, &code, count);
     let mut shares: Vec<Option<Array2<f32>>> = vec![work.shares.cloned()];
     for level in 1..count {
         let finer = shares[level - 1].as_ref();
@@ -82,6 +84,7 @@ pub fn filter(
     }
     let mut coarser: Option<Filtered> = None;
     for level in (0..count).rev() {
+        // Lay out the windows of the level.
         let target = &targets[level];
         let layout = Layout::new(
             options,
@@ -89,11 +92,12 @@ pub fn filter(
             level + 1 < count,
         );
         check_windows(&sources, level, &layout)?;
-        let of_level = |source: &Vec<Level>| {
+        let of_level = |source: &Vec<TextureLevel>| {
             let parent = source.get(level + 1);
             Source::new(source[level].clone(), parent, &layout)
         };
         let read: Vec<Source> = sources.iter().map(of_level).collect();
+        // Filter it, wave by wave.
         let rule = MostAlike {
             layout: &layout,
             sources: &read,
@@ -162,7 +166,7 @@ fn level_count(work: Filtering<'_>, options: &FilterOptions) -> usize {
 }
 
 /// Refuses windows that would not fit into memory.
-fn check_windows(sources: &[Vec<Level>], level: usize, layout: &Layout) -> Result<()> {
+fn check_windows(sources: &[Vec<TextureLevel>], level: usize, layout: &Layout) -> Result<()> {
     let pixels = sources.iter().map(|source| source[level].grid.len());
     let numbers = pixels.sum::<usize>() * layout.stride();
     match numbers <= MOST_NUMBERS {
@@ -178,11 +182,13 @@ fn check_windows(sources: &[Vec<Level>], level: usize, layout: &Layout) -> Resul
 fn check(work: Filtering<'_>) -> Result<()> {
     let (rows, cols) = work.output;
     let size = |rows: usize, cols: usize| format!("{cols}×{rows}");
+    // Check the output.
     if rows == 0 || cols == 0 || rows.saturating_mul(cols) > MOST_OUTPUT {
         return Err(
             Error::data("output", size(rows, cols)).expected(format!("1 to {MOST_OUTPUT} pixels"))
         );
     }
+    // Check the sources.
     let mixes = work.shares.is_some();
     let wanted = if mixes { MOST_SOURCES } else { 1 };
     if work.sources.len() != wanted {
@@ -204,6 +210,7 @@ fn check(work: Filtering<'_>) -> Result<()> {
                 .expected(format!("{}, the size of its texture", size(height, width))));
         }
     }
+    // Check the target.
     let sides = work
         .mask
         .map(Array2::dim)

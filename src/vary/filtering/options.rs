@@ -11,23 +11,23 @@ const MOST: f64 = 1e6;
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 #[command(next_help_heading = "Texton mask filtering")]
 pub struct FilterOptions {
-    /// Levels of the pyramid that is filtered; fewer where sides are short or cannot be halved
+    /// Levels of the pyramid that is filtered; fewer if sides are short or cannot be halved
     #[arg(long, default_value_t = Self::default().filter_levels, value_name = "N")]
     pub filter_levels: u32,
     /// Width of the window in which masks are compared, in pixels; odd
     #[arg(long, default_value_t = Self::default().mask_window, value_name = "N")]
     pub mask_window: u32,
-    /// Width of the window in which colours are compared, as far as they are synthesized, in pixels; odd
+    /// Width of the window in which synthesized colours are compared, in pixels; odd
     #[arg(long, default_value_t = Self::default().color_window, value_name = "N")]
     pub color_window: u32,
     /// Width of both windows on the coarser level, in its pixels; odd
     #[arg(long, default_value_t = Self::default().parent_window, value_name = "N")]
     pub parent_window: u32,
-    /// What a difference of labels weighs against one from black to white in one colour number
+    /// Weight of a difference of labels, relative to a difference from black to white in one colour channel
     #[arg(long, default_value_t = Self::default().mask_weight, value_name = "W")]
     pub mask_weight: f64,
-    /// How much farther a coherent pixel may be than the nearest and still be taken: κ of Hertzmann 2001, halved
-    /// with every coarser level; 0 is for none
+    /// Preference for coherent pixels, κ of Hertzmann 2001: how much larger their distance may be, halved with every
+    /// coarser level; 0 for none
     #[arg(long, default_value_t = Self::default().kappa, value_name = "K")]
     pub kappa: f64,
 }

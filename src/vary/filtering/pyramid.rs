@@ -68,7 +68,7 @@ impl MaskCode {
 
 /// One level of a texture, or of the output, which has no colours of its own.
 #[derive(Clone, Debug)]
-pub struct Level {
+pub struct TextureLevel {
     /// Its pixels.
     pub grid: TexelGrid,
     /// Colour numbers, `depth` per pixel.
@@ -94,7 +94,7 @@ pub struct Depths {
     pub mask_weight: f32,
 }
 
-impl Level {
+impl TextureLevel {
     /// So many levels of a texture, finest first.
     pub fn pyramid(texture: &Texture<'_>, code: &MaskCode, count: usize) -> Vec<Self> {
         let finest = Self {

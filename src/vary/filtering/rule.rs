@@ -1,6 +1,6 @@
-//! How one pixel is decided: for each source the pixel whose windows are most alike, coherent ones preferred.
+//! How one pixel is decided: for each source the pixel whose windows are most similar, coherent ones preferred.
 //!
-//! Coherent pixels are the pixel's own place, the child of what its parent holds, and those that go on from what
+//! Coherent pixels are the pixel's own place, the child of what its parent holds, and those that continue from what
 //! the pixels before it hold.
 
 use ndarray::Array2;
@@ -9,20 +9,20 @@ use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::synthesis::rule::Rule;
 use crate::vary::canvas::Extension;
-use crate::vary::filtering::pyramid::{Level, MOST_SOURCES};
+use crate::vary::filtering::pyramid::{MOST_SOURCES, TextureLevel};
 use crate::vary::filtering::search::{Pattern, nearest};
 use crate::vary::filtering::windows::{Layout, Plane};
 
 /// A level of a source, with the windows of all its pixels.
 pub struct Source {
     /// The level.
-    pub level: Level,
+    pub level: TextureLevel,
     windows: Vec<f32>,
 }
 
 impl Source {
     /// Reads the windows of all pixels.
-    pub fn new(level: Level, parent: Option<&Level>, layout: &Layout) -> Self {
+    pub fn new(level: TextureLevel, parent: Option<&TextureLevel>, layout: &Layout) -> Self {
         let mut windows = vec![0.0; level.grid.len() * layout.stride()];
         let parent = parent.map(plane_of);
         for (pixel, numbers) in (0..).zip(windows.chunks_exact_mut(layout.stride())) {
@@ -36,7 +36,7 @@ impl Source {
     }
 }
 
-fn plane_of(level: &Level) -> Plane<'_> {
+fn plane_of(level: &TextureLevel) -> Plane<'_> {
     Plane {
         grid: level.grid,
         colors: &level.colors,
@@ -54,7 +54,7 @@ pub struct Filtered {
 }
 
 impl Filtered {
-    /// Nothing yet, in so many pixels, of so many sources, with so many colour numbers.
+    /// Nothing yet, in so many pixels, of this many sources, with this many colour numbers.
     pub fn nothing(pixels: usize, sources: usize, depth: usize) -> Self {
         Self {
             texels: vec![vec![0; pixels]; sources],
@@ -71,13 +71,13 @@ pub struct MostAlike<'a> {
     /// Where pixels are taken from.
     pub sources: &'a [Source],
     /// The output.
-    pub target: &'a Level,
-    /// How each source goes on beyond its borders.
+    pub target: &'a TextureLevel,
+    /// How each source continues beyond its borders.
     pub extension: Vec<Extension>,
     /// The second source's share at each pixel.
     pub shares: Option<&'a Array2<f32>>,
     /// The coarser level, and what its pixels hold.
-    pub coarser: Option<(&'a Level, &'a Filtered)>,
+    pub coarser: Option<(&'a TextureLevel, &'a Filtered)>,
     /// What a coherent pixel's distance may be over the smallest.
     pub coherence: f32,
 }
@@ -158,12 +158,14 @@ impl MostAlike<'_> {
 
     /// The coherent pixels of a source, the pixel's own place first.
     fn coherent(&self, state: &Filtered, site: usize, number: usize, found: &mut Vec<u32>) {
+        // Propose the pixel's own place.
         let grid = self.sources[number].level.grid;
         let pixel = TexelIndex(site as u32);
         let (row, col) = self.target.grid.row_col(pixel);
         let (own_row, own_col) = self.extension[number].pixel((row as usize, col as usize), grid);
         found.clear();
         found.push(grid.texel(own_row as u32, own_col as u32).0);
+        // Propose what the parent holds.
         if let Some((level, coarser)) = self.coarser {
             let parent = coarser.texels[number][self.target.grid.parent(pixel).index()];
             let coarse = grid.coarser();
@@ -176,6 +178,7 @@ impl MostAlike<'_> {
                 (row % 2, col % 2),
             ));
         }
+        // Propose what continues the neighbours.
         for &[drow, dcol] in &self.layout.before {
             let Some(near) = self.target.grid.offset(pixel, drow, dcol) else {
                 continue;

@@ -62,6 +62,7 @@ pub struct Plane<'a> {
 impl Layout {
     /// The windows that options say, with or without a coarser level.
     pub fn new(options: &FilterOptions, depths: &Depths, has_parent: bool) -> Self {
+        // Take the pixels that are filtered before.
         let before: Vec<[i32; 2]> = nearest_first(options.color_window)
             .into_iter()
             .filter(|&[drow, dcol]| drow < 0 || (drow == 0 && dcol < 0))
@@ -73,10 +74,12 @@ impl Layout {
             before: before.clone(),
             reach: options.color_window as usize / 2,
         };
+        // Lay out the masks.
         let mask_weight = options.mask_weight as f32 * depths.mask_weight;
         let mask = nearest_first(options.mask_window);
         layout.lay(Kind::Mask, &mask, options.mask_window, mask_weight);
         layout.stress_own_label();
+        // Lay out the coarser level.
         if has_parent {
             let parent = nearest_first(options.parent_window);
             layout.lay(Kind::ParentColor, &parent, options.parent_window, 1.0);
@@ -87,6 +90,7 @@ impl Layout {
                 mask_weight,
             );
         }
+        // Lay out the colours.
         layout.lay(Kind::Color, &before, options.color_window, 1.0);
         let stride = layout.weights.len().next_multiple_of(LANES);
         layout.weights.resize(stride, 0.0);

@@ -8,11 +8,11 @@
 //!
 //! Where the transition is 0 nothing changes, where it is 1 an operation acts in full.
 
-pub mod field;
-pub mod mesh;
-pub mod motion;
-pub mod radial;
-pub mod scaling;
+pub(crate) mod field;
+pub(crate) mod mesh;
+pub(crate) mod motion;
+pub(crate) mod radial;
+pub(crate) mod scaling;
 
 use std::str::FromStr;
 
@@ -24,7 +24,8 @@ use crate::vary::contours::Features;
 use crate::vary::label_set::LabelSet;
 use crate::vary::morphology::{LARGEST_RADIUS, Operation, morph};
 use crate::vary::nearest_pixel::Axis;
-use crate::vary::warp::motion::{LARGEST_SCALE, Motion, Moved};
+pub use crate::vary::warp::motion::Motion;
+use crate::vary::warp::motion::{LARGEST_SCALE, Moved};
 
 /// One operation on a mask.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +46,7 @@ pub enum WarpKind {
         /// Along which axes.
         along: Axis,
     },
-    /// Features grow or shrink by so many pixels where the transition is 1.
+    /// Features grow or shrink by this many pixels where the transition is 1.
     Morph {
         /// Which.
         operation: Operation,
@@ -136,6 +137,7 @@ impl FromStr for Warp {
     /// Reads `KIND:NAME=VALUE,NAME=VALUE`, as `scale:by=0.5,along=horizontal,labels=1+2`.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+        // Read the values.
         let mut values = Values(Vec::new());
         for part in rest.split(',').filter(|part| !part.is_empty()) {
             let pair = part
@@ -146,6 +148,7 @@ impl FromStr for Warp {
         let labels = values
             .take("labels")
             .map_or(Ok(LabelSet::FEATURES), str::parse)?;
+        // Read the kind, and what scaling and morphing need.
         let follow = match kind {
             "scale" => {
                 let by = values.number("by", None, 0.0..=LARGEST_SCALE)?;
@@ -177,6 +180,7 @@ impl FromStr for Warp {
                 return Err(format!("`{kind}`; expected {kinds}"));
             }
         };
+        // Read the motion of the others.
         let far = f64::from(LARGEST_RADIUS);
         let motion = Motion {
             scale: values.number("scale", Some(1.0), 0.05..=LARGEST_SCALE)?,

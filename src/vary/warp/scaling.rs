@@ -1,9 +1,9 @@
 //! Features that become narrower or wider along an axis as shares of their own width: "progressively shrinking
 //! the stripes horizontally but not vertically" (Zhang 2003, fig. 5), several labels together (fig. 6).
 //!
-//! A feature's width is that of its run along the axis. Its labels are scaled about the run's middle; what
-//! a run leaves takes the label beyond its end. A run that ends at the image's border goes on mirrored there,
-//! so that it stays at the border; one from border to border is left as it is.
+//! A feature's width is that of its run along the axis. Its labels are scaled about the run's middle; what a run
+//! leaves takes the label beyond its end. A run that ends at the image's border continues mirrored there, so that it
+//! stays at the border; one from border to border is left as it is.
 
 use ndarray::{Array2, ArrayView1, ArrayViewMut1, Axis as Dimension};
 

@@ -25,7 +25,7 @@ pub use crate::btf::bake::maps::folder::{Shown, shown_by_names};
 pub use crate::btf::bake::maps::normal_map::NormalKind;
 pub use crate::btf::bake::maps::normals::NormalY;
 pub use crate::btf::bake::maps::packed::{PackedChannel, PackedOrder};
-pub use crate::btf::bake::maps::recipe::{Color, Recipe, Scalar};
+pub use crate::btf::bake::maps::recipe::{Color, Recipe, ReliefRecipe, Scalar, SurfaceRecipe};
 pub use crate::btf::bake::maps::set::{DefaultRole, FileUse, MaterialSet};
 
 use crate::btf::bake::brdf::Diffuse;
@@ -142,7 +142,7 @@ impl MapOptions {
     fn fit(&self, recipe: &Recipe) -> Result<()> {
         let deep = [("depth", self.depth), ("height-mm", self.height_mm)];
         let given = deep.into_iter().find(|(_, value)| value.is_some());
-        let only_normals = recipe.height.is_none() && recipe.normal.is_some();
+        let only_normals = recipe.relief.height.is_none() && recipe.relief.normal.is_some();
         match given {
             Some((option, _)) if only_normals => Err(Error::option(
                 option,
@@ -152,7 +152,7 @@ impl MapOptions {
             Some(("height-mm", _)) if recipe.width_of(1)?.is_none() => Err(Error::option(
                 "height-mm",
                 "given without the map's size",
-                "--width-mm beside it",
+                "--width-mm as well",
             )),
             _ => Ok(()),
         }?;
@@ -161,7 +161,7 @@ impl MapOptions {
             ("normal-kind", self.normal_kind.is_some()),
         ];
         match of_normals.into_iter().find(|&(_, given)| given) {
-            Some((option, _)) if recipe.normal.is_none() => Err(Error::option(
+            Some((option, _)) if recipe.relief.normal.is_none() => Err(Error::option(
                 option,
                 "given where no normal map is used",
                 "a material whose relief comes from a normal map",
@@ -174,19 +174,19 @@ impl MapOptions {
     fn over(&self, recipe: &Recipe) -> Recipe {
         let mut recipe = recipe.clone();
         if self.depth.is_some() {
-            (recipe.depth, recipe.height_mm) = (self.depth, None);
+            (recipe.relief.depth, recipe.relief.height_mm) = (self.depth, None);
         }
         if self.height_mm.is_some() {
-            (recipe.height_mm, recipe.depth) = (self.height_mm, None);
+            (recipe.relief.height_mm, recipe.relief.depth) = (self.height_mm, None);
         }
         if self.width_mm.is_some() {
-            (recipe.width_mm, recipe.texel_mm) = (self.width_mm, None);
+            (recipe.relief.width_mm, recipe.relief.texel_mm) = (self.width_mm, None);
         }
         if let Some(tiling) = self.tiling {
             recipe.tileable = tiling == Tiling::Wrap;
         }
-        recipe.normal_y = self.normal_y.unwrap_or(recipe.normal_y);
-        recipe.normal_kind = self.normal_kind.unwrap_or(recipe.normal_kind);
+        recipe.relief.normal_y = self.normal_y.unwrap_or(recipe.relief.normal_y);
+        recipe.relief.normal_kind = self.normal_kind.unwrap_or(recipe.relief.normal_kind);
         recipe
     }
 }
@@ -246,8 +246,8 @@ pub fn material(
         albedo: loader.albedo()?,
         roughness,
         metallic,
-        reflectance: recipe.reflectance,
-        diffuse: match recipe.oren_nayar_deg {
+        reflectance: recipe.surface.reflectance,
+        diffuse: match recipe.surface.oren_nayar_deg {
             Some(degrees) => Diffuse::OrenNayar(degrees.to_radians()),
             None => Diffuse::Lambert,
         },
@@ -303,12 +303,14 @@ impl Loader<'_> {
     }
 
     fn albedo(&self) -> Result<Vec<Vec3>> {
-        let file = match &self.recipe.albedo {
+        let file = match &self.recipe.surface.albedo {
             Color::Constant(rgb) => return Ok(vec![Vec3::from_array(*rgb); self.texels()]),
             Color::Map(file) => file,
         };
         let path = self.recipe.folder.join(file);
-        let image = self.reader.color(&path, self.recipe.albedo_encoding)?;
+        let image = self
+            .reader
+            .color(&path, self.recipe.surface.albedo_encoding)?;
         let image = self.on_grid(image, &path)?;
         let colors = image.data.chunks_exact(3);
         Ok(colors
@@ -332,24 +334,24 @@ impl Loader<'_> {
     /// Roughness and metalness: from maps or numbers of their own, else from a packed image.
     fn coat(&self) -> Result<Coat> {
         let recipe = self.recipe;
-        let packed = match &recipe.packed {
+        let packed = match &recipe.surface.packed {
             Some(file) => Some(self.packed(file)?),
             None => None,
         };
         let channel = |wanted| -> Option<Vec<f32>> {
-            let place = recipe.packed_order.place_of(wanted)?;
+            let place = recipe.surface.packed_order.place_of(wanted)?;
             let texels = packed.as_ref()?.data.chunks_exact(3);
             Some(texels.map(|texel| texel[place]).collect())
         };
         let rough = |gloss: Vec<f32>| gloss.into_iter().map(|gloss| 1.0 - gloss).collect();
-        let own = match self.scalar("gloss", recipe.gloss.as_ref())? {
+        let own = match self.scalar("gloss", recipe.surface.gloss.as_ref())? {
             Some(gloss) => Some(rough(gloss)),
-            None => self.scalar("roughness", recipe.roughness.as_ref())?,
+            None => self.scalar("roughness", recipe.surface.roughness.as_ref())?,
         };
         let roughness = own
             .or_else(|| channel(PackedChannel::Roughness))
             .or_else(|| channel(PackedChannel::Gloss).map(rough));
-        let metallic = self.scalar("metallic", recipe.metallic.as_ref())?;
+        let metallic = self.scalar("metallic", recipe.surface.metallic.as_ref())?;
         Ok(Coat {
             roughness,
             metallic: metallic.or_else(|| channel(PackedChannel::Metallic)),

@@ -1,9 +1,9 @@
 //! The vectors of a tangent-space normal map, however its file stores them.
 //!
-//! Most maps store (n + 1)/2; float files may store n itself; compressed ones store x and y alone, with
-//! blue left at 0 or full. Which it is shows in the numbers: [`NormalKind::Auto`] looks, and the other
-//! kinds say. Vectors come out with length 1; maps that are far from it are told of.
-//! Maps made for DXT5 (DXT5nm) keep x in the alpha channel and y in green; their red is the same everywhere.
+//! Most maps store (n + 1)/2; float files may store n itself; compressed ones store x and y alone, with blue left at
+//! 0 or full. Which it is shows in the numbers: [`NormalKind::Auto`] looks, and the other kinds say. Vectors come out
+//! with length 1; maps that are far from it are reported. Maps made for DXT5 (DXT5nm) keep x in the alpha channel and
+//! y in green; their red is the same everywhere.
 
 use clap::ValueEnum;
 use glam::DVec3;
@@ -18,9 +18,9 @@ const NEGATIVE: f32 = -0.02;
 const NEAR_ZERO: f64 = 0.1;
 /// Blue this near to 0 or 1 everywhere says nothing.
 const STEP: f32 = 1.5 / 255.0;
-/// Vectors whose length is off by more are told of.
+/// Vectors whose length is off by more are reported.
 const OFF_LENGTH: f64 = 0.1;
-/// Shares of such vectors below this are not told of.
+/// Shares of such vectors below this are not reported.
 const FEW: f64 = 0.05;
 
 /// How a normal map stores its vectors.

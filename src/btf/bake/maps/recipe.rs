@@ -1,8 +1,12 @@
 //! The TOML description of a material: which maps, how deep, how large.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde::de::{DeserializeOwned, IgnoredAny};
+use toml::Spanned;
 
 use crate::btf::bake::maps::normal_map::NormalKind;
 use crate::btf::bake::maps::normals::NormalY;
@@ -15,7 +19,7 @@ use crate::format::text;
 const LARGEST_FILE: u64 = 1 << 20;
 
 /// A colour: constant, or a map.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum Color {
     /// Linear Rec. 709, 0 to 1.
@@ -25,7 +29,7 @@ pub enum Color {
 }
 
 /// A number from 0 to 1: constant, or a map.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum Scalar {
     /// The same everywhere.
@@ -42,7 +46,7 @@ pub(super) struct PackedMap {
 }
 
 /// How the numbers of a colour map stand for light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ColorEncoding {
     /// By the sRGB curve.
@@ -51,12 +55,10 @@ pub enum ColorEncoding {
     Linear,
 }
 
-/// A material file. Lengths in millimetres; maps by path, relative to the file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Recipe {
-    /// What the material is called; default: the file's name.
-    pub name: String,
+/// Where the relief comes from, and how deep it is.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+pub struct ReliefRecipe {
     /// Height map: white is high. This or `normal`; a plane with neither.
     pub height: Option<PathBuf>,
     /// Height of map value 1 over map value 0 (needs `width-mm` or `texel-mm`).
@@ -73,6 +75,27 @@ pub struct Recipe {
     pub normal_y: NormalY,
     /// How the normal map stores its vectors.
     pub normal_kind: NormalKind,
+}
+
+impl Default for ReliefRecipe {
+    fn default() -> Self {
+        Self {
+            height: None,
+            height_mm: None,
+            depth: None,
+            width_mm: None,
+            texel_mm: None,
+            normal: None,
+            normal_y: NormalY::Auto,
+            normal_kind: NormalKind::Auto,
+        }
+    }
+}
+
+/// How the surface reflects.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+pub struct SurfaceRecipe {
     /// Base colour.
     pub albedo: Color,
     /// Whether the albedo map is sRGB; default: integers are, floats are not.
@@ -91,25 +114,11 @@ pub struct Recipe {
     pub reflectance: f32,
     /// Slope angle σ of Oren and Nayar's diffuse facets, in degrees; none: Lambert.
     pub oren_nayar_deg: Option<f32>,
-    /// Whether opposite borders continue each other.
-    pub tileable: bool,
-    /// Where the maps are.
-    #[serde(skip)]
-    pub folder: PathBuf,
 }
 
-impl Default for Recipe {
+impl Default for SurfaceRecipe {
     fn default() -> Self {
         Self {
-            name: String::new(),
-            height: None,
-            height_mm: None,
-            depth: None,
-            width_mm: None,
-            texel_mm: None,
-            normal: None,
-            normal_y: NormalY::Auto,
-            normal_kind: NormalKind::Auto,
             albedo: Color::Constant([0.5; 3]),
             albedo_encoding: None,
             roughness: None,
@@ -119,10 +128,66 @@ impl Default for Recipe {
             packed_order: PackedOrder::default(),
             reflectance: 0.04,
             oren_nayar_deg: None,
+        }
+    }
+}
+
+/// A material file. Lengths in millimetres; maps by path, relative to the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recipe {
+    /// What the material is called; default: the file's name.
+    pub name: String,
+    /// The relief.
+    pub relief: ReliefRecipe,
+    /// The reflectance.
+    pub surface: SurfaceRecipe,
+    /// Whether opposite borders continue each other.
+    pub tileable: bool,
+    /// Where the maps are.
+    pub folder: PathBuf,
+}
+
+impl Default for Recipe {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            relief: ReliefRecipe::default(),
+            surface: SurfaceRecipe::default(),
             tileable: true,
             folder: PathBuf::new(),
         }
     }
+}
+
+/// The keys of a material file.
+const KEYS: [&str; 19] = [
+    "name",
+    "height",
+    "height-mm",
+    "depth",
+    "width-mm",
+    "texel-mm",
+    "normal",
+    "normal-y",
+    "normal-kind",
+    "albedo",
+    "albedo-encoding",
+    "roughness",
+    "gloss",
+    "metallic",
+    "packed",
+    "packed-order",
+    "reflectance",
+    "oren-nayar-deg",
+    "tileable",
+];
+
+/// The keys that belong to no group.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Head {
+    name: Option<String>,
+    tileable: Option<bool>,
 }
 
 impl Recipe {
@@ -138,23 +203,27 @@ impl Recipe {
             Some(Scalar::Map(file)) => Some(file.clone()),
             _ => None,
         };
-        let albedo = match &self.albedo {
+        let albedo = match &self.surface.albedo {
             Color::Map(file) => Some(file.clone()),
             Color::Constant(_) => None,
         };
-        let packed = format!("packed: {}", self.packed_order.describe());
+        let packed = format!("packed: {}", self.surface.packed_order.describe());
         [
-            ("height", self.height.clone(), "height"),
+            ("height", self.relief.height.clone(), "height"),
             (
                 "normal",
-                self.normal.clone(),
+                self.relief.normal.clone(),
                 "normal, integrated to a relief",
             ),
             ("albedo", albedo, "albedo"),
-            ("roughness", scalar(&self.roughness), "roughness"),
-            ("gloss", scalar(&self.gloss), "roughness = 1 − gloss"),
-            ("metallic", scalar(&self.metallic), "metallic"),
-            ("packed", self.packed.clone(), &packed),
+            ("roughness", scalar(&self.surface.roughness), "roughness"),
+            (
+                "gloss",
+                scalar(&self.surface.gloss),
+                "roughness = 1 − gloss",
+            ),
+            ("metallic", scalar(&self.surface.metallic), "metallic"),
+            ("packed", self.surface.packed.clone(), &packed),
         ]
         .into_iter()
         .filter_map(|(role, file, used_as)| Some((role, file?, used_as.to_owned())))
@@ -164,22 +233,22 @@ impl Recipe {
     /// Whether roughness is a channel of the packed image.
     pub(super) fn rough_is_packed(&self) -> bool {
         let channels = [PackedChannel::Roughness, PackedChannel::Gloss];
-        let own = self.roughness.is_some() || self.gloss.is_some();
+        let own = self.surface.roughness.is_some() || self.surface.gloss.is_some();
         !own && channels.iter().any(|&channel| self.packs(channel))
     }
 
     /// Whether metalness is a channel of the packed image.
     pub(super) fn metal_is_packed(&self) -> bool {
-        self.metallic.is_none() && self.packs(PackedChannel::Metallic)
+        self.surface.metallic.is_none() && self.packs(PackedChannel::Metallic)
     }
 
     fn packs(&self, channel: PackedChannel) -> bool {
-        self.packed.is_some() && self.packed_order.place_of(channel).is_some()
+        self.surface.packed.is_some() && self.surface.packed_order.place_of(channel).is_some()
     }
 
     /// Width of the material in millimetres, its relief map being `columns` wide; `None` if unsaid.
     pub(super) fn width_of(&self, columns: u32) -> Result<Option<f64>> {
-        match (self.width_mm, self.texel_mm) {
+        match (self.relief.width_mm, self.relief.texel_mm) {
             (Some(_), Some(_)) => {
                 Err(Error::data("width-mm", "given with texel-mm").expected("one of both"))
             }
@@ -190,38 +259,40 @@ impl Recipe {
 
     fn check(&self) -> Result<()> {
         for (name, value) in [
-            ("height-mm", self.height_mm),
-            ("depth", self.depth),
-            ("width-mm", self.width_mm),
-            ("texel-mm", self.texel_mm),
+            ("height-mm", self.relief.height_mm),
+            ("depth", self.relief.depth),
+            ("width-mm", self.relief.width_mm),
+            ("texel-mm", self.relief.texel_mm),
         ] {
             if let Some(value) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
                 return Err(Error::data(name, value.to_string()).expected("a number > 0"));
             }
         }
-        if self.depth.is_some() && self.height_mm.is_some() {
+        if self.relief.depth.is_some() && self.relief.height_mm.is_some() {
             return Err(Error::data("depth", "given with height-mm").expected("one of both"));
         }
-        if self.height.is_some() && self.normal.is_some() {
+        if self.relief.height.is_some() && self.relief.normal.is_some() {
             return Err(Error::data("normal", "given with height")
                 .expected("one of both: normals follow from heights"));
         }
         self.check_packed()?;
         let unit = |v: f32| (0.0..=1.0).contains(&v);
         let scalar = |s: &Option<Scalar>| !matches!(s, Some(Scalar::Constant(v)) if !unit(*v));
-        let color = !matches!(self.albedo, Color::Constant(rgb) if !rgb.into_iter().all(unit));
+        let color =
+            !matches!(self.surface.albedo, Color::Constant(rgb) if !rgb.into_iter().all(unit));
         for (name, sound) in [
             ("albedo", color),
-            ("roughness", scalar(&self.roughness)),
-            ("gloss", scalar(&self.gloss)),
-            ("metallic", scalar(&self.metallic)),
-            ("reflectance", unit(self.reflectance)),
+            ("roughness", scalar(&self.surface.roughness)),
+            ("gloss", scalar(&self.surface.gloss)),
+            ("metallic", scalar(&self.surface.metallic)),
+            ("reflectance", unit(self.surface.reflectance)),
         ] {
             if !sound {
                 return Err(Error::data(name, "a number outside 0 to 1").expected("0 to 1"));
             }
         }
         if self
+            .surface
             .oren_nayar_deg
             .is_some_and(|v| !(0.0..=90.0).contains(&v))
         {
@@ -232,21 +303,21 @@ impl Recipe {
 
     /// Refuses two ways to say one roughness, and a packed image of which nothing is used.
     fn check_packed(&self) -> Result<()> {
-        if self.roughness.is_some() && self.gloss.is_some() {
+        if self.surface.roughness.is_some() && self.surface.gloss.is_some() {
             return Err(Error::data("gloss", "given with roughness")
                 .expected("one of both: gloss is 1 − roughness"));
         }
-        if self.packed.is_some() && !self.rough_is_packed() && !self.metal_is_packed() {
+        if self.surface.packed.is_some() && !self.rough_is_packed() && !self.metal_is_packed() {
             return Err(Error::data("packed", "none of its channels is used")
                 .expected("no roughness, gloss or metallic beside it, or no packed image"));
         }
-        if self.packed.is_none() && self.packed_order != PackedOrder::default() {
+        if self.surface.packed.is_none() && self.surface.packed_order != PackedOrder::default() {
             return Err(Error::data("packed-order", "given without packed")
-                .expected("the packed image beside it"));
+                .expected("the packed image as well"));
         }
-        if self.normal.is_none() && self.normal_kind != NormalKind::Auto {
+        if self.relief.normal.is_none() && self.relief.normal_kind != NormalKind::Auto {
             return Err(Error::data("normal-kind", "given without a normal map")
-                .expected("`normal` beside it"));
+                .expected("`normal` as well"));
         }
         Ok(())
     }
@@ -272,14 +343,39 @@ fn default_name(path: &Path) -> String {
     }
 }
 
+/// Every group reads its own keys of the text; what none of them knows is refused first.
 pub(super) fn parse(text: &str) -> Result<Recipe> {
-    let recipe: Recipe = toml::from_str(text).map_err(|error| {
-        let line = error.span().map_or(1, |span| {
-            1 + text[..span.start.min(text.len())].matches('\n').count()
-        });
-        Error::data(format!("line {line}"), error.message().to_owned())
-            .advice("docs/bake.md lists the fields of a material")
-    })?;
+    let keys: BTreeMap<Spanned<String>, IgnoredAny> = read_keys(text)?;
+    if let Some(unknown) = keys
+        .keys()
+        .find(|key| !KEYS.contains(&key.as_ref().as_str()))
+    {
+        let expected = KEYS.map(|key| format!("`{key}`")).join(", ");
+        let found = format!(
+            "unknown field `{}`, expected one of {expected}",
+            unknown.as_ref()
+        );
+        return Err(fault(text, Some(unknown.span()), found));
+    }
+    let Head { name, tileable } = read_keys(text)?;
+    let recipe = Recipe {
+        name: name.unwrap_or_default(),
+        relief: read_keys(text)?,
+        surface: read_keys(text)?,
+        tileable: tileable.unwrap_or(true),
+        folder: PathBuf::new(),
+    };
     recipe.check()?;
     Ok(recipe)
+}
+
+/// The keys of the text that `T` knows.
+fn read_keys<T: DeserializeOwned>(text: &str) -> Result<T> {
+    toml::from_str(text).map_err(|error| fault(text, error.span(), error.message().to_owned()))
+}
+
+fn fault(text: &str, span: Option<Range<usize>>, found: String) -> Error {
+    let before = span.map_or(0, |span| span.start.min(text.len()));
+    let line = 1 + text[..before].matches('\n').count();
+    Error::data(format!("line {line}"), found).advice("docs/bake.md lists the fields of a material")
 }

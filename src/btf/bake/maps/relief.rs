@@ -66,7 +66,7 @@ pub(super) fn read(
 ) -> Result<Relief> {
     let progress = reader.progress;
     let read = |file: &Path| reader.data(&recipe.folder.join(file));
-    let relief = match (&recipe.height, &recipe.normal) {
+    let relief = match (&recipe.relief.height, &recipe.relief.normal) {
         (Some(file), _) => from_heights(recipe, read(file)?.into_gray(), terraces, size, progress)?,
         (None, Some(file)) => {
             let path = recipe.folder.join(file);
@@ -102,11 +102,11 @@ fn plane(recipe: &Recipe) -> Result<Relief> {
 
 /// Height of map value 1, as a share of the map's width.
 fn depth(recipe: &Recipe, columns: u32, progress: &Progress) -> Result<f64> {
-    match (recipe.height_mm, recipe.width_of(columns)?) {
+    match (recipe.relief.height_mm, recipe.width_of(columns)?) {
         (Some(height), Some(width)) => Ok(height / width),
         (Some(_), None) => Err(Error::data("height-mm", "given without the map's size")
-            .expected("width-mm or texel-mm beside it")),
-        (None, _) => Ok(recipe.depth.unwrap_or_else(|| {
+            .expected("width-mm or texel-mm as well")),
+        (None, _) => Ok(recipe.relief.depth.unwrap_or_else(|| {
             progress.warn(format!(
                 "the material does not say how deep it is; taken as {DEFAULT_DEPTH} of its width \
                  (--depth, or --height-mm with --width-mm)"
@@ -152,17 +152,17 @@ fn from_normals(
     alpha: Option<Vec<f32>>,
     progress: &Progress,
 ) -> Result<Relief> {
-    if recipe.height_mm.is_some() || recipe.depth.is_some() {
+    if recipe.relief.height_mm.is_some() || recipe.relief.depth.is_some() {
         return Err(Error::data("height-mm or depth", "given for a normal map")
             .expected("neither: normals say how steep the surface is"));
     }
     let (width, height) = (map.width as usize, map.height as usize);
-    let normals = normals(map, alpha, recipe.normal_kind)?;
+    let normals = normals(map, alpha, recipe.relief.normal_kind)?;
     if let Some(warning) = &normals.warning {
         progress.warn(warning.as_str());
     }
     let slopes = Slopes::of_map(&normals);
-    let slopes = match chosen_handedness(recipe.normal_y, slopes.handedness(), progress) {
+    let slopes = match chosen_handedness(recipe.relief.normal_y, slopes.handedness(), progress) {
         NormalY::Down => slopes.flipped(),
         NormalY::Up | NormalY::Auto => slopes,
     };

@@ -95,10 +95,10 @@ impl MaterialSet {
 fn defaults(recipe: &Recipe) -> Vec<DefaultRole> {
     let mut defaults = Vec::new();
     let mut add = |role, value: String| defaults.push(DefaultRole { role, value });
-    if recipe.height.is_none() && recipe.normal.is_none() {
+    if recipe.relief.height.is_none() && recipe.relief.normal.is_none() {
         add("height or normal", "the surface is a plane".into());
     }
-    if let Color::Constant([r, g, b]) = recipe.albedo {
+    if let Color::Constant([r, g, b]) = recipe.surface.albedo {
         add("albedo", format!("{r} {g} {b} everywhere, linear"));
     }
     let number = |scalar: &Option<Scalar>, none: &str| match scalar {
@@ -107,15 +107,15 @@ fn defaults(recipe: &Recipe) -> Vec<DefaultRole> {
         None => Some(none.to_owned()),
     };
     if !recipe.rough_is_packed() {
-        let (scalar, role) = match &recipe.gloss {
-            Some(_) => (&recipe.gloss, "gloss"),
-            None => (&recipe.roughness, "roughness"),
+        let (scalar, role) = match &recipe.surface.gloss {
+            Some(_) => (&recipe.surface.gloss, "gloss"),
+            None => (&recipe.surface.roughness, "roughness"),
         };
         if let Some(value) = number(scalar, "the surface is matte, without a coat") {
             add(role, value);
         }
     }
-    let metallic = number(&recipe.metallic, "0 everywhere, no metal");
+    let metallic = number(&recipe.surface.metallic, "0 everywhere, no metal");
     if let Some(value) = metallic.filter(|_| !recipe.metal_is_packed()) {
         add("metallic", value);
     }

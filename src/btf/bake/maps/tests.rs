@@ -188,7 +188,7 @@ fn a_folder_is_a_material() {
     let recipe = read_recipe(bench.0.path()).unwrap();
     assert_eq!(recipe.files().len(), 2);
     std::fs::write(bench.path("material.toml"), "albedo = [0.5, 0.5, 0.5]").unwrap();
-    assert_eq!(read_recipe(bench.0.path()).unwrap().height, None);
+    assert_eq!(read_recipe(bench.0.path()).unwrap().relief.height, None);
 }
 
 #[test]

@@ -128,7 +128,7 @@ mod tests {
                     "{preset:?}: {low} {high}"
                 );
             }
-            // Across the border the surface goes on as it does inside.
+            // Across the border the surface continues as it does inside.
             let tile = Tile::new(61, 5);
             for y in 0..61 {
                 let at = |x: f32| preset.facet(&tile, Vec2::new(x, y as f32 + 0.5));

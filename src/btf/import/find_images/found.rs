@@ -1,4 +1,4 @@
-//! What the search for a list's images comes to.
+//! The result of the search for a list's images.
 
 use std::path::PathBuf;
 

@@ -20,10 +20,12 @@ pub(in crate::btf::import) fn from(listed: &[Listed], source: &Path) -> Result<F
         true => images_in(source)?,
         false => matching(source)?,
     };
+    // Go by name where all names are there.
     let names = Names::of_files(files.iter().cloned());
     if let Some(paths) = by_name(listed, &names) {
         return Ok(Found { paths, note: None });
     }
+    // Refuse a folder that has some of them: their order would say nothing.
     let lines = listed.iter();
     let is_there = |image: &&Listed| !image.file.is_empty() && names.get(&image.file).is_some();
     let there = lines.filter(is_there).count();
@@ -39,6 +41,7 @@ pub(in crate::btf::import) fn from(listed: &[Listed], source: &Path) -> Result<F
         )
         .expected("all images of the list there, or none of them (then their order counts)"));
     }
+    // Go by order.
     if files.len() != listed.len() {
         return Err(
             Error::data("images", format!("{} in {}", files.len(), source.display()))

@@ -1,5 +1,5 @@
-//! Where the images of a list are: captures are moved, their lists keep old folders, and the list of a
-//! calibrated dome names other images altogether.
+//! Where the images of a list are: captures are moved, their lists have outdated folders, and the list of a
+//! calibrated dome names other images.
 
 mod found;
 mod given;
@@ -41,6 +41,7 @@ const MOST_FOLDERS: usize = 200;
 /// them by name, whatever its case: inside the list's folder, around it, or beside it where its name says
 /// that it holds images.
 pub(super) fn find(listed: &[Listed], folder: &Path) -> Result<Found> {
+    // Go by the names of the lines.
     if let Some(nameless) = listed.iter().find(|image| image.file.is_empty()) {
         return Err(
             Error::data(format!("line {}", nameless.line), "no file name")
@@ -55,6 +56,7 @@ pub(super) fn find(listed: &[Listed], folder: &Path) -> Result<Found> {
     if paths.iter().all(|path| path.exists()) {
         return Ok(Found { paths, note: None });
     }
+    // Look for one folder that has them all.
     let complete = complete_folders(listed, folder)?;
     match complete.as_slice() {
         [] => Ok(Found { paths, note: None }),

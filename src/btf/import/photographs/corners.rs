@@ -48,7 +48,7 @@ impl Corners {
             let points = points(&table, row, &columns)?;
             if corners.insert(name.clone(), points).is_some() {
                 return Err(Error::data(place, format!("`{name}` again"))
-                    .expected("each photograph once, told by the last part of its name"));
+                    .expected("each photograph once, identified by the last part of its name"));
             }
         }
         match corners.is_empty() {

@@ -1,4 +1,4 @@
-//! A lens that bends lines (Brown 1966, as OpenCV has it): a point at (x, y) of an ideal picture, in focal lengths from
+//! The distortion of a lens (Brown 1966, as in OpenCV): a point at (x, y) of an ideal picture, in focal lengths from
 //! the centre, is seen at x(1 + k₁r² + k₂r⁴) + 2p₁xy + p₂(r² + 2x²), and y likewise.
 
 use crate::error::{Error, Result};
@@ -33,6 +33,7 @@ impl LensOptions {
 
     /// Refuses what is no lens.
     pub fn check(&self) -> Result<()> {
+        // Check the numbers.
         let all_finite = self.distortion.iter().all(|number| number.is_finite());
         if !matches!(self.distortion.len(), 0 | 2 | 4) || !all_finite {
             let found = format!("{:?}", self.distortion);
@@ -41,6 +42,7 @@ impl LensOptions {
         if !matches!(self.center[..], [] | [_, _]) || !self.center.iter().all(|c| c.is_finite()) {
             return Err(Error::option("center", format!("{:?}", self.center), "X,Y"));
         }
+        // Check that focal length, distortion and centre go together.
         match self.focal {
             Some(focal) if !(focal > 0.0 && focal.is_finite()) => {
                 Err(Error::option("focal", focal.to_string(), "pixels, above 0"))
@@ -48,7 +50,7 @@ impl LensOptions {
             Some(_) if self.distortion.is_empty() => Err(Error::option(
                 "focal",
                 "given without --distortion",
-                "both or none: a lens that bends no lines needs no focal length",
+                "both or none: a lens without distortion needs no focal length",
             )),
             None if !self.distortion.is_empty() => Err(Error::option(
                 "distortion",

@@ -23,6 +23,7 @@ pub(super) fn resample(
         let top = row as f64 * down;
         for (column, texel) in texels.chunks_exact_mut(channels).enumerate() {
             let left = column as f64 * across;
+            // Average as many points as the texel covers pixels.
             let (columns, rows) = points(&map, [left, top], [across, down]);
             for point in 0..columns * rows {
                 let u = left + ((point % columns) as f64 + 0.5) / columns as f64 * across;

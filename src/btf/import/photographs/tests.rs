@@ -1,4 +1,4 @@
-//! A patch that is photographed by calculation and found again.
+//! A patch whose photographs are computed, and recovered from them.
 
 use super::*;
 use crate::format::image::{Encoding, Precision};

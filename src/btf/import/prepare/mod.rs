@@ -15,7 +15,7 @@ mod reduce;
 mod region;
 mod selection;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 pub use crate::btf::import::prepare::grey_card::GreyCard;
 pub use crate::btf::import::prepare::region::Region;
@@ -29,8 +29,8 @@ use crate::error::{Error, Result};
 use crate::format::image::FloatImage;
 
 /// How the pictures of a set are prepared, and which are used.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct Preparation {
     /// The part of every image that is used, in pixels from the top left corner, as 256x256+40+60.
     #[arg(long, value_name = "WxH+X+Y")]
@@ -41,21 +41,21 @@ pub struct Preparation {
     /// Views that are used: numbers from 0 and ranges, as 0,4-11, or theta:60 in degrees.
     #[arg(long, value_name = "VIEWS")]
     pub keep_views: Option<Selection>,
-    /// Lights that are used, said alike.
+    /// Lights that are used, in the same form.
     #[arg(long, value_name = "LIGHTS")]
     pub keep_lights: Option<Selection>,
-    /// A grey card that lies in the plane of the patch: its rectangle, and its reflectance (0.18). Exposure
-    /// and white balance of every picture follow from it.
+    /// A grey card in the plane of the patch: its rectangle, and its reflectance (0.18). It sets exposure and white
+    /// balance of every image.
     #[arg(long, value_name = "WxH+X+Y[:R]")]
     pub grey_card: Option<GreyCard>,
-    /// Replaces pixels that are more than FACTOR (3) times as bright as each neighbour in three of four
-    /// pictures. For pictures as a fixed camera took them.
+    /// Replaces pixels that are more than FACTOR (3) times as bright as each neighbour in three of four images. For
+    /// images of a fixed camera.
     #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "3")]
     pub hot_pixels: Option<f32>,
     /// Interpolates missing images from those of the nearest directions, and marks them in btf.json.
     #[arg(long)]
     pub fill: bool,
-    /// Takes the images as scattered pairs of view and light, although some are missing.
+    /// Imports the images as scattered pairs of view and light if some are missing.
     #[arg(long, conflicts_with = "fill")]
     pub scattered: bool,
 }
@@ -165,7 +165,7 @@ fn find_hot_pixels(
         return Err(Error::option(
             "hot-pixels",
             format!("a set of {count} pictures"),
-            format!("at least {FEWEST_PICTURES}, to tell hot pixels from glints"),
+            format!("at least {FEWEST_PICTURES}, to distinguish hot pixels from highlights"),
         ));
     }
     let looked_at = count.min(MOST_PICTURES);

@@ -19,6 +19,7 @@ pub(super) fn cropped(image: &FloatImage, region: Region) -> Result<FloatImage> 
 
 /// The means of blocks of `block` × `block` texels of an RGB image, whose sides must be whole blocks.
 pub(super) fn reduced(image: &FloatImage, block: u32) -> Result<FloatImage> {
+    // Check that the sides are whole blocks.
     let (width, height) = (image.width / block, image.height / block);
     if width * block != image.width || height * block != image.height || width * height == 0 {
         let crop = format!("{}x{}+0+0", width * block, height * block);
@@ -32,6 +33,7 @@ pub(super) fn reduced(image: &FloatImage, block: u32) -> Result<FloatImage> {
             expected,
         ));
     }
+    // Sum each block.
     let (columns, block) = (width as usize, block as usize);
     let mut data = vec![0.0; columns * height as usize * 3];
     for (row, line) in image
@@ -45,6 +47,7 @@ pub(super) fn reduced(image: &FloatImage, block: u32) -> Result<FloatImage> {
             sums.iter_mut().zip(texel).for_each(|(sum, v)| *sum += v);
         }
     }
+    // Divide the sums.
     let share = 1.0 / (block * block) as f32;
     data.iter_mut().for_each(|sum| *sum *= share);
     Ok(FloatImage {

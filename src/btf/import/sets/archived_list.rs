@@ -39,6 +39,7 @@ pub(super) fn read(
     list: &str,
     handedness: Handedness,
 ) -> Result<ImageList> {
+    // Read the list in its format.
     let path = archive.join(list);
     let bytes = listing.place.read(&path)?;
     let is_rti = extension(&path) == "lp";
@@ -49,6 +50,7 @@ pub(super) fn read(
             false => image_table::parse(&text).map(|table| (table.listed, Vec::new())),
         }
     })?;
+    // Find its images in the archive, and turn the directions to the sample's frame.
     let paths = paths(&listed, listing, &path).map_err(|error| error.in_file(&path))?;
     let measured = |(listed, path): (&Listed, PathBuf)| MeasuredImage {
         path,

@@ -11,8 +11,8 @@ use crate::btf::import::sets::listing::SetImage;
 use crate::error::{Error, Result};
 
 /// What a user should know of these images.
-pub(super) const NOT_RECTIFIED: &str = "CUReT turned the sample before camera and lamp, and its images show it turned: \
-    texels of different images are the same place of the material only where somebody rectified them";
+pub(super) const NOT_RECTIFIED: &str = "CUReT rotated the sample in front of camera and lamp, and its images show it \
+    rotated: texels of different images show the same position of the material only if the images were rectified";
 
 /// Whether images are those of CUReT as distributed: 205, all BMP.
 pub(super) fn is_complete(images: &[SetImage]) -> bool {

@@ -59,6 +59,7 @@ impl Listing {
 
 /// Lists the images of a folder or a zip archive: by their names, else by a list in the archive.
 pub fn read_set(path: &Path, options: &SetOptions, handedness: Handedness) -> Result<ImageList> {
+    // Go by a list in the archive where no name says angles.
     let listing = Listing::of(path)?;
     if options.given().is_none()
         && !listing.says_angles()
@@ -66,6 +67,7 @@ pub fn read_set(path: &Path, options: &SetOptions, handedness: Handedness) -> Re
     {
         return archived_list::read(path, &listing, list, handedness);
     }
+    // Go by the names.
     let sorted = sort(&listing, options).map_err(|error| error.in_file(path))?;
     check_horizon(path, &sorted.taken)?;
     let measured = |(image, angles): &(&SetImage, Angles)| MeasuredImage {
@@ -74,6 +76,7 @@ pub fn read_set(path: &Path, options: &SetOptions, handedness: Handedness) -> Re
         light: handedness.applied_to(angles.light()),
     };
     let images = sorted.taken.iter().map(measured).collect();
+    // Tell what is not as it seems.
     let mut notes: Vec<String> = note_of_left_out(&sorted.left_out).into_iter().collect();
     if sorted.family == Family::Curet {
         notes.push(curet::NOT_RECTIFIED.into());
@@ -95,6 +98,7 @@ pub fn read_set(path: &Path, options: &SetOptions, handedness: Handedness) -> Re
 
 /// Finds the angles of every image: by the user's pattern, by the names of known sets, by number.
 fn sort<'a>(listing: &'a Listing, options: &SetOptions) -> Result<Sorted<'a>> {
+    // Go by the user's pattern.
     if let Some(text) = &options.pattern {
         let pattern = Pattern::parse(text)?;
         let sorted = by_name(listing, Family::Any, |name| pattern.angles(name));
@@ -107,6 +111,7 @@ fn sort<'a>(listing: &'a Listing, options: &SetOptions) -> Result<Sorted<'a>> {
             )),
         };
     }
+    // Go by the names of known sets.
     let names = listing.images.iter().map(|image| &image.name);
     let named: Vec<AngleName> = names.filter_map(|name| AngleName::parse(name)).collect();
     if options.directions.is_none() && !named.is_empty() {
@@ -115,6 +120,7 @@ fn sort<'a>(listing: &'a Listing, options: &SetOptions) -> Result<Sorted<'a>> {
             AngleName::parse(name).map(|name| name.angles)
         }));
     }
+    // Go by CUReT's numbers.
     if options.directions == Some(Numbering::Curet) || curet::is_complete(&listing.images) {
         let angles = curet::angles(&listing.images)?;
         return Ok(Sorted {
@@ -155,7 +161,7 @@ fn without_angles(listing: &Listing) -> Error {
     {
         return Error::data(
             "set",
-            "a STAF folder (tvBTF): its files do not say where camera and lamps stood",
+            "a STAF folder (tvBTF): its files do not state the positions of camera and lamps",
         )
         .expected("the directions of each image")
         .advice(
@@ -170,14 +176,14 @@ fn without_angles(listing: &Listing) -> Error {
     let count = listing.images.len();
     Error::data(
         "names",
-        format!("none of {count} images says its angles, as `{}`", listing.example()),
+        format!("none of {count} images states its angles, as `{}`", listing.example()),
     )
     .expected(
         "`tl000 pl000 tv030 pv030` (UBO2003, ATRIUM), `tl000_pl000_tv030_pv030` (UTIA), \
          `tv30.0_pv0.0_tl15.0_pl60.0` (SPECTRAL), or the 205 images of CUReT",
     )
     .advice(
-        "say where the angles stand (--pattern \"…tl{tl}_pl{pl}_tv{tv}_pv{pv}\"), or write a table of angles (.csv)",
+        "say where the angles are (--pattern \"…tl{tl}_pl{pl}_tv{tv}_pv{pv}\"), or write a table of angles (.csv)",
     )
 }
 
@@ -186,8 +192,9 @@ fn note_of_left_out(names: &[&str]) -> Option<String> {
     let more = if names.len() > NAMED { " …" } else { "" };
     let named = names[..names.len().min(NAMED)].join(", ");
     let count = names.len();
-    (count > 0)
-        .then(|| format!("{count} images whose names say no angles are left out: {named}{more}"))
+    (count > 0).then(|| {
+        format!("{count} images without angles in their names are left out: {named}{more}")
+    })
 }
 
 /// Refuses directions below the horizon, all of them named.

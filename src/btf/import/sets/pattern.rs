@@ -1,8 +1,8 @@
 //! Angles in names by a pattern of the user, as `tl{tl}_pl{pl}_tv{tv}_pv{pv}`.
 //!
-//! `{tl}` and `{pl}` stand for θ and φ of the light, `{tv}` and `{pv}` for those of the view, in degrees;
-//! `*` for anything; all else for itself. A pattern may begin and end anywhere in a file's name. One with a
-//! `/` is looked for in the path below the folder. Where a pattern has no view, it is straight above.
+//! `{tl}` and `{pl}` stand for θ and φ of the light, `{tv}` and `{pv}` for those of the view, in degrees; `*` for
+//! anything; all else for itself. A pattern may begin and end anywhere in a file's name. One with a `/` is looked for
+//! in the path below the folder. Where a pattern has no view, it is directly above.
 
 use regex::Regex;
 

@@ -108,12 +108,14 @@ fn blend(
     target: &Station,
     varying: Varying,
 ) -> Vec<f64> {
+    // Let an equal station take all the weight.
     let nearest = (0..distances.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]));
     if let Some(same) = nearest.filter(|&image| distances[image] < SAME_DIRECTION) {
         return (0..distances.len())
             .map(|image| f64::from(u8::from(image == same)))
             .collect();
     }
+    // Weight the stations within reach, the nearer the more.
     let reach = REACH * nth_smallest(distances, varying.counted());
     let share = |&d: &f64| {
         if d < reach {
@@ -123,6 +125,7 @@ fn blend(
         }
     };
     let shares: Vec<f64> = distances.iter().map(share).collect();
+    // Fit a plane to them, so that linear change is reproduced.
     let rows: Vec<DVector<f64>> = there
         .iter()
         .map(|(view, light)| row(*view, *light, target, varying, reach))
@@ -137,6 +140,7 @@ fn blend(
     let mut first = DVector::zeros(size);
     first[0] = 1.0;
     let plane = matrix.lu().solve(&first).unwrap_or(first);
+    // Weight each by its part in the plane's value at the target.
     let fitted = rows
         .iter()
         .zip(&shares)

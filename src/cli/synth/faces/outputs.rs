@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::cli::outputs::{Files, Product};
-use crate::cli::synth::pictures::{PictureArguments, write_vertex_colors};
+use crate::cli::synth::pictures::PictureArguments;
 use crate::error::{Error, Result};
 use crate::format::image::encode_srgb8;
 use crate::format::ours::Format;
 use crate::maps::face_map::FaceMap;
+use crate::mesh::pictures::write_colored;
 use crate::sites::faces::pyramid::FacePyramid;
 use crate::synthesis::faces::decorated::{CornerPlaces, with_own_corners};
 use crate::synthesis::faces::levels_file::write_levels;
@@ -21,7 +22,7 @@ use crate::textures::face_model;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Faces")]
 pub struct FaceOutputs {
-    /// Write the surface as a GLB, every face in its colour
+    /// Write the surface as a GLB with a colour per face
     #[arg(long, value_name = "FILE.glb")]
     pub glb: Option<PathBuf>,
     /// Write the Gaussian and Laplacian pyramids of sample and surface
@@ -41,7 +42,7 @@ impl FaceOutputs {
             Some((option, _)) => Err(Error::option(
                 *option,
                 "the space has no colours",
-                "--sample X.sample beside it",
+                "--sample X.sample as well",
             )),
         }
     }
@@ -74,7 +75,7 @@ impl FaceOutputs {
         if let Some(path) = colors_at {
             let linear = vertex_colors(map, colors);
             let colors: Vec<[u8; 3]> = linear.iter().map(|rgb| rgb.map(encode_srgb8)).collect();
-            write_vertex_colors(path, (&map.mesh, map.header.origin), &colors)?;
+            write_colored(path, (&map.mesh, map.header.origin), &colors)?;
             written.push(path.to_path_buf());
         }
         if let Some(path) = &self.levels_out {

@@ -22,22 +22,8 @@ use crate::texton::options::ByteSize;
 /// The `--report` file: the same for the same inputs, options and seed.
 #[derive(Debug, Serialize)]
 pub(super) struct FaceReport {
-    format: &'static str,
-    version: u32,
-    faces: usize,
-    exemplar: [u32; 2],
-    /// Left column, top row and side of what is used of the sample.
-    square: [u32; 3],
-    texel: f64,
-    seed: u64,
-    levels: usize,
-    method: &'static str,
-    /// `given`, `retiled` or `barycentric`: how the base mesh came to have two colours.
-    base_mesh: &'static str,
-    /// Faces of the surface, from the coarsest level on.
-    level_faces: Vec<usize>,
-    /// Triangles of one of the sample's grids, from the coarsest level on.
-    sample_faces: Vec<usize>,
+    #[serde(flatten)]
+    map: MapFigures,
     options: SynthesisOptions,
     /// Eigenvalues of the neighbourhoods, from the coarsest level on.
     eigenvalues: Vec<Vec<f64>>,
@@ -54,6 +40,27 @@ pub(super) struct FaceReport {
     memory: u64,
 }
 
+/// What was made, and of what.
+#[derive(Debug, Serialize)]
+struct MapFigures {
+    format: &'static str,
+    version: u32,
+    faces: usize,
+    exemplar: [u32; 2],
+    /// Left column, top row and side of what is used of the sample.
+    square: [u32; 3],
+    texel: f64,
+    seed: u64,
+    levels: usize,
+    method: &'static str,
+    /// `given`, `retiled` or `barycentric`: how the base mesh came to have two colours.
+    base_mesh: &'static str,
+    /// Faces of the surface, from the coarsest level on.
+    level_faces: Vec<usize>,
+    /// Triangles of one of the sample's grids, from the coarsest level on.
+    sample_faces: Vec<usize>,
+}
+
 impl FaceReport {
     /// The report of a finished map, whose faces have their centres at the vertices of `centers`.
     pub(super) fn new(
@@ -62,12 +69,14 @@ impl FaceReport {
         (options, seed): (&SynthesisOptions, u64),
         (coloring, memory): (Coloring, u64),
     ) -> Self {
+        // Compare the histograms of surface and sample.
         let Square { left, top, side } = map.square;
         let finest = surface.levels.len() - 1;
         let histograms = histogram_distances(space, exemplar, &result.colors);
         let distances = histograms.iter().flat_map(|channel| &channel.l1).copied();
         let counts = |levels: &[FaceLevel]| levels.iter().map(FaceLevel::count).collect();
-        Self {
+        // Put the figures together.
+        let map = MapFigures {
             format: FORMAT,
             version: 1,
             faces: map.mesh.triangles.len(),
@@ -84,6 +93,9 @@ impl FaceReport {
             },
             level_faces: counts(&surface.levels),
             sample_faces: counts(&result.sample.grid.pyramid.levels),
+        };
+        Self {
+            map,
             options: SynthesisOptions {
                 seed,
                 ..options.clone()
@@ -101,20 +113,22 @@ impl FaceReport {
     /// What the user reads.
     pub(super) fn outcome(&self, seconds: Seconds) -> Outcome {
         let Seconds { prepare, synthesis } = seconds;
-        let counts: Vec<String> = self.level_faces.iter().map(usize::to_string).collect();
+        // Tell size and time.
+        let counts: Vec<String> = self.map.level_faces.iter().map(usize::to_string).collect();
         let mut outcome = Outcome::default()
             .line(format!(
                 "{} faces, {} levels ({}): prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
-                self.faces,
-                self.levels,
+                self.map.faces,
+                self.map.levels,
                 counts.join(", ")
             ))
-            .line(match self.base_mesh {
+            .line(match self.map.base_mesh {
                 "given" => "base mesh: the given one, which has two colours",
                 "retiled" => "base mesh: retiled, in two colours",
-                _ => "base mesh: retiled and subdivided barycentrically, for want of two colours",
+                _ => "base mesh: retiled and subdivided barycentrically, because no two colours were found",
             })
-            .line(format!("a texel covers {:.6} mesh units", self.texel));
+            .line(format!("a texel covers {:.6} mesh units", self.map.texel));
+        // Tell how flat the neighbourhoods are, and how far the histograms lie apart.
         if let Some([first, rest @ ..]) = self.eigenvalues.last().map(Vec::as_slice) {
             let ratio = |at: usize| rest.get(at).map_or(f64::INFINITY, |value| first / value);
             outcome = outcome.line(format!(
@@ -135,6 +149,7 @@ impl FaceReport {
             ));
         }
         outcome = outcome.line(format!("about {} of memory", ByteSize(self.memory)));
+        // Add all figures.
         if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {
             outcome.figures = figures;
         }

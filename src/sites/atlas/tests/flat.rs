@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::neighborhood::Neighborhood;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::Sites;
 
-const GRID: GridTarget = GridTarget {
+const GRID: SiteGrid = SiteGrid {
     width: 32,
     height: 32,
     toroidal: false,

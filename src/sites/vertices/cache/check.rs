@@ -23,6 +23,7 @@ const TOLERANCE: f32 = 1e-3;
 /// Checks what `meta.json` says, before any list is read.
 pub(super) fn header(meta: &Meta, wanted: &Wanted<'_>) -> Result<()> {
     let place = |field: &str| format!("meta.json, {field}");
+    // Check what the file is.
     let kind = (meta.format.as_str(), meta.version, meta.engine.as_str());
     if kind != (FORMAT, VERSION, ENGINE) {
         return Err(Error::data(
@@ -31,6 +32,7 @@ pub(super) fn header(meta: &Meta, wanted: &Wanted<'_>) -> Result<()> {
         )
         .expected(format!("{FORMAT} {VERSION} of {ENGINE}")));
     }
+    // Check what it was made for.
     if meta.texel.to_bits() != wanted.texel.to_bits() {
         return Err(
             Error::data(place("texel"), meta.texel.to_string()).expected(wanted.texel.to_string())
@@ -42,6 +44,7 @@ pub(super) fn header(meta: &Meta, wanted: &Wanted<'_>) -> Result<()> {
             Error::data(place("levels"), meta.levels.len().to_string()).expected(asked.to_string())
         );
     }
+    // Check the samples of each level.
     let samples = |width: u32| width as usize * width as usize;
     for (number, level) in meta.levels.iter().enumerate() {
         let found = (level.samples_per_site, level.coarse_samples_per_site);
@@ -65,13 +68,13 @@ pub(super) fn surface(surface: &Surface, wanted: &Wanted<'_>) -> Result<()> {
         return Err(Error::data("L0", "another mesh").expected("the vertices and triangles given"));
     }
     for number in 0..surface.meshes.len() {
-        Level::of(surface, number)?.check(wanted)?;
+        CheckedLevel::of(surface, number)?.check(wanted)?;
     }
     Ok(())
 }
 
 /// One level and what it may point to.
-struct Level<'a> {
+struct CheckedLevel<'a> {
     surface: &'a Surface,
     number: usize,
     level: &'a VertexSites,
@@ -81,7 +84,7 @@ struct Level<'a> {
     cells_above: usize,
 }
 
-impl<'a> Level<'a> {
+impl<'a> CheckedLevel<'a> {
     fn of(surface: &'a Surface, number: usize) -> Result<Self> {
         let mesh = &surface.meshes[number];
         let above = surface.meshes.get(number + 1);

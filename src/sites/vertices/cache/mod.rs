@@ -142,6 +142,7 @@ pub fn write(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> 
 
 fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> {
     lists::make_folder(path)?;
+    // List what each level holds.
     let levels: Vec<LevelMeta> = surface
         .hierarchy
         .levels
@@ -164,8 +165,10 @@ fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Resul
             of_level.map(move |(name, bytes)| (member(number, name), bytes))
         })
         .collect();
+    // Seal the lists.
     let mut seal = wanted.seal();
     lists::seal(&mut seal, &lists).map_err(Error::io(path, "write"))?;
+    // Write them.
     let meta = Meta {
         format: FORMAT.into(),
         version: VERSION,
@@ -285,6 +288,8 @@ fn assemble(meta: &Meta, levels: Vec<CachedLevel>) -> Surface {
         samples: Vec::new(),
     };
     let mut levels = levels.into_iter().peekable();
+    // Take level after level; the coarser one's triangles are the cells of this one's coarse
+    // samples.
     for told in &meta.levels {
         let Some(level) = levels.next() else { break };
         let above = levels.peek().map(|coarser| coarser.triangles.clone());

@@ -189,7 +189,7 @@ fn a_field_that_is_altered_is_told_and_the_surface_is_the_same() {
     }
 }
 
-/// Changes that a seal made anew would cover, and the list each must be told for.
+/// Changes that a seal made again would cover, and the list each must be told for.
 #[test]
 fn sealed_lists_that_no_surface_has_are_told_by_name() {
     let cached = Cached::new();

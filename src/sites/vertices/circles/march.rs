@@ -121,6 +121,7 @@ impl Marcher {
 
     /// Adds the arc of a triangle between two points of a circle, in short pieces.
     fn add(&mut self, facet: &Facet, from: DVec2, to: DVec2, radius: f64) {
+        // Find how many pieces the arc needs.
         let angle = from.perp_dot(to).atan2(from.dot(to));
         if angle <= 0.0 {
             return;
@@ -133,6 +134,7 @@ impl Marcher {
         } else {
             DVec2::X
         };
+        // Measure each by Simpson's rule.
         let speed = |at: DVec2| (1.0 + facet.slope.dot(at.perp()).powi(2)).sqrt();
         let mut at = from / radius;
         let mut speed_at = speed(at);
@@ -195,6 +197,7 @@ impl Marcher {
             laid_out,
             ..
         } = self;
+        // Sort the chains by where they begin.
         chains.sort_by(|a, b| spans[a.0].from.total_cmp(&spans[b.0].from));
         laid_out.clear();
         let mut reached = 0.0;
@@ -204,6 +207,7 @@ impl Marcher {
             to,
             length: radius * (to - from),
         };
+        // Lay them out, with gaps where none covers.
         for &(first, end) in chains.iter() {
             for &span in &spans[first..end] {
                 if span.to <= reached {

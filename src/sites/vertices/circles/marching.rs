@@ -30,7 +30,7 @@ pub const MOST_NEIGHBORS: usize = 64;
 
 /// The circles of consecutive vertices.
 #[derive(Default)]
-struct Block {
+struct CircleBlock {
     arcs: Vec<Arc>,
     /// Where each circle's arcs end.
     arc_ends: Vec<usize>,
@@ -62,15 +62,16 @@ pub fn march_levels(
     levels: &[u32],
     progress: Progress<'_>,
 ) -> Result<Vec<Circles>> {
+    // March block by block; the patch of a vertex grows from level to level.
     check(surface, radii, per_vertex)?;
     let normals = normals(surface.mesh);
-    let blocks: Vec<Vec<Block>> = radii
+    let blocks: Vec<Vec<CircleBlock>> = radii
         .par_chunks(BLOCK)
         .enumerate()
         .map(|(block, radii)| {
             let mut patch = Patch::new(surface, &normals);
             let mut marcher = Marcher::default();
-            let mut out: Vec<Block> = levels.iter().map(|_| Block::default()).collect();
+            let mut out: Vec<CircleBlock> = levels.iter().map(|_| CircleBlock::default()).collect();
             for (vertex, &radius) in (block * BLOCK..).zip(radii) {
                 progress.check()?;
                 patch.begin(vertex, f64::from(radius));
@@ -84,6 +85,7 @@ pub fn march_levels(
             Ok(out)
         })
         .collect::<Result<_>>()?;
+    // Join the blocks of each level.
     let of_level = |(place, &level): (usize, &u32)| {
         let scale = (1_u32 << level) as f32;
         let radii = radii.iter().map(|radius| radius * scale).collect();
@@ -125,7 +127,7 @@ fn check(surface: Manifold<'_>, radii: &[f32], per_vertex: u32) -> Result<()> {
     }
 }
 
-impl Block {
+impl CircleBlock {
     /// Takes the circles of these numbers.
     fn take_circles(
         &mut self,
@@ -142,6 +144,7 @@ impl Block {
 
     /// Takes the vertices of the patch inside the outermost circle of a level, nearest first, ties by index.
     fn take_near(&mut self, patch: &Patch<'_>, vertex: usize, per_vertex: u32, level: u32) {
+        // Find the vertices inside, nearest first.
         let radius = patch.radius * f64::from(1_u32 << level);
         let outermost = f64::from(per_vertex) * radius;
         let farthest = (outermost * (1.0 + ON_CIRCLE)).powi(2);
@@ -154,6 +157,7 @@ impl Block {
         }
         self.found
             .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        // Place each between the circles, by arc length.
         let first = self.arc_ends.len() - per_vertex as usize;
         let circle = |number: u32| {
             let row = first + number as usize - 1;
@@ -178,7 +182,7 @@ impl Block {
 
 /// Puts the blocks of a level together; starts are 32-bit, and more entries than that are refused.
 fn join<'a>(
-    blocks: impl Iterator<Item = &'a Block> + Clone,
+    blocks: impl Iterator<Item = &'a CircleBlock> + Clone,
     radii: Vec<f32>,
     per_vertex: u32,
 ) -> Result<Circles> {

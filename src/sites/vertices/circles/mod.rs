@@ -14,8 +14,8 @@
 //! | [`sites`] | all of it for a user's mesh, level by level |
 //!
 //! In: a mesh, a radius per vertex, a number of circles; then an orientation field. Out: a
-//! [`SiteHierarchy`](crate::sites::level::SiteHierarchy) on the same vertices at every level. Marching
-//! knows nothing of the field, so another field costs none.
+//! [`SiteHierarchy`](crate::sites::level::SiteHierarchy) on the same vertices at every level. Marching does not
+//! depend on the field, so another field costs none.
 
 mod arcs;
 mod cache;

@@ -1,5 +1,5 @@
-//! The surface patch that the cylinders round a vertex cut (Chen 2008 §4.3): the triangles that face along
-//! the vertex's normal and hang together with the vertex inside the outermost cylinder.
+//! The surface patch that the cylinders round a vertex cut (Chen 2008 §4.3): the triangles that face along the
+//! vertex's normal and are connected with the vertex inside the outermost cylinder.
 //!
 //! Deviation: the paper intersects "the surface patch around the vertex" and says nothing of surface that
 //! turns under. Triangles that face away or stand almost upright are no part of the patch here, so that
@@ -102,7 +102,7 @@ impl<'a> Patch<'a> {
         }
     }
 
-    /// Grows the patch to what hangs together inside circle `outermost`; a larger one may follow.
+    /// Grows the patch to what is connected inside circle `outermost`; a larger one may follow.
     pub(super) fn grow(&mut self, outermost: u32) {
         self.outermost = outermost;
         self.border.clear();

@@ -56,6 +56,7 @@ pub fn stencils(
     template: &Template,
 ) -> Result<(PatchStencils, SampleCounts)> {
     check_frames(circles, frames)?;
+    // Sample each vertex.
     let rings = RingSamples::new(template, circles.per_vertex)?;
     let per_site = template.positions.len();
     let mut samples = vec![PackedSample::OUTSIDE; per_site * frames.len()];
@@ -67,6 +68,7 @@ pub fn stencils(
             let place = Placement::new(circles, surface, &frames[vertex], vertex);
             place.samples(&rings, &mut samples[1..]);
         });
+    // Count what fell outside.
     let outside = samples
         .par_iter()
         .filter(|sample| **sample == PackedSample::OUTSIDE)

@@ -17,7 +17,7 @@ use crate::mesh::field::guides::Canvas;
 use crate::mesh::frame::Frame;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
-use crate::mesh::surface_bvh::SurfaceTree;
+use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::topology::Topology;
 use crate::neighborhood::Template;
 use crate::progress::Progress;
@@ -98,7 +98,7 @@ pub fn prepare(
     sites(surface, frames, &texels, options, cache, progress)
 }
 
-/// The frames of the orientation field, turned by the user's rotation.
+/// The frames of the orientation field, rotated by the user's rotation.
 fn oriented(
     user: &UserMesh,
     rings: &Rings,
@@ -107,7 +107,7 @@ fn oriented(
     progress: Progress<'_>,
 ) -> Result<Vec<Frame>> {
     progress.begin("orientation field", 1);
-    let tree = SurfaceTree::new(&user.mesh);
+    let tree = SurfaceBvh::new(&user.mesh);
     let canvas = Canvas {
         user,
         rings,
@@ -136,8 +136,10 @@ pub fn sites(
     let template = Template::round(options.rings);
     let mut hierarchy = SiteHierarchy { levels: Vec::new() };
     let mut levels = Vec::new();
+    // Find the circles.
     progress.begin("circles", u64::from(options.levels));
     let circles = circles(surface, texels, options, cache, progress)?;
+    // Sample them level by level.
     for (number, (circles, source)) in (1..).zip(circles) {
         let (fine, samples) = sampling::stencils(&circles, surface, &frames, &template)?;
         let neighbors = sampling::neighbors(&circles, surface, &frames)?;
@@ -183,6 +185,7 @@ pub fn circles(
     cache: Option<&Path>,
     progress: Progress<'_>,
 ) -> Result<Vec<(Circles, CircleSource)>> {
+    // Look into the cache.
     let on_level = |level: u32| -> Vec<f32> {
         let scale = (1_u32 << level) as f32;
         texels.iter().map(|texel| texel * scale).collect()
@@ -203,6 +206,7 @@ pub fn circles(
         let read = |circles| (circles, CircleSource::Read);
         return Ok(found.into_iter().flatten().map(read).collect());
     }
+    // March what is missing, and keep it.
     let marched = marching::march_levels(surface, texels, options.rings, &missing, progress)?;
     if let Some(folder) = cache {
         let levels = missing.par_iter().zip(&marched);
@@ -213,6 +217,7 @@ pub fn circles(
     for (&level, circles) in missing.iter().zip(marched) {
         found[level as usize] = Some(circles);
     }
+    // Tell where each came from.
     let source = |level: usize| match missing.contains(&(level as u32)) {
         true => CircleSource::Marched,
         false => CircleSource::Read,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 
-/// Rings at most: a neighbourhood of so many texels each way.
+/// Rings at most: a neighbourhood of this many texels each way.
 const MOST_RINGS: u32 = 8;
 /// The widest range of pixel links, in texels.
 const WIDEST_LINKS: u32 = 8;
@@ -31,7 +31,7 @@ pub struct AdaptiveOptions {
     /// How candidates are compared at the lowest resolution
     #[arg(long, value_enum, default_value_t = Self::default().similarity)]
     pub similarity: Similarity,
-    /// How far from its pixel links a texel of a finer level may lie, in texels
+    /// Greatest distance of a finer level's texel from its pixel links, in texels
     #[arg(long, default_value_t = Self::default().link_range)]
     pub link_range: u32,
 }

@@ -20,7 +20,7 @@ pub fn most_neighbors_first<const N: usize, S: Sites<N>>(
     let mut counts = vec![0_u32; count];
     let mut visited = vec![false; count];
     let mut order = Vec::with_capacity(count);
-    // One queue per number of synthesized neighbours; entries that have moved on are passed over.
+    // One queue per number of synthesized neighbours; entries that have moved on are skipped.
     let mut queues: Vec<VecDeque<u32>> = Vec::new();
     for seed in std::iter::once(start)
         .chain(0..count)

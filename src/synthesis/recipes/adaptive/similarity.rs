@@ -1,10 +1,10 @@
 //! The adaptive similarity of neighbourhoods (Chen 2008 §5.2): sizes grow ring by ring until one candidate is
 //! left.
 //!
-//! At every size the squared differences of all samples inside it are summed, pairs more than two standard
-//! deviations above the mean of their window left out, and the sum is added to those of the smaller sizes. Only
-//! candidates whose total is at most the mean minus the standard deviation of all go on to the next size.
-//! The best is always among them: of two candidates, mean − σ is the smaller total itself.
+//! At every size the squared differences of all samples inside it are summed, pairs more than two standard deviations
+//! above the mean of their window left out, and the sum is added to those of the smaller sizes. Only candidates whose
+//! total is at most the mean minus the standard deviation of all continue to the next size. The best is always among
+//! them: of two candidates, mean − σ is the smaller total itself.
 
 use crate::synthesis::metric::dense::{DenseMetric, DensePattern};
 

@@ -103,6 +103,7 @@ impl CountedTree {
     /// The tree of points of `dimensions` numbers each, all unused; `floor` is added to squared distances. Numbers are
     /// finite.
     pub fn new(numbers: &[f32], dimensions: usize, floor: f32) -> Self {
+        // Order the points so that each leaf holds near ones.
         let length = numbers.len() / dimensions.max(1);
         let point = |item: u32| &numbers[item as usize * dimensions..][..dimensions];
         let halvings = length.div_ceil(LANES).max(1).next_power_of_two().ilog2();
@@ -112,6 +113,7 @@ impl CountedTree {
         leaf_starts(0, length, halvings, &mut starts);
         starts.push(length as u32);
         let leaves = starts.len() - 1;
+        // Fill the leaves.
         let mut tree = Self {
             dimensions,
             length,
@@ -135,6 +137,7 @@ impl CountedTree {
                 }
             }
         }
+        // Build the layers of boxes above them.
         while tree.layers[tree.layers.len() - 1].groups() > 1 {
             let above = Layer::above(&tree.layers[tree.layers.len() - 1]);
             tree.layers.push(above);

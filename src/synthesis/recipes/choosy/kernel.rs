@@ -78,6 +78,7 @@ impl<'a> FaceKernel<'a> {
         let channels = values.channels;
         let mut means = FaceValues::zeros(count, channels);
         let batches = means.numbers.par_chunks_mut((BATCH * channels).max(1));
+        // Sum the weighted rows round each face, where there are any.
         batches.enumerate().for_each(|(batch, rows)| {
             let mut support = Support::new(self.level.count());
             let mut sums = vec![0.0f64; channels];

@@ -1,17 +1,19 @@
 //! Castellanos and Williams, *Automatic Synthesis of Isotropic Textures on Surfaces from Sample Images*: faces are
 //! pixels, and no orientation is needed.
 //!
-//! The sample lies on two triangular grids at 90° to each other, and has a Gaussian and a Laplacian pyramid on each. A
-//! surface has the same pyramids on its subdivided faces. Level after level, from the coarsest on, every face takes the
-//! values of the sample's face whose neighbourhood is most alike, at the best of three rotations. The more often a face
-//! is used, the worse it scores. A face takes the Laplacian values of that face's children too, from which the next level starts.
+//! The sample lies on two triangular grids at 90° to each other, and has a Gaussian and a Laplacian pyramid on each.
+//! A surface has the same pyramids on its subdivided faces. Level after level, from the coarsest on, every face takes
+//! the values of the sample's face whose neighbourhood is most similar, at the best of three rotations. The more
+//! often a face is used, the worse it scores. A face takes the Laplacian values of that face's children too, from
+//! which the next level starts.
 //!
-//! Deviations, with their reasons where they are made: the sample goes on beyond its border as its mirror image
-//! ([`source_faces`]); a use of a face costs more than in the paper ([`counted_tree`]); a face of the finest level shows a
-//! texel instead of a bilinear mean ([`recipe`]). Histograms of 131,072 faces of a sphere are 0.014 to 0.036 from the
-//! sample's in L1 with them (five samples of 96 × 96 and 128 × 128 texels, 50 bins per channel), 0.085 to 0.20 without (three of them).
-//! The weights of a neighbourhood are those of the regular lattice, also where the surface is not regular. At the same
-//! score the face that is used less often is taken, then the one of the smaller number; the paper leaves this open.
+//! Deviations; the reasons are where they are made: the sample continues beyond its border as its mirror image
+//! ([`source_faces`]); a use of a face costs more than in the paper ([`counted_tree`]); a face of the finest level
+//! shows a texel instead of a bilinear mean ([`recipe`]). Histograms of 131,072 faces of a sphere are 0.014 to 0.036
+//! from the sample's in L1 with them (five samples of 96 × 96 and 128 × 128 texels, 50 bins per channel), 0.085 to
+//! 0.20 without (three of them). The weights of a neighbourhood are those of the regular lattice, also where the
+//! surface is not regular. At the same score the face that is used less often is taken, then the one of the smaller
+//! number; the paper leaves this open.
 //!
 //! Visits follow one another, since each sees the uses before. A run of them is decided side by side all the same, and
 //! decisions are made again where an earlier one of the run matters to them ([`sampling`]).
@@ -28,22 +30,25 @@
 //! | [`sampling`] | choosy sampling of one level |
 //! | [`options`], [`recipe`] | the whole method |
 
-pub mod counted_tree;
-pub mod face_values;
-pub mod kernel;
-pub mod options;
-pub mod principal_components;
-pub mod recipe;
-pub mod sample;
+pub(crate) mod counted_tree;
+pub(crate) mod face_values;
+pub(crate) mod kernel;
+pub(crate) mod options;
+pub(crate) mod principal_components;
+pub(crate) mod recipe;
+pub(crate) mod sample;
 mod sampling;
-pub mod source_faces;
-pub mod value_pyramid;
+pub(crate) mod source_faces;
+pub(crate) mod value_pyramid;
 
+pub use counted_tree::{Choice, CountedTree};
 pub use face_values::FaceValues;
+pub use kernel::distance_ratio;
 pub use options::ChoosyOptions;
 pub use recipe::{ChoosyResult, synthesize_faces};
 pub use sample::{AnalysisSample, SquareImage};
-pub use source_faces::Source;
+pub use source_faces::{Source, SourceFaces};
+pub use value_pyramid::ValuePyramid;
 
 #[cfg(test)]
 mod tests;

@@ -22,7 +22,7 @@ pub struct PrincipalComponents {
 impl PrincipalComponents {
     /// The `kept` leading directions of `count` vectors of `length` numbers; `vector` writes one of them.
     ///
-    /// The numbers stand in `sectors` equal parts. Vectors with the parts turned by one place, any number of times,
+    /// The numbers stand in `sectors` equal parts. Vectors with the parts rotated by one place, any number of times,
     /// count as well: a sample of an isotropic texture stands for its turned copies.
     pub fn new(
         (count, length, sectors): (usize, usize, usize),

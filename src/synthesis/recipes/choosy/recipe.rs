@@ -54,6 +54,7 @@ pub fn synthesize_faces(
     options: &ChoosyOptions,
     progress: Progress<'_>,
 ) -> Result<ChoosyResult> {
+    // Check the options, and prepare sample and kernels.
     options.check()?;
     check_channels(image.channels)?;
     let ratios = distance_ratios(surface, progress);
@@ -72,6 +73,7 @@ pub fn synthesize_faces(
         sources: Vec::new(),
         eigenvalues: Vec::new(),
     };
+    // Synthesize level after level.
     for (level, ratio) in ratios.iter().enumerate() {
         run.synthesize_level(level, *ratio, &kernels[level], progress)?;
     }
@@ -81,6 +83,7 @@ pub fn synthesize_faces(
         eigenvalues,
         ..
     } = run;
+    // Take the colours of the sources.
     let mut colors = FaceValues::zeros(sources.len(), image.channels);
     for (face, source) in sources.iter().enumerate() {
         let texel = sample.texels[usize::from(source.turn)].row(source.face as usize);
@@ -116,9 +119,11 @@ impl Run<'_> {
         kernel: &FaceKernel<'_>,
         progress: Progress<'_>,
     ) -> Result<()> {
+        // Prepare the sample's faces.
         let dimensions = self.options.dimensions;
         let faces = SourceFaces::new((self.sample, level), &self.template, ratio, dimensions);
         let faces = faces.ok_or_else(|| no_source(self.sample, level))?;
+        // Start at random, or from the level above.
         let (values, sources) = match level.checked_sub(1) {
             None => self.random_start(),
             Some(coarser) => {
@@ -127,6 +132,7 @@ impl Run<'_> {
                 (values, self.sources_of_parents())
             }
         };
+        // Visit every face.
         progress.check()?;
         let has_finer = level + 1 < self.surface.levels.len();
         let children = match has_finer {
@@ -149,6 +155,7 @@ impl Run<'_> {
             faces: &faces,
         };
         let state = self.visit(&rule, state, progress)?;
+        // Hand on to the finer level.
         self.eigenvalues
             .push(faces.components().eigenvalues.clone());
         self.pyramid.gaussian.push(state.values);

@@ -38,7 +38,7 @@ pub struct RunChanges {
 }
 
 impl RunChanges {
-    /// For so many faces of the surface, and of the sample.
+    /// For this many faces of the surface, and of the sample.
     pub fn new(sites: usize, items: usize) -> Self {
         Self {
             run: 0,
@@ -49,7 +49,7 @@ impl RunChanges {
     }
 }
 
-/// A face takes the sample's face whose neighbourhood is most alike, weighted by its uses.
+/// A face takes the sample's face whose neighbourhood is most similar, weighted by its uses.
 pub struct ChoosyRule<'a> {
     /// The surface's level.
     pub level: &'a FaceLevel,

@@ -23,7 +23,7 @@ const BATCH: usize = 1 << 10;
 pub struct Source {
     /// The face, by its number on its level of the grid.
     pub face: u32,
-    /// The grid: 0 for the upright one, 1 for the one turned by 90°.
+    /// The grid: 0 for the upright one, 1 for the one rotated by 90°.
     pub turn: u8,
     /// Corner k of the face that took it lies on corner k + phase of the source.
     pub phase: u8,
@@ -59,9 +59,9 @@ impl Source {
 
 /// The faces of a level, on both grids; all of them can be chosen.
 ///
-/// Deviation: in the paper neighbourhoods that reach the border cannot be chosen, which leaves out 2,752 of the 30,720
-/// faces of 96 × 96 pixels, and a larger share on coarser levels. Here the sample goes on beyond its border as its
-/// mirror image.
+/// Deviation: in the paper neighbourhoods that reach the border cannot be chosen, which leaves out 2,752 of the
+/// 30,720 faces of 96 × 96 pixels, and a larger share on coarser levels. Here the sample continues beyond its border
+/// as its mirror image.
 #[derive(Clone, Debug)]
 pub struct SourceFaces<'a> {
     /// The values of the level on both grids.
@@ -82,21 +82,25 @@ impl<'a> SourceFaces<'a> {
         ratio: f64,
         dimensions: usize,
     ) -> Option<Self> {
+        // Require a face that is surrounded on all sides.
         let topology = &sample.grid.pyramid.levels[level].topology;
         let count = sample.grid.pyramid.levels[level].count() as u32;
         let is_whole = |face| !template.around(topology, face).contains(&NONE);
         if !(0..count).into_par_iter().any(is_whole) {
             return None;
         }
+        // List the neighbourhoods, mirrored at the borders.
         let around = |face| template.around_mirrored(topology, face);
         let neighborhoods: Vec<_> = (0..count).into_par_iter().map(around).collect();
         let [upright, turned] = &sample.pyramids;
         let values = [&upright.gaussian[level], &turned.gaussian[level]];
+        // Weight the neighbours by their distance.
         let weights = template.distances().map(|distance| {
             let distance = distance / (WEIGHT_REACH * ratio);
             (-0.5 * distance * distance).exp() as f32
         });
         let length = NEIGHBORS * values[0].channels;
+        // Find the principal components.
         let vector = |item: usize, out: &mut [f32]| {
             let around = &neighborhoods[item % neighborhoods.len()];
             weighted(values[item / neighborhoods.len()], around, &weights, out);
@@ -216,10 +220,12 @@ impl<'a> SourceFaces<'a> {
         (item, phase): (u32, u8),
         limit: f64,
     ) -> Choice {
+        // Begin with what the item's uses cost.
         let count = uses.uses(item);
         let (factor, floor) = (penalty(count, uses.smallest()), f64::from(uses.floor()));
         let (values, sources) = self.neighborhood(item as usize);
         let mut sum = 0.0;
+        // Add neighbour after neighbour until the limit.
         for &at in present {
             let source = sources[(at + usize::from(phase) * PER_SECTOR) % NEIGHBORS];
             let weight = self.weights[at % PER_SECTOR];

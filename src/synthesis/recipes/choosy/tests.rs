@@ -41,7 +41,7 @@ fn torus(faces: usize, subdivisions: u32) -> FacePyramid {
     FacePyramid::subdivided(&base, subdivisions, quiet).unwrap()
 }
 
-/// The sample's own grid, with the corners of face f turned by f % 3 places.
+/// The sample's own grid, with the corners of face f rotated by f % 3 places.
 fn turned_grid(sample: &AnalysisSample) -> FacePyramid {
     let coarse = &sample.grid.pyramid.levels[0];
     let turned = |(face, corners): (usize, &[u32; 3])| {

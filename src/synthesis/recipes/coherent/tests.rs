@@ -9,7 +9,7 @@ use crate::format::id::ContentId;
 use crate::grid::TexelGrid;
 use crate::mesh::compressed_rows::Rows;
 use crate::neighborhood::Neighborhood;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::SiteHierarchy;
 use crate::sites::vertices::VertexSites;
 use crate::synthesis::options::Method;
@@ -68,7 +68,7 @@ fn run<const N: usize, S: Sites<N>>(
 }
 
 fn flat(width: u32, height: u32, toroidal: bool) -> SiteHierarchy<crate::sites::grid::GridSites> {
-    let target = GridTarget {
+    let target = SiteGrid {
         width,
         height,
         toroidal,
@@ -252,7 +252,7 @@ fn textons_are_compared_by_their_vectors() {
             .iter()
             .all(|&at| exemplar.texel_holding(at).is_some())
     );
-    // Patches: most sites go on from the one on their left.
+    // Patches: most sites continue from the one on their left.
     let goes_on = |site: &usize| {
         let (ds, dt) = exemplar.difference(coords[site - 1], coords[*site]);
         (ds - 1.0).abs() < 1e-3 && dt.abs() < 1e-3

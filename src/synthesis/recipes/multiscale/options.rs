@@ -93,7 +93,7 @@ impl MultiscaleOptions {
         }
     }
 
-    /// The windows of so many levels, finest first.
+    /// The windows of this many levels, finest first.
     pub fn neighborhoods(&self, levels: usize) -> Vec<Neighborhood> {
         let of_level = |level| self.neighborhood(level + 1 == levels);
         (0..levels).map(of_level).collect()

@@ -6,7 +6,7 @@ use super::*;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::sites::grid::GridSites;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::SiteHierarchy;
 use crate::sites::vertices::VertexSites;
 use crate::synthesis::options::{Method, MetricKind};
@@ -33,7 +33,7 @@ fn options(seed: u64) -> SynthesisOptions {
 }
 
 fn target(side: u32, levels: usize) -> SiteHierarchy<GridSites> {
-    let target = GridTarget {
+    let target = SiteGrid {
         width: side,
         height: side,
         toroidal: true,

@@ -1,9 +1,9 @@
 //! A level of a progressively-variant exemplar (T, M, F, V) as the method reads it: colours and masks in windows
-//! turned by the orientation, and texels by transition (Zhang 2003 §3).
+//! rotated by the orientation, and texels by transition (Zhang 2003 §3).
 
 use glam::Vec2;
 
-use crate::exemplar::dense_windows::{DensePicture, flat_vectors, whole_texels};
+use crate::exemplar::dense_windows::{DenseFeatures, flat_vectors, whole_texels};
 use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::{ExemplarLevel, default_row, feature_rows};
 use crate::exemplar::space::{Space, SpaceLevel};
@@ -75,7 +75,7 @@ impl Windows {
 }
 
 /// What windows of a level are made of.
-struct Pictures {
+struct WindowFeatures {
     rows: Vec<u32>,
     colors: Vec<f32>,
     dimensions: usize,
@@ -94,14 +94,16 @@ impl<'a> VariantLevel<'a> {
     ) -> Self {
         let (space, table) = (inputs.space, inputs.table);
         let asked = &options.progressive;
-        let pictures = Pictures::new(space, level, options);
+        // Find the texels that all windows fit.
+        let features = WindowFeatures::new(space, level, options);
         let mut exemplar = ExemplarLevel::new(space, table, level, k, false);
-        let turns = pictures.turns.as_deref();
+        let turns = features.turns.as_deref();
         let widest = Template::square(asked.widest());
         let fits = whole_texels((exemplar.grid, table.k), table.margin, &widest, turns);
         let both = exemplar.whole.iter().zip(&fits).map(|(a, b)| *a && *b);
         exemplar.whole = both.collect();
         exemplar.whole_texels.retain(|&texel| fits[texel as usize]);
+        // Take the transition.
         let controls = space.controls.get(level);
         let transition = controls.and_then(|controls| controls.transition.as_ref());
         let values = transition.map_or_else(
@@ -111,12 +113,13 @@ impl<'a> VariantLevel<'a> {
         let tolerance = table
             .transition_tolerance
             .map_or(f32::INFINITY, |of| of as f32);
+        // Resample the windows, those on the coarser level too.
         let widths = [asked.color_window.widest(), asked.widest()];
-        let own = pictures.windows(&space.levels[level], widths, asked.widest());
+        let own = features.windows(&space.levels[level], widths, asked.widest());
         let offsets = &table.levels[level].neighborhood.coarse_offsets;
         let coarser = (!is_coarsest).then(|| {
             let width = window_width(offsets);
-            let above = Pictures::new(space, level + 1, options);
+            let above = WindowFeatures::new(space, level + 1, options);
             let texels = (0..exemplar.grid.len() as u32).map(TexelIndex);
             Coarser {
                 windows: above.windows(&space.levels[level + 1], [width; 2], width),
@@ -126,10 +129,11 @@ impl<'a> VariantLevel<'a> {
                 grid: exemplar.grid.coarser(),
             }
         });
+        // Sort the texels by transition.
         Self {
             band: Band::new(values, &exemplar.whole_texels, tolerance),
-            turns: pictures.turns,
-            labels: pictures.labels,
+            turns: features.turns,
+            labels: features.labels,
             own,
             coarser,
             exemplar,
@@ -170,12 +174,14 @@ fn turned(turns: Option<&[Vec2]>, grid: TexelGrid, at: TexCoord, offset: Vec2) -
     })
 }
 
-impl Pictures {
+impl WindowFeatures {
     fn new(space: &Space, level: usize, options: &SynthesisOptions) -> Self {
+        // Take the colours.
         let of_level = &space.levels[level];
         let embedding = Embedding::new(of_level, options.spectrum);
         let colors = flat_vectors(&embedding);
         let rows = feature_rows(of_level);
+        // Take the labels, weighted by the spread of the colours.
         let controls = space.controls.get(level);
         let weight = options.progressive.mask_weight;
         let mask = controls.and_then(|controls| controls.mask.as_ref());
@@ -188,6 +194,7 @@ impl Pictures {
             true => LabelVectors::default(),
             false => label_vectors(&labels, weight * spread),
         };
+        // Take the orientation.
         let turns = controls.and_then(|controls| controls.orientation.as_ref());
         let turns = turns.map(|turns| {
             let vectors = turns.rows().into_iter();
@@ -208,14 +215,14 @@ impl Pictures {
     /// The windows of a level, of the widths of colours and masks.
     fn windows(&self, level: &SpaceLevel, widths: [u32; 2], site_width: u32) -> Windows {
         let turns = self.turns.as_deref();
-        let colors = DensePicture {
+        let colors = DenseFeatures {
             grid: level.grid,
             rows: &self.rows,
             default: default_row(level),
             vectors: &self.colors,
             dimensions: self.dimensions,
         };
-        let masks = DensePicture {
+        let masks = DenseFeatures {
             grid: level.grid,
             rows: &self.labels,
             default: self.label_vectors.mean(),

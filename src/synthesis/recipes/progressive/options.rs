@@ -83,7 +83,7 @@ pub struct ProgressiveOptions {
     /// Width of the window in which colours and masks are compared to choose a texel, likewise
     #[arg(long, default_value_t = Self::default().color_window, value_name = "N|A,B")]
     pub color_window: Widths,
-    /// What a difference of masks counts beside one of colours, both over their variance; 0 leaves masks out
+    /// Weight of a difference of masks relative to one of colours, each divided by its variance; 0 leaves masks out
     #[arg(long, default_value_t = Self::default().mask_weight, value_name = "X")]
     pub mask_weight: f64,
     /// Width of the window of the last pass over the finest level; 0 for no such pass

@@ -1,4 +1,4 @@
-//! The rule: of the texels that may stand at a site, first the label of the one whose mask is most alike round it,
+//! The rule: of the texels that may stand at a site, first the label of the one whose mask is most similar round it,
 //! then the one whose colours and mask are (Zhang 2003 §5.1).
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,7 +16,7 @@ use crate::synthesis::state::Texels;
 
 /// How many times the distance of a texel counts that no neighbour proposes itself.
 const COHERENCE: f64 = 1.5;
-/// Neighbours propose texels from at most so many texels away.
+/// Neighbours propose texels from at most this many texels away.
 const NEAR: f32 = 3.0;
 
 /// What the sites of a level hold.
@@ -124,6 +124,7 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
     /// Collects the texels that may stand at a site, with the painted label if there is one in the band; whether
     /// there is anything to compare them by.
     fn collect(&self, state: &State, site: usize, candidates: &mut CandidateList) -> bool {
+        // Find the neighbours that are done.
         let (exemplar, coords) = (&self.level.exemplar, &state.texels.coords);
         let done = state.texels.done.as_deref();
         let near = |near: &Neighbor| near.x.hypot(near.y) <= NEAR;
@@ -134,6 +135,8 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         if done.is_some() && neighbors.peek().is_none() {
             return false;
         }
+        // Collect what they propose, turned to the exemplar's orientation, and what is nearest to
+        // it.
         let own = done.is_none().then(|| coords[site]);
         let proposed = neighbors.map(|near| {
             let at = coords[near.site as usize];
@@ -142,11 +145,13 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         });
         candidates.collect_proposed(exemplar, own.into_iter().chain(proposed));
         candidates.add_nearest(exemplar, COHERENCE);
+        // Keep what has the transition and the painted label.
         let (band, value) = (&self.level.band, self.controls.transition[site]);
         let painted = self.painted(site);
         let has_label =
             |texel: u32| painted.is_none_or(|label| self.level.labels[texel as usize] == label);
         candidates.retain(|texel| band.admits(texel, value) && has_label(texel));
+        // Take all texels of the transition where nothing is left.
         if candidates.candidates().is_empty() {
             let within = band.texels(value).iter().copied();
             candidates.replace(within.clone().filter(|&texel| has_label(texel)));
@@ -164,7 +169,7 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         (!self.level.labels.is_empty()).then(|| u32::from(mask[site]))
     }
 
-    /// The label of a site: the painted one, else that of the candidate whose mask is most alike round it.
+    /// The label of a site: the painted one, else that of the candidate whose mask is most similar round it.
     fn label(&self, state: &State, site: usize, scratch: &mut Scratch) -> u32 {
         let Some(masks) = &self.level.own.masks else {
             return 0;
@@ -192,7 +197,7 @@ impl<const N: usize, S: Sites<N>> Varied<'_, N, S> {
         self.level.labels[texel as usize]
     }
 
-    /// The candidate whose colours and mask are most alike round a site, of which the mask has a label.
+    /// The candidate whose colours and mask are most similar round a site, of which the mask has a label.
     fn texel(&self, state: &State, site: usize, label: u32, scratch: &mut Scratch) -> u32 {
         let Windows { colors, masks } = &self.level.own;
         let rings = self.pass.color_window.rings(self.controls.transition[site]);

@@ -11,7 +11,7 @@ use crate::format::id::ContentId;
 use crate::grid::TexCoord;
 use crate::grid::TexelGrid;
 use crate::sites::grid::GridSites;
-use crate::sites::grid::target::GridTarget;
+use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::SiteHierarchy;
 use crate::synthesis::check::neighborhoods;
 use crate::synthesis::options::Method;
@@ -67,7 +67,7 @@ fn options() -> SynthesisOptions {
 }
 
 fn sites(space: &Space, table: &NeighborTable, side: u32) -> SiteHierarchy<GridSites> {
-    let target = GridTarget {
+    let target = SiteGrid {
         width: side,
         height: side,
         toroidal: false,

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::sites::order::Order;
 use crate::synthesis::option_ranges::{at_least_one, few_rounds, within_factors};
+use crate::synthesis::polish::Effort;
 
 /// Which texels are tried at a site.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
@@ -23,38 +24,39 @@ pub enum Search {
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Method k-coherence")]
 pub struct KCoherenceOptions {
-    /// Texels each coherent texel brings along, itself included; 1 suits natural textures
-    /// [default: the table's]
+    /// Nearest texels that are tried with each coherent texel, itself included; 1 suits natural textures [default:
+    /// the table's]
     #[arg(long)]
     pub k: Option<usize>,
     /// Which texels are tried at a site
     #[arg(long, value_enum, default_value_t = Self::default().search)]
     pub search: Search,
-    /// Prefer the coherent texels: the distances of others are multiplied by this (1 is the paper)
+    /// Preference for coherent texels: the distances of others are multiplied by this (1 as in the paper)
     #[arg(long, default_value_t = Self::default().coherence)]
     pub coherence: f64,
-    /// Add this share of the distance of random texels to all distances, four times as much on each coarser
-    /// level, so that differences between tiny distances do not outweigh coherence; 0 is the paper
+    /// Constant added to all distances, as a share of the mean distance of random texels, so that differences between
+    /// tiny distances do not outweigh coherence; four times as large on each coarser level; 0 as in the paper
     #[arg(long, default_value_t = Self::default().distance_floor)]
     pub distance_floor: f64,
-    /// Rounds at the end in which the sites that fit far worse than the mean are searched in full, before all
-    /// that fit worse choose once more; 0 is the paper. Not with --search full
+    /// Rounds at the end in which the sites with distances far above the mean are searched in full; then all sites
+    /// above the mean choose once more; 0 as in the paper. Not with --search full
     #[arg(long, default_value_t = Self::default().repair_rounds)]
     pub repair_rounds: u32,
-    /// Rounds at the very end in which regions take whole copied patches where that costs less along seams and
-    /// uses the exemplar more evenly
-    #[arg(long, default_value_t = Self::default().polish)]
-    pub polish: u32,
+    /// Rounds at the very end in which whole regions take one copied patch, if that makes seams less visible and the
+    /// use of the exemplar more even. auto: one round where texels are repeated, if the sample does not tile, else 0,
+    /// as in the paper
+    #[arg(long, value_name = "ROUNDS", default_value_t = Self::default().polish)]
+    pub polish: Effort,
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
-    /// Penalty on texels that the coarsest level uses often, and on textons that finer levels do: the distance of one
-    /// used n times as often as in the sample is multiplied by 1 + PENALTY·(n − 1); 0 is the paper. Not with
-    /// --search full
+    /// Penalty on texels that the coarsest level uses too often, and on textons that finer levels use too often: the
+    /// distance of one used n times as often as in the sample is multiplied by 1 + PENALTY·(n − 1); 0 as in the
+    /// paper. Not with --search full
     #[arg(long, default_value_t = Self::default().reuse_penalty)]
     pub reuse_penalty: f64,
-    /// The order in which the coarsest level, or the only one, grows; finer levels are refined in
-    /// parallel by colour classes
+    /// The order in which the coarsest level, or the only one, is visited; finer levels are refined in parallel by
+    /// colour classes
     #[arg(long, value_enum, default_value_t = Self::default().order)]
     pub order: Order,
 }
@@ -67,7 +69,7 @@ impl Default for KCoherenceOptions {
             coherence: 1.5,
             distance_floor: 0.001,
             repair_rounds: 2,
-            polish: 0,
+            polish: Effort::Auto,
             start_passes: 2,
             reuse_penalty: 1.0,
             order: Order::default(),
@@ -80,7 +82,7 @@ impl KCoherenceOptions {
     pub fn validate(&self) -> Result<()> {
         at_least_one("k", self.k.map_or(1, |k| k as u64))?;
         few_rounds("repair-rounds", self.repair_rounds, 0)?;
-        few_rounds("polish", self.polish, 0)?;
+        self.polish.validate()?;
         few_rounds("start-passes", self.start_passes, 1)?;
         within_factors("coherence", self.coherence, 1.0)?;
         within_factors("distance-floor", self.distance_floor, 0.0)?;

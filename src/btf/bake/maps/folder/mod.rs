@@ -19,7 +19,9 @@ use crate::btf::bake::maps::folder::names::{Word, own_words, words_of};
 use crate::btf::bake::maps::folder::roles::{BUMP, OPACITY, PREVIEW, Role, Told, told, unreal};
 use crate::btf::bake::maps::normals::NormalY;
 use crate::btf::bake::maps::packed::PackedChannel;
-use crate::btf::bake::maps::recipe::{Color, PackedMap, Recipe, Scalar};
+use crate::btf::bake::maps::recipe::{
+    Color, PackedMap, Recipe, ReliefRecipe, Scalar, SurfaceRecipe,
+};
 use crate::btf::bake::maps::set::MaterialSet;
 use crate::error::{Error, Result};
 
@@ -164,15 +166,21 @@ fn recipe(folder: &Path, name: &str, ranking: &mut Ranking) -> Result<Recipe> {
     }
     Ok(Recipe {
         name: name.to_owned(),
-        height,
-        normal_y: normal.as_ref().map_or(NormalY::Auto, |&(_, y)| y),
-        normal: normal.map(|(file, _)| file),
-        albedo: albedo.map_or(Recipe::default().albedo, Color::Map),
-        roughness: roughness.map(Scalar::Map),
-        gloss: gloss.map(Scalar::Map),
-        metallic: metallic.map(Scalar::Map),
-        packed: packed.as_ref().map(|packed| packed.file.clone()),
-        packed_order: packed.map(|packed| packed.order).unwrap_or_default(),
+        relief: ReliefRecipe {
+            height,
+            normal_y: normal.as_ref().map_or(NormalY::Auto, |&(_, y)| y),
+            normal: normal.map(|(file, _)| file),
+            ..ReliefRecipe::default()
+        },
+        surface: SurfaceRecipe {
+            albedo: albedo.map_or(SurfaceRecipe::default().albedo, Color::Map),
+            roughness: roughness.map(Scalar::Map),
+            gloss: gloss.map(Scalar::Map),
+            metallic: metallic.map(Scalar::Map),
+            packed: packed.as_ref().map(|packed| packed.file.clone()),
+            packed_order: packed.map(|packed| packed.order).unwrap_or_default(),
+            ..SurfaceRecipe::default()
+        },
         folder: folder.to_path_buf(),
         ..Recipe::default()
     })

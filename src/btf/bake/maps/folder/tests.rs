@@ -57,20 +57,26 @@ fn the_name_of_the_asset_plays_no_role() {
     let roles: Vec<&str> = set.defaults.iter().map(|role| role.role).collect();
     assert_eq!(roles, ["roughness", "metallic"]);
     let recipe = set.recipe.unwrap();
-    assert_eq!((recipe.metallic, recipe.roughness), (None, None));
+    assert_eq!(
+        (recipe.surface.metallic, recipe.surface.roughness),
+        (None, None)
+    );
     let wood = Folder::with(&[
         "textures/rough_wood_ao_2k.png",
         "textures/rough_wood_disp_2k.png",
     ]);
-    assert_eq!(wood.recipe().roughness, None);
+    assert_eq!(wood.recipe().surface.roughness, None);
     let last = Folder::with(&[
         "disp_rough_metal.png",
         "ao_rough_metal.png",
         "diff_rough_metal.png",
     ]);
     let recipe = last.recipe();
-    assert_eq!(recipe.height, Some("disp_rough_metal.png".into()));
-    assert_eq!((recipe.metallic, recipe.roughness), (None, None));
+    assert_eq!(recipe.relief.height, Some("disp_rough_metal.png".into()));
+    assert_eq!(
+        (recipe.surface.metallic, recipe.surface.roughness),
+        (None, None)
+    );
 }
 
 #[test]
@@ -85,7 +91,7 @@ fn gloss_and_packed_maps_fill_what_is_missing() {
     assert!(why(&set, "W_GLOSS_3K.jpg").contains("1 − gloss"));
     assert!(why(&set, "W_DISP_3K.jpg").contains("W_DISP16_3K.tif is more precise"));
     assert_eq!(
-        set.recipe.unwrap().gloss,
+        set.recipe.unwrap().surface.gloss,
         Some(Scalar::Map("W_GLOSS_3K.jpg".into()))
     );
     let both = Folder::with(&["x_gloss.png", "x_rough.png", "x_height.png"]);
@@ -98,7 +104,7 @@ fn gloss_and_packed_maps_fill_what_is_missing() {
         "{said}"
     );
     let recipe = set.recipe.unwrap();
-    assert_eq!(recipe.packed, Some("rock_arm_2k.png".into()));
+    assert_eq!(recipe.surface.packed, Some("rock_arm_2k.png".into()));
     let needless = Folder::with(&["r_orm.png", "r_disp.png", "r_metal.png", "r_rough.png"]);
     assert!(why(&needless.survey(), "r_orm.png").starts_with("false packed"));
 }
@@ -108,9 +114,12 @@ fn the_larger_and_the_more_precise_file_go_first() {
     let sizes = Folder::with(&["bark_disp_1k.png", "bark_disp_4k.png", "bark_disp_2k.png"]);
     let set = sizes.survey();
     assert!(why(&set, "bark_disp_2k.png").contains("bark_disp_4k.png is larger"));
-    assert_eq!(set.recipe.unwrap().height, Some("bark_disp_4k.png".into()));
+    assert_eq!(
+        set.recipe.unwrap().relief.height,
+        Some("bark_disp_4k.png".into())
+    );
     let kinds = Folder::with(&["height.png", "height.exr", "albedo.png"]);
-    assert_eq!(kinds.recipe().height, Some("height.exr".into()));
+    assert_eq!(kinds.recipe().relief.height, Some("height.exr".into()));
     let words = Folder::with(&[
         "x_Albedo.jpg",
         "x_Diffuse.jpg",
@@ -162,12 +171,15 @@ fn normal_maps_stand_in_for_heights() {
     assert!(why(&set, "textures/bark_brown_02_bump_2k.png").contains("true slopes"));
     let recipe = set.recipe.unwrap();
     assert_eq!(
-        recipe.normal,
+        recipe.relief.normal,
         Some("textures/bark_brown_02_nor_gl_2k.exr".into())
     );
-    assert_eq!((recipe.height, recipe.normal_y), (None, NormalY::Up));
+    assert_eq!(
+        (recipe.relief.height, recipe.relief.normal_y),
+        (None, NormalY::Up)
+    );
     let plain = Folder::with(&["normal_gl.png", "normal_dx.png"]).recipe();
-    assert_eq!(plain.normal, Some("normal_gl.png".into()));
+    assert_eq!(plain.relief.normal, Some("normal_gl.png".into()));
     let bump = Folder::with(&["x_bump.png", "x_color.png"]).survey();
     assert!(why(&bump, "x_bump.png").contains("depth is not known"));
 }
@@ -194,15 +206,15 @@ fn files_that_cannot_be_read_and_folders_are_named() {
     let unknown = Folder::with(&["holiday.jpg"]).refused();
     assert!(unknown.contains("no map in it"), "{unknown}");
     let inner = Folder::with(&["readme.txt", "2K/x_height.png", "2K/x_color.png"]);
-    assert_eq!(inner.recipe().height, Some("2K/x_height.png".into()));
+    assert_eq!(inner.recipe().relief.height, Some("2K/x_height.png".into()));
 }
 
 #[test]
 fn unreals_letters_count_where_every_map_has_one() {
     let unreal = Folder::with(&["T_Rock_D.png", "T_Rock_N.png", "T_Rock_ORM.png"]).recipe();
-    assert_eq!(unreal.albedo, Color::Map("T_Rock_D.png".into()));
-    assert_eq!(unreal.normal, Some("T_Rock_N.png".into()));
-    assert_eq!(unreal.packed, Some("T_Rock_ORM.png".into()));
+    assert_eq!(unreal.surface.albedo, Color::Map("T_Rock_D.png".into()));
+    assert_eq!(unreal.relief.normal, Some("T_Rock_N.png".into()));
+    assert_eq!(unreal.surface.packed, Some("T_Rock_ORM.png".into()));
     let other = Folder::with(&["rock_D.png", "rock_N.png", "rock_height.png"]).survey();
     assert!(why(&other, "rock_N.png").starts_with("false unknown"));
 }

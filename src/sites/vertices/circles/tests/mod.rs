@@ -47,7 +47,7 @@ impl Ready {
         marching::march(self.surface(), &radii, count, Progress::silent()).unwrap()
     }
 
-    /// Frames whose s is a direction, projected; turned by an angle.
+    /// Frames whose s is a direction, projected; rotated by an angle.
     fn frames(&self, direction: Vec3, turned: f32) -> Vec<Frame> {
         let frame = |n: &Vec3| {
             let level =

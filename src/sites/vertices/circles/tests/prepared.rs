@@ -152,7 +152,7 @@ fn circles_with_a_sound_seal_and_wrong_numbers_are_refused() {
             "{place}: {error}"
         );
     }
-    // A file of other radii under this name is told by its seal.
+    // A file of other radii under this name is recognised by its seal.
     let other = ready.march(0.4, 2);
     let foreign = cache::Wanted::new(&ready.mesh, &other.radii, 2);
     cache::write(&file, &foreign, &other).unwrap();

@@ -28,7 +28,7 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// A layer of so many children, none of which has a point yet.
+    /// A layer of this many children, none of which has a point yet.
     pub fn new(children: usize, dimensions: usize) -> Self {
         let groups = children.div_ceil(LANES);
         Self {

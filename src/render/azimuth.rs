@@ -7,10 +7,10 @@
 use std::fmt;
 
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// An axis of the world, with its sign.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
     /// +x
@@ -84,12 +84,12 @@ pub fn front_of(up: Axis) -> Axis {
 
 /// Up, and the horizontal direction of azimuth 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Compass {
+pub struct AzimuthFrame {
     up: DVec3,
     zero: DVec3,
 }
 
-impl Compass {
+impl AzimuthFrame {
     /// Azimuth 0 at a horizontal side.
     pub fn facing(up: Axis, front: Axis) -> Self {
         Self {
@@ -147,20 +147,21 @@ mod tests {
 
     #[test]
     fn azimuth_turns_counter_clockwise_seen_from_above() {
-        let compass = Compass::facing(Axis::Y, front_of(Axis::Y));
-        assert!((compass.direction(0.0, 0.0) - DVec3::Z).length() < 1e-15);
+        let azimuths = AzimuthFrame::facing(Axis::Y, front_of(Axis::Y));
+        assert!((azimuths.direction(0.0, 0.0) - DVec3::Z).length() < 1e-15);
         // Looking down −y with +z towards the reader, counter-clockwise from +z comes +x.
-        assert!((compass.direction(FRAC_PI_2, 0.0) - DVec3::X).length() < 1e-15);
-        assert!((compass.direction(1.0, FRAC_PI_2) - DVec3::Y).length() < 1e-15);
-        let z_up = Compass::facing(Axis::Z, front_of(Axis::Z));
+        assert!((azimuths.direction(FRAC_PI_2, 0.0) - DVec3::X).length() < 1e-15);
+        assert!((azimuths.direction(1.0, FRAC_PI_2) - DVec3::Y).length() < 1e-15);
+        let z_up = AzimuthFrame::facing(Axis::Z, front_of(Axis::Z));
         assert!((z_up.direction(FRAC_PI_2, 0.0) - DVec3::X).length() < 1e-15);
     }
 
     #[test]
     fn angles_invert_directions() {
-        let compass = Compass::facing(Axis::Z, Axis::X).turned_towards(DVec3::new(1.0, 2.0, 0.5));
+        let azimuths =
+            AzimuthFrame::facing(Axis::Z, Axis::X).turned_towards(DVec3::new(1.0, 2.0, 0.5));
         for (azimuth, elevation) in [(0.1, 0.2), (3.0, -0.4), (6.0, 1.2)] {
-            let (a, e) = compass.angles(compass.direction(azimuth, elevation));
+            let (a, e) = azimuths.angles(azimuths.direction(azimuth, elevation));
             assert!((a - azimuth).abs() < 1e-12 && (e - elevation).abs() < 1e-12);
         }
     }

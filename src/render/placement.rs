@@ -17,11 +17,12 @@ pub fn check(
     mesh: &TriangleMesh,
     bounds: &Bounds,
     frames: &[PlannedFrame],
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<()> {
     let mut known = HashSet::new();
     for frame in frames {
         let number = frame.number;
+        // Check each point light once.
         for light in &frame.lights {
             let Origin::Point { position, .. } = light.origin else {
                 continue;
@@ -44,6 +45,7 @@ pub fn check(
                 ));
             }
         }
+        // Check each camera once.
         let camera = frame.view.camera.position;
         let is_new = known.insert(camera.to_array().map(|x| (x + 0.0).to_bits()));
         if frame.view.is_perspective() && is_new && is_inside(mesh, bounds, camera) {

@@ -5,7 +5,7 @@
 //! times the light's irradiance.
 
 use glam::{DVec3, Vec3, Vec4};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::HeightMap;
 use crate::btf::sample::Sample;
@@ -16,10 +16,10 @@ use crate::progress::Progress;
 use crate::render::even_light;
 use crate::render::nearest::{DirectionSet, PairSet, Scratch, Weight, Weighting, lifted};
 use crate::render::parallax::{Place, ReadList, Relief};
-use crate::render::texel_table::{Allowance, AnyTable, RowLayout, Stored, TexelTable};
+use crate::render::texel_table::{AnyTable, MemoryBudget, RowLayout, Stored, TexelTable};
 
 /// How values between texel centres are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Texels {
     /// The texel that holds the coordinate.
@@ -31,7 +31,7 @@ pub enum Texels {
 
 /// A sample ready for shading.
 #[derive(Debug)]
-pub struct Radiance {
+pub struct BtfLookup {
     directions: Directions,
     /// The sample, texel by texel.
     pub table: AnyTable,
@@ -53,7 +53,7 @@ enum Directions {
     Pairs(PairSet),
 }
 
-impl Radiance {
+impl BtfLookup {
     /// Lays out a sample for shading; with `filled` so that a [`Fill`](crate::render::fill::Fill) can be added. Scattered samples have none.
     pub fn new(
         sample: &Sample,
@@ -61,9 +61,10 @@ impl Radiance {
         texels: Texels,
         mip: bool,
         filled: bool,
-        allowance: &Allowance,
-        progress: &Progress,
+        budget: &MemoryBudget,
+        progress: Progress<'_>,
     ) -> Result<Self> {
+        // Choose the directions that are kept, and their images.
         let description = sample.description();
         let (views, lights) = (&description.views, &description.lights);
         let (directions, images) = match &description.pairs {
@@ -83,6 +84,7 @@ impl Radiance {
                 (Directions::Pairs(pairs), images)
             }
         };
+        // Lay out the rows, with sums where fill light needs them.
         let layout = match &directions {
             Directions::Product { lights, .. } if filled => RowLayout {
                 images: lights.len(),
@@ -93,7 +95,7 @@ impl Radiance {
         let sums = layout.sums.len();
         Ok(Self {
             directions,
-            table: AnyTable::build(sample, (&images, &layout), mip, allowance, progress)?,
+            table: AnyTable::build(sample, (&images, &layout), mip, budget, progress)?,
             texels,
             sums,
             grid: sample.grid(),
@@ -209,7 +211,7 @@ impl Blend {
     }
 }
 
-impl Radiance {
+impl BtfLookup {
     /// Begins the blend for a view direction in the vertex's frame.
     #[inline(always)]
     pub fn begin(&self, blend: &mut Blend, view: DVec3) {
@@ -368,6 +370,7 @@ impl Radiance {
         coord: TexCoord,
         blend: &mut Blend,
     ) -> Vec4 {
+        // Find the texels that each view shows there.
         let place = Place {
             coord: match self.texels {
                 Texels::Nearest => self.grid.centre(self.grid.texel_nearest(coord)),
@@ -377,6 +380,7 @@ impl Radiance {
             view: blend.view.as_vec3(),
             reach: blend.reach,
         };
+        // Blend them.
         let Blend {
             rows,
             columns,
@@ -390,6 +394,7 @@ impl Radiance {
             let line = &numbers.texel(read.texel)[read.view as usize * row_length..];
             sum += blend_row(line, columns) * (read.share * T::UNDO[1]);
         }
+        // Add what is read without parallax.
         let sum = match list.plain() {
             [] => sum,
             plain => sum + self.on_level(table, level, coord, plain, columns),
@@ -406,6 +411,7 @@ impl Radiance {
         rows: &[Weight],
         columns: &[Column],
     ) -> Vec4 {
+        // Find the texel on this level.
         let shrink = 1.0 / (1u32 << level.min(31)) as f32;
         let finest = self.grid;
         let (mut column, mut row) = (coord.s, finest.height as f32 - coord.t);
@@ -419,6 +425,7 @@ impl Radiance {
             let texel = nearest_texel(level.grid, row.floor(), column.floor());
             return self.blend_rows(level.texel(texel), rows, columns);
         }
+        // Blend the four texels round the place.
         let (top, left) = ((row - 0.5).floor(), (column - 0.5).floor());
         let (down, right) = (row - 0.5 - top, column - 0.5 - left);
         let mut sum = Vec4::ZERO;

@@ -1,0 +1,102 @@
+//! Searches that the metrics of whole windows share, compiled for the processors that they run on.
+//!
+//! Each function is compiled once per kind of processor, with the metric's distance inside its loop. What differs between the
+//! metrics is how a distance is summed ([`WindowMetric::distance_inline`]) and how a site is read.
+
+use multiversion::multiversion;
+
+use crate::synthesis::candidates::forward::Candidate;
+use crate::synthesis::keep::{Keep, Pick, smallest};
+use crate::synthesis::metric::lower_bounds::{ProjectedWindows, search_within, smallest_within};
+
+/// A metric that sums the differences of a pattern and a texel's windows, number by number.
+pub trait WindowMetric {
+    /// What a site's neighbourhood holds.
+    type Pattern;
+
+    /// The distance, or infinity once it exceeds `limit`. To be inlined, so that every loop has a copy of its own.
+    fn distance_inline(&self, pattern: &Self::Pattern, texel: u32, limit: f32) -> f32;
+
+    /// All numbers of a pattern, those of the finer window first.
+    fn parts(pattern: &Self::Pattern) -> [&[f32]; 2];
+
+    /// The texels that a search may find, ascending.
+    fn whole_texels(&self) -> &[u32];
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+pub fn distance<M: WindowMetric>(metric: &M, pattern: &M::Pattern, texel: u32, limit: f32) -> f32 {
+    metric.distance_inline(pattern, texel, limit)
+}
+
+/// The best of `first` and some candidates, with `floor` added to all distances.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+pub fn best_candidate<M: WindowMetric>(
+    metric: &M,
+    pattern: &M::Pattern,
+    candidates: &[Candidate],
+    first: Option<Pick>,
+    floor: f64,
+) -> Option<Pick> {
+    smallest(candidates, first, floor, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
+}
+
+/// As [`best_candidate`], skipping those whose lower bound is above the best so far.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+pub fn best_bounded<M: WindowMetric>(
+    metric: &M,
+    windows: &ProjectedWindows,
+    pattern: &M::Pattern,
+    candidates: &[Candidate],
+    first: Option<Pick>,
+    floor: f64,
+) -> Option<Pick> {
+    let parts = M::parts(pattern);
+    smallest_within(windows, parts, candidates, first, floor, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    })
+}
+
+/// Compares every whole texel.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+pub fn search_all<M: WindowMetric, K: Keep>(metric: &M, pattern: &M::Pattern, keep: &mut K) {
+    for &texel in metric.whole_texels() {
+        let distance = metric.distance_inline(pattern, texel, keep.limit() as f32);
+        keep.offer(texel, f64::from(distance));
+    }
+}
+
+/// Compares the whole texels that lower bounds do not rule out.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+pub fn search_bounded<M: WindowMetric, K: Keep>(
+    metric: &M,
+    windows: &ProjectedWindows,
+    pattern: &M::Pattern,
+    keep: &mut K,
+) {
+    search_within(windows, M::parts(pattern), keep, |texel, limit| {
+        f64::from(metric.distance_inline(pattern, texel, limit as f32))
+    });
+}
