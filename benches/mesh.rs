@@ -9,7 +9,8 @@ use mesotex::neighborhood::Template;
 use mesotex::progress::Progress;
 use mesotex::sites::SurfaceOptions;
 use mesotex::sites::vertices::circles::{Manifold, marching, sampling};
-use mesotex::sites::vertices::{Patches, prepare};
+use mesotex::sites::vertices::patches::Patches;
+use mesotex::sites::vertices::surface::prepare;
 
 const VERTICES: usize = 250_000;
 const CREASE: f64 = 0.7;

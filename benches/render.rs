@@ -150,7 +150,7 @@ fn lookup(shading: Shading) -> BtfLookup {
         shading == Shading::Pixel,
         false,
         &budget,
-        &Progress::silent(),
+        Progress::silent(),
     )
     .unwrap()
 }
@@ -173,7 +173,7 @@ fn frames(sweep: Sweep) -> Vec<PlannedFrame> {
         ..RenderOptions::default()
     };
     let subject = Subject::new(&material().map.mesh, glam::DVec3::ZERO, &options).unwrap();
-    plan(&options, &subject, &Progress::silent()).unwrap()
+    plan(&options, &subject, Progress::silent()).unwrap()
 }
 
 /// Colour alone.

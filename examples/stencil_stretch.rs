@@ -20,14 +20,15 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use mesotex::error::Result;
-use mesotex::mesh::field::largest_curvatures;
+use mesotex::mesh::field::curvature::largest_curvatures;
 use mesotex::mesh::{Connection, Rings, Topology, reading};
 use mesotex::neighborhood::Template;
 use mesotex::progress::Progress;
 use mesotex::sites::vertices::circles::{Manifold, marching, sampling};
-use mesotex::sites::vertices::{
-    PackedSample, PatchStencils, Patches, adjacent_samples, on_one_ring, stretch, texel_on,
-};
+use mesotex::sites::vertices::patches::Patches;
+use mesotex::sites::vertices::stencil::{PackedSample, PatchStencils};
+use mesotex::sites::vertices::stretch::{adjacent_samples, on_one_ring, stretch};
+use mesotex::sites::vertices::surface_options::texel_on;
 
 /// Rings of the round neighbourhood; the square one has as many texels to each side.
 const RINGS: u32 = 3;

@@ -47,7 +47,7 @@ fn main() -> Result<()> {
         },
         ..RenderOptions::default()
     };
-    let report = sequence::render(&inputs, &options, &Progress::silent())?;
+    let report = sequence::render(&inputs, &options, Progress::silent())?;
     for file in &report.files {
         println!("{}  {}", file.frame.display(), file.label);
     }

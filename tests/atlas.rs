@@ -199,15 +199,7 @@ fn frames_show_holes_and_relief() {
     assert!((0.15..0.2).contains(&grown), "{grown}");
     let refused = refuse(
         folder.path(),
-        &[
-            "render",
-            "a.sample",
-            "a.map.ply",
-            "-o",
-            "x",
-            "--displace",
-            "1",
-        ],
+        &program::words("render a.sample a.map.ply -o x --displace 1"),
         2,
     );
     assert!(

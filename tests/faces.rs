@@ -15,7 +15,7 @@ use mesotex::mesh::{TriangleMesh, shapes, write_mesh};
 use mesotex::synthesis::faces::at_centers;
 use mesotex::textures::SampleChannel;
 use ndarray::{Ix2, Ix3};
-use program::{files, mesotex, refuse, succeed};
+use program::{files, mesotex, refuse, succeed, with_other};
 use serde_json::Value;
 
 /// A picture of blots and its heights, of any size.
@@ -306,15 +306,7 @@ fn frames_show_the_colours_of_faces_under_their_lights() {
     assert!(sum(&grazing) < 0.75 * sum(&frame));
     let refused = refuse(
         folder.path(),
-        &[
-            "render",
-            "a.sample",
-            "a.faces.ply",
-            "-o",
-            "x",
-            "--displace",
-            "1",
-        ],
+        &program::words("render a.sample a.faces.ply -o x --displace 1"),
         2,
     );
     assert!(
@@ -346,16 +338,7 @@ fn a_table_may_stand_between_and_must_belong() {
             "4",
         ],
     );
-    let other: Vec<&str> = words
-        .iter()
-        .map(|&word| {
-            if word == "a.knn.npz" {
-                "b.knn.npz"
-            } else {
-                word
-            }
-        })
-        .collect();
+    let other = with_other(&words, "a.knn.npz", "b.knn.npz");
     let text = refuse(folder.path(), &other, 1);
     assert!(text.contains("space id"), "{text}");
     succeed(folder.path(), &[&other[..], &["--force"]].concat());

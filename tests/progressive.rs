@@ -8,7 +8,7 @@ use std::path::Path;
 use mesotex::format::image::write_png;
 use mesotex::maps::SurfaceTextonMap;
 use mesotex::mesh::{shapes, write_mesh};
-use program::{refuse, succeed};
+use program::{refuse, succeed, with_other};
 use serde_json::{Value, json};
 
 const WIDTH: i32 = 64;
@@ -157,15 +157,6 @@ fn what_does_not_fit_together_is_refused() {
     );
     let words = "knn a.space.npz -o b.knn.npz --k 6";
     succeed(path, &words.split_whitespace().collect::<Vec<_>>());
-    let table: Vec<&str> = SYNTH
-        .iter()
-        .map(|&word| {
-            if word == "a.knn.npz" {
-                "b.knn.npz"
-            } else {
-                word
-            }
-        })
-        .collect();
+    let table = with_other(&SYNTH, "a.knn.npz", "b.knn.npz");
     assert!(refuse(path, &table, 1).contains("knn --transition-tolerance 0.1"));
 }

@@ -61,15 +61,7 @@ fn report(folder: &Path, words: &[&str]) -> Value {
 #[test]
 fn a_scene_fits_its_material_and_its_mesh_and_runs_as_it_is() {
     let root = inputs();
-    let words = [
-        "init",
-        "--material",
-        "bark",
-        "--mesh",
-        "bell.obj",
-        "-o",
-        "bark.toml",
-    ];
+    let words = program::words("init --material bark --mesh bell.obj -o bark.toml");
     let told = succeed(root.path(), &words);
     assert!(
         told.contains("maps of 32 × 16 texels, baked at 32 × 16"),
@@ -127,25 +119,9 @@ fn every_kind_of_material_makes_a_scene() {
         assert!(commands.contains(stage), "{material}: {commands}");
         assert!(commands.contains("../bell.obj"), "{commands}");
     }
-    let not_toml = [
-        "init",
-        "--material",
-        "bark",
-        "--mesh",
-        "bell.obj",
-        "-o",
-        "scene.ply",
-    ];
+    let not_toml = program::words("init --material bark --mesh bell.obj -o scene.ply");
     assert!(refuse(root.path(), &not_toml, 2).contains("ends in .ply"));
-    let no_material = [
-        "init",
-        "--material",
-        "bell.obj",
-        "--mesh",
-        "bell.obj",
-        "-o",
-        "b.toml",
-    ];
+    let no_material = program::words("init --material bell.obj --mesh bell.obj -o b.toml");
     assert!(refuse(root.path(), &no_material, 1).contains("bell.obj"));
 }
 

@@ -7,7 +7,11 @@ mod program;
 
 use std::fs;
 use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
+use mesotex::format::OutputLock;
 use program::{files, mesotex, refuse, succeed};
 use tempfile::TempDir;
 
@@ -161,7 +165,10 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     let whole = bytes(folder, "a1.npz");
     fs::write(folder.join("cut.npz"), &whole[..whole.len() / 2]).unwrap();
     let cut = joined("a0.npz cut.npz", 1);
-    assert!(cut.contains("cut.npz") && cut.contains("truncated"), "{cut}");
+    assert!(
+        cut.contains("cut.npz") && cut.contains("truncated"),
+        "{cut}"
+    );
     let mut damaged = whole.clone();
     damaged[whole.len() / 2] ^= 1;
     fs::write(folder.join("damaged.npz"), damaged).unwrap();
@@ -401,5 +408,85 @@ fn frames_of_shards_are_those_of_one_run() {
             "{again}"
         );
         assert!(files(&folder.join(&output)) == made);
+    }
+}
+
+#[test]
+fn a_second_run_of_a_shard_is_refused_while_the_first_is_at_it() {
+    let folder = sample();
+    let folder = folder.path();
+    run(
+        folder,
+        "textons a.sample -o a.textons.npz --textons 8 --levels 2",
+    );
+    let bake = format!("{GLOSSY} --samples 1 --shard 0/2 -o part");
+    for (line, lock) in [
+        (
+            "textons a.sample --textons 8 --levels 2 --shard 0/2 -o p.npz",
+            "p.npz",
+        ),
+        (&bake, "part"),
+    ] {
+        let held = OutputLock::acquire(&folder.join(lock)).unwrap();
+        let error = refused(folder, line, 1);
+        assert!(error.contains("another run is writing it"), "{error}");
+        assert!(!folder.join(lock).exists());
+        drop(held);
+        run(folder, line);
+        assert!(run(folder, line).contains("is there already"));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_killed_shard_leaves_no_half_part() {
+    let folder = sample();
+    let folder = folder.path();
+    let bake = format!("{GLOSSY} --samples 64 --shard 0/2 -o part");
+    let textons = "textons a.sample --textons 8 --levels 2 --images all --shard 0/2 -o p.npz";
+    for (line, name) in [(textons, "p.npz"), (&bake, "part")] {
+        run(folder, line);
+        let whole = content(&folder.join(name));
+        for milliseconds in [20, 60, 120] {
+            remove(&folder.join(name));
+            let words = line.split_whitespace();
+            let mut child = Command::new(env!("CARGO_BIN_EXE_mesotex"))
+                .args(words)
+                .current_dir(folder)
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            thread::sleep(Duration::from_millis(milliseconds));
+            child.kill().unwrap();
+            child.wait().unwrap();
+            // It may have been done before it was killed.
+            if folder.join(name).exists() {
+                assert_eq!(content(&folder.join(name)), whole, "{line}");
+            }
+            run(folder, line);
+            assert_eq!(content(&folder.join(name)), whole, "{line}");
+        }
+    }
+    let names = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = names
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["a.sample", "p.npz", "part"]);
+}
+
+/// The bytes of a file, or of all files of a folder.
+fn content(path: &Path) -> Vec<Vec<u8>> {
+    match path.is_dir() {
+        true => files(path).into_values().collect(),
+        false => vec![fs::read(path).unwrap()],
+    }
+}
+
+fn remove(path: &Path) {
+    match path.is_dir() {
+        true => fs::remove_dir_all(path).unwrap(),
+        false => fs::remove_file(path).unwrap(),
     }
 }

@@ -7,7 +7,7 @@
     simulate_cluster.py scale --nodes 100                 many materials and frames, by the terms measured for docs/scale.md
 
 Machines have slots, one task each. A task waits for those before it and for a slot, is started (--start seconds), reads
-and writes through a file system that all machines share (--bandwidth bytes/s for all together, --link for one machine),
+and writes through a file system that all machines share (--bandwidth for all together, --link for one transfer),
 creates its files (--creates per second for all together), and computes. Transfers share the bandwidth evenly.
 """
 
@@ -184,41 +184,53 @@ def kind_of(command):
 
 
 def logged(folder):
-    """What was logged of every task: machine, begin, end, command."""
+    """What was logged of every task: machine, begin, end, command, step."""
     found = []
-    for path in sorted(glob.glob(os.path.join(folder, "*.txt"))):
+    for path in sorted(glob.glob(os.path.join(folder, "step-*.txt"))):
+        step = int(os.path.basename(path).split("-")[1])
         with open(path, encoding="utf-8", errors="replace") as file:
             matches = [LINE.match(line.rstrip("\n")) for line in file]
-        found.extend((m[1], float(m[2]), float(m[3]), m[4]) for m in matches if m)
+        found.extend((m[1], float(m[2]), float(m[3]), m[4], step) for m in matches if m)
     if not found:
         sys.exit(f"{folder}: no task in the logs; expected those of slurm_array.sh")
     return found
 
 
 def terms(folder):
-    """Mean seconds of every kind of task; of renderings, seconds and seconds per frame."""
+    """Mean seconds of every kind of task."""
     seconds = defaultdict(list)
-    for _, begin, end, command in logged(folder):
+    for _, begin, end, command, _ in logged(folder):
         seconds[kind_of(command)].append(end - begin)
-    return {kind: sum(values) / len(values) for kind, values in seconds.items()}
+    return {kind: mean(values) for kind, values in seconds.items()}
 
 
-def gaps(folder):
-    """Seconds between a task's end and the next one's begin on the same machine, where that was at once."""
-    by_machine = defaultdict(list)
-    for machine, begin, end, _ in logged(folder):
-        by_machine[machine].append((begin, end))
+def mean(values):
+    return sum(values) / len(values) if values else 0.0
+
+
+def gap_between_tasks(folder):
+    """Seconds between a task's end and the begin of the next on the same machine in the same step."""
+    spans = defaultdict(list)
+    for machine, begin, end, _, step in logged(folder):
+        spans[machine, step].append((begin, end))
     found = []
-    for spans in by_machine.values():
-        spans.sort()
-        found.extend(b[0] - a[1] for a, b in zip(spans, spans[1:]))
-    found.sort()
-    return found[len(found) // 2] if found else 0.0
+    for tasks in spans.values():
+        tasks.sort()
+        found.extend(after[0] - before[1] for before, after in zip(tasks, tasks[1:]))
+    return mean(found)
+
+
+def gap_between_steps(folder):
+    """Seconds between the last end in a step and the first begin in the next."""
+    ends, begins = defaultdict(float), defaultdict(lambda: math.inf)
+    for _, begin, end, _, step in logged(folder):
+        ends[step], begins[step] = max(ends[step], end), min(begins[step], begin)
+    return mean([begins[step + 1] - ends[step] for step in ends if step + 1 in ends])
 
 
 def makespan(folder):
     tasks = logged(folder)
-    return max(end for _, _, end, _ in tasks) - min(begin for _, begin, _, _ in tasks)
+    return max(task[2] for task in tasks) - min(task[1] for task in tasks)
 
 
 def tasks_of(plan, measured):
@@ -228,10 +240,6 @@ def tasks_of(plan, measured):
     for task in plan["tasks"]:
         kind = kind_of(" ".join(task["command"]))
         seconds = measured.get(kind, task["seconds"] or 0.0)
-        frames = task["frames"]
-        if frames and f"{kind} per frame" in measured:
-            count = (frames["last"] - frames["first"]) // frames["step"] + 1
-            seconds = measured[f"{kind} once"] + count * measured[f"{kind} per frame"]
         after = [at[name] + 1 for name in task["after"]] or [0]
         tasks.append(Task(task["stage"], seconds, after, step=task["step"]))
     return tasks
@@ -247,11 +255,11 @@ STAGES = {
     "textons": Task("textons", 41.7, [], 354 * MB, 93 * MB, 1),
     "gram": Task("gram", 0.2, [], 93 * MB, 1 * MB, 1),
     "knn": Task("knn", 0.7, [], 1 * MB, 2 * MB, 1),
-    "synth": Task("synth", 5.8, [], 20 * MB, 4 * MB, 1),
+    "synth": Task("synth", 5.8, [], 96 * MB, 4 * MB, 1),
 }
 RENDER_ONCE, RENDER_FRAME = 1.3, 0.21
 RENDER_READS = 358 * MB
-FRAME_BYTES, FRAME_FILES = 5.4 * MB, 2
+FRAME_BYTES, FRAME_FILES = 11.8 * MB, 2
 
 
 def copy_of(name, after):
@@ -312,7 +320,7 @@ def main():
         command.add_argument("--slots", type=int, default=1, help="tasks that a machine runs at once")
         command.add_argument("--start", type=float, default=0.0, help="seconds until a task runs")
         command.add_argument("--bandwidth", type=float, default=math.inf, help="MB/s of the shared file system")
-        command.add_argument("--link", type=float, default=math.inf, help="MB/s of one machine")
+        command.add_argument("--link", type=float, default=math.inf, help="MB/s of one transfer at most")
         command.add_argument("--creates", type=float, default=math.inf, help="files made per second, all together")
         if name == "plan":
             command.add_argument("plan")
@@ -327,7 +335,9 @@ def main():
             command.add_argument("--frame-files", type=int, default=FRAME_FILES, help="files of a frame")
     options = parser.parse_args()
     if options.command == "terms":
-        found = {**terms(options.logs), "between tasks": gaps(options.logs)}
+        found = terms(options.logs)
+        found["between tasks"] = gap_between_tasks(options.logs)
+        found["between steps"] = gap_between_steps(options.logs)
         text = json.dumps(found, indent=1)
         if options.output:
             with open(options.output, "w", encoding="utf-8") as file:
@@ -343,7 +353,10 @@ def main():
         if options.terms:
             with open(options.terms, encoding="utf-8") as file:
                 measured = json.load(file)
+            # The first tasks of a step are started within the time from step to step.
             options.start = options.start or measured.get("between tasks", 0.0)
+            steps = measured.get("between steps", 0.0)
+            options.between_steps = options.between_steps or max(0.0, steps - options.start)
         seconds, shares = simulate(tasks_of(plan, measured), cluster_of(options))
         print(f"{seconds:.1f} s: " + ", ".join(f"{100 * share:.0f} % {name}" for name, share in shares.items()))
     else:

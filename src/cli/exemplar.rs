@@ -22,7 +22,6 @@ use crate::btf::direction::Direction;
 use crate::btf::sample::{DType, Description, Layout};
 use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
 use crate::cli::endings::check_stem;
-use crate::cli::exemplar::reading::ImageReader;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::Session;
@@ -57,11 +56,11 @@ impl Arguments {
         let _locks = self.files().claim()?;
         let outputs = self.outputs();
         let [sample_path, space_path, table_path] = &outputs;
-        let mut reader = ImageReader::new(self.orientation, self.alpha, self.layer.clone());
+        let mut reader = self.reading.reader();
         let images = channels::read(self, &mut reader)?;
         let colors = &images[0].image;
         let controls = controls::read(self, [colors.width, colors.height], &mut reader)?;
-        reader.finish(&session.progress())?;
+        reader.finish(session.progress())?;
         // Everything is checked and computed before the first file appears.
         let unknown = ContentId::of_bytes(&[]);
         let mut space = space_of_images(&images, controls, self.levels, self.tile, &unknown)?;

@@ -67,7 +67,7 @@ impl Arguments {
         }
         // Estimate, and warn where the two ways disagree.
         let progress = session.progress();
-        let estimate = estimate(&sample, &self.options, &progress)
+        let estimate = estimate(&sample, &self.options, progress)
             .map_err(|error| error.in_file(&self.sample))?;
         if estimate.agreement.correlation < POOR {
             progress.warn(
@@ -77,13 +77,7 @@ impl Arguments {
         }
         // Try the heights: render views that were held out, with and without them.
         let weighting = Weighting::default();
-        let trial = Trial::of(
-            &sample,
-            &estimate.heights,
-            weighting,
-            TRIED_VIEWS,
-            &progress,
-        )?;
+        let trial = Trial::of(&sample, &estimate.heights, weighting, TRIED_VIEWS, progress)?;
         // Write the heights and tell what was found.
         estimate.heights.write(&self.sample)?;
         let outcome = describe(&estimate);

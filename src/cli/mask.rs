@@ -106,7 +106,7 @@ impl Arguments {
                 mask_of_colors(&image, &picks)?
             }
         };
-        reader.finish(&session.progress())?;
+        reader.finish(session.progress())?;
         for edit in &self.edit {
             session.progress().check()?;
             mask = edit.apply(&mask);

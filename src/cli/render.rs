@@ -124,7 +124,7 @@ impl Arguments {
         };
         let outcome = self.write_vertex_colors(&inputs, Outcome::default(), session)?;
         let start = Instant::now();
-        let report = sequence::render(&inputs, &self.options, &session.progress())?;
+        let report = sequence::render(&inputs, &self.options, session.progress())?;
         let seconds = start.elapsed().as_secs_f64();
         let frames = report.files.iter().filter(|file| file.is_there);
         let outcome = describe(outcome, &report, &map, seconds)
@@ -206,7 +206,7 @@ impl Arguments {
         let (colors, _) = sequence::with_renderer(
             inputs,
             &self.options,
-            &session.progress(),
+            session.progress(),
             |renderer, frames| match frames.first() {
                 Some(first) => renderer.vertex_colors(&first.view, &first.lights),
                 None => Ok(Vec::new()),

@@ -38,6 +38,7 @@ use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
+use crate::synthesis::check::Plan;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::level_choice::LevelChoice;
@@ -116,7 +117,7 @@ impl Arguments {
             seed: session.seed(),
             ..self.options.clone()
         };
-        let (space, table) = self.read_exemplar(&options)?;
+        let (space, table, plan) = self.read_exemplar(&options)?;
         let started = Instant::now();
         let is_measured = self.report.is_some() || self.pictures.pictures.is_some();
         let physical = self.target.physical_texel(&space)?;
@@ -126,7 +127,13 @@ impl Arguments {
         let choice = target.choose_levels(exemplar, user.as_ref(), &options);
         let choice = choice.map_err(by_unit)?;
         let options = with_levels(options, choice.as_ref());
-        let prepared = target.prepare(user, exemplar, &options, is_measured, session);
+        // Chosen levels change the plan.
+        let plan = match &choice {
+            Some(_) => check::complete_for(&space, &table, &options)?,
+            None => plan,
+        };
+        let completed = (&options, &plan);
+        let prepared = target.prepare(user, exemplar, completed, is_measured, session);
         let prepared = prepared.map_err(by_unit)?;
         let target = prepared.target;
         let done = target.sites.with(Job {
@@ -138,7 +145,6 @@ impl Arguments {
             started,
             session,
         })?;
-        let plan = check::complete_for(&space, &table, &options)?;
         let circles = prepared.circles.map(CircleSource::name);
         let report = Report::new(
             &done.map,
@@ -283,7 +289,7 @@ impl Arguments {
         }
     }
 
-    fn read_exemplar(&self, options: &SynthesisOptions) -> Result<(Space, NeighborTable)> {
+    fn read_exemplar(&self, options: &SynthesisOptions) -> Result<(Space, NeighborTable, Plan)> {
         let space = Space::read(&self.space)?;
         let Some(table) = self.read_table(&space)? else {
             return Err(Error::option(
@@ -292,11 +298,11 @@ impl Arguments {
                 "SPACE TABLE MESH",
             ));
         };
-        check::complete_for(&space, &table, options)?;
+        let plan = check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
         self.model
             .check_channels(&SampleChannel::of_space(&space))?;
-        Ok((space, table))
+        Ok((space, table, plan))
     }
 
     /// The table, if one is given; refuses that of another space.

@@ -63,7 +63,7 @@ impl Bilinear {
 
 /// What windows are read from: the vectors of a level's texels.
 #[derive(Clone, Copy, Debug)]
-pub struct DensePicture<'a> {
+pub struct DenseFeatures<'a> {
     /// The texels.
     pub grid: TexelGrid,
     /// The vector of each, by number.
@@ -76,7 +76,7 @@ pub struct DensePicture<'a> {
     pub dimensions: usize,
 }
 
-impl DensePicture<'_> {
+impl DenseFeatures<'_> {
     #[inline(always)]
     fn vector(&self, texel: Option<TexelIndex>) -> &[f32] {
         let row = texel.map_or(self.default, |texel| self.rows[texel.index()]);
@@ -88,24 +88,24 @@ impl DenseWindows {
     /// Resamples the windows of all texels of a level, whose features are `embedding`; off the grid lies the
     /// default.
     pub fn new(level: &SpaceLevel, embedding: &Embedding, template: &Template) -> Self {
-        let picture = DensePicture {
+        let features = DenseFeatures {
             grid: level.grid,
             rows: &feature_rows(level),
             default: default_row(level),
             vectors: &flat_vectors(embedding),
             dimensions: embedding.dimensions,
         };
-        Self::of_picture(picture, template, None)
+        Self::of_features(features, template, None)
     }
 
-    /// Resamples the windows of all texels of a picture. `turns` says by texel where the template's x axis
+    /// Resamples the windows of all texels. `turns` says by texel where the template's x axis
     /// points, as a unit vector (s, t).
-    pub fn of_picture(
-        picture: DensePicture<'_>,
+    pub fn of_features(
+        features: DenseFeatures<'_>,
         template: &Template,
         turns: Option<&[Vec2]>,
     ) -> Self {
-        let (dimensions, grid) = (picture.dimensions, picture.grid);
+        let (dimensions, grid) = (features.dimensions, features.grid);
         // Turn the template once where all texels share a direction.
         let upright = samples(template, Vec2::X);
         let stride = dimensions * template.positions.len();
@@ -120,7 +120,7 @@ impl DenseWindows {
                 let samples = turned.as_ref().unwrap_or(&upright);
                 for (sample, numbers) in samples.iter().zip(window.chunks_exact_mut(dimensions)) {
                     for ([drow, dcol], weight) in sample.counting() {
-                        let vector = picture.vector(grid.texel_at(row + drow, col + dcol));
+                        let vector = features.vector(grid.texel_at(row + drow, col + dcol));
                         for (number, value) in numbers.iter_mut().zip(vector) {
                             *number += weight * value;
                         }
@@ -143,7 +143,7 @@ impl DenseWindows {
 }
 
 /// Which texels are whole: those that the margin of a neighbour table of `k` neighbours leaves. Where it is of whole
-/// windows, every texel that the samples blend is on the grid. `turns` as in [`DenseWindows::of_picture`].
+/// windows, every texel that the samples blend is on the grid. `turns` as in [`DenseWindows::of_features`].
 pub fn whole_texels(
     (grid, k): (TexelGrid, usize),
     margin: Margin,
@@ -188,7 +188,7 @@ mod tests {
     use super::*;
     use crate::exemplar::space::Features;
 
-    /// A picture whose one number is a linear function of the place.
+    /// Features whose one number is a linear function of the place.
     fn ramp(tileable: bool) -> (SpaceLevel, Embedding) {
         let grid = TexelGrid {
             width: 9,
@@ -245,7 +245,7 @@ mod tests {
         let template = Template::square(3);
         let rows = feature_rows(&level);
         let vectors = flat_vectors(&embedding);
-        let picture = DensePicture {
+        let features = DenseFeatures {
             grid: level.grid,
             rows: &rows,
             default: default_row(&level),
@@ -256,7 +256,7 @@ mod tests {
         let upright = DenseWindows::new(&level, &embedding, &template);
         // The template's x axis points along t: what lay right of the texel is what lies above it.
         let turns = vec![Vec2::Y; level.grid.len()];
-        let turned = DenseWindows::of_picture(picture, &template, Some(&turns));
+        let turned = DenseWindows::of_features(features, &template, Some(&turns));
         let at =
             |windows: &DenseWindows, row: usize, col: usize| windows.window(texel.0)[3 * row + col];
         for row in 0..3 {

@@ -1,6 +1,6 @@
 //! What a user may choose about the neighbour table.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::exemplar::margin::Margin;
@@ -22,7 +22,7 @@ const LARGEST_SEPARATION: u32 = 16_384;
 const CHEAP_TEXELS: usize = 1 << 14;
 
 /// How neighbours are searched.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Search {
     /// Exact up to 128 × 128 texels, two-level for larger samples.
@@ -35,8 +35,8 @@ pub enum Search {
 }
 
 /// Options of the neighbour table.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct KnnOptions {
     /// Neighbours per texel, itself included (Tong 2002 §5.2: 11).
     #[arg(long, default_value_t = Self::default().k, value_name = "N")]

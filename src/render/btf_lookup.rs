@@ -5,7 +5,7 @@
 //! times the light's irradiance.
 
 use glam::{DVec3, Vec3, Vec4};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::HeightMap;
 use crate::btf::sample::Sample;
@@ -19,7 +19,7 @@ use crate::render::parallax::{Place, ReadList, Relief};
 use crate::render::texel_table::{AnyTable, MemoryBudget, RowLayout, Stored, TexelTable};
 
 /// How values between texel centres are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Texels {
     /// The texel that holds the coordinate.
@@ -62,7 +62,7 @@ impl BtfLookup {
         mip: bool,
         filled: bool,
         budget: &MemoryBudget,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Result<Self> {
         // Choose the directions that are kept, and their images.
         let description = sample.description();

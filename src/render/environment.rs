@@ -18,7 +18,7 @@ use crate::render::options::RenderOptions;
 
 /// Reads the image of an environment in linear Rec. 709, three channels. Where it is transparent or holds no
 /// data there is no light: such places are black.
-pub fn read(path: &Path, options: &RenderOptions, progress: &Progress<'_>) -> Result<FloatImage> {
+pub fn read(path: &Path, options: &RenderOptions, progress: Progress<'_>) -> Result<FloatImage> {
     let reading = ReadOptions {
         encoding: options.lights.environment_encoding.unwrap_or_default(),
         alpha: Alpha::OverBlack,
@@ -293,13 +293,13 @@ mod tests {
             .save(&path)
             .unwrap();
         let mut options = RenderOptions::default();
-        let sky = read(&path, &options, &Progress::silent()).unwrap();
+        let sky = read(&path, &options, Progress::silent()).unwrap();
         let row: Vec<f32> = (0..4).map(|x| sky.get(0, x, 1)).collect();
         for (found, alpha) in row.iter().zip([0.0, 85.0, 170.0, 255.0]) {
             assert!((found - alpha / 255.0).abs() < 1e-6, "{row:?}");
         }
         options.lights.environment_layer = Some("sun".into());
-        let error = read(&path, &options, &Progress::silent()).unwrap_err();
+        let error = read(&path, &options, Progress::silent()).unwrap_err();
         let text = error.to_string();
         assert!(text.starts_with("--environment-layer: `sun`"), "{text}");
     }

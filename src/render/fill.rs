@@ -51,7 +51,7 @@ pub fn openness(
     occluders: &Occluders,
     map: &SurfaceTextonMap,
     vertices: &[u32],
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Vec<f32> {
     let find = |&vertex: &u32| {
         if progress.is_interrupted() {

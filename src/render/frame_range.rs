@@ -3,13 +3,13 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 
 /// Frame numbers: `24` is 1 to 24, `10-20` and `1-240x2` (every second) pick from a longer sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "Text", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(into = "String")]
 pub struct FrameRange {
     first: u32,
     last: u32,
@@ -22,25 +22,6 @@ pub struct FrameRange {
 const MOST_FRAMES: u32 = 100_000;
 /// The largest number of a frame, and of frames of a sweep.
 pub const LAST_FRAME: u32 = 9_999_999;
-
-/// A number in TOML is a count.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Text {
-    Count(u32),
-    Range(String),
-}
-
-impl TryFrom<Text> for FrameRange {
-    type Error = String;
-
-    fn try_from(text: Text) -> std::result::Result<Self, String> {
-        match text {
-            Text::Count(count) => count.to_string().parse(),
-            Text::Range(range) => range.parse(),
-        }
-    }
-}
 
 impl From<FrameRange> for String {
     fn from(range: FrameRange) -> Self {
@@ -131,7 +112,7 @@ impl fmt::Display for FrameRange {
 }
 
 /// File names with the frame's number in place of a run of `#`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
 pub struct FramePattern(pub String);
 

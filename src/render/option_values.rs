@@ -4,19 +4,11 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-/// Types that are written as one string, on the command line and in TOML.
+/// Types that are written as one string.
 macro_rules! as_string {
     ($($name:ty),*) => {$(
-        impl TryFrom<String> for $name {
-            type Error = String;
-
-            fn try_from(text: String) -> std::result::Result<Self, String> {
-                text.parse()
-            }
-        }
-
         impl From<$name> for String {
             fn from(value: $name) -> Self {
                 value.to_string()
@@ -27,8 +19,8 @@ macro_rules! as_string {
 as_string!(Sweep, ImageSize, LightSpec, Point);
 
 /// What changes from frame to frame.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(into = "String")]
 pub enum Sweep {
     /// Nothing.
     #[default]
@@ -80,8 +72,8 @@ impl fmt::Display for Sweep {
 }
 
 /// Columns × rows of a frame, as `1280x960`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(into = "String")]
 pub struct ImageSize(pub [u32; 2]);
 
 /// The longest side of a frame.
@@ -111,8 +103,8 @@ impl fmt::Display for ImageSize {
 }
 
 /// A point or vector, as `x,y,z`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(into = "String")]
 pub struct Point(pub [f64; 3]);
 
 impl FromStr for Point {
@@ -144,8 +136,8 @@ fn numbers(text: &str) -> std::result::Result<Vec<f64>, String> {
 
 /// A light: `sun:AZIMUTH,ELEVATION[,IRRADIANCE]` in degrees, or `point:X,Y,Z[,IRRADIANCE]` in mesh
 /// units, its irradiance meant at the centre of the mesh's bounding box.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(into = "String")]
 pub enum LightSpec {
     /// Parallel rays.
     Sun {
@@ -215,7 +207,7 @@ impl fmt::Display for LightSpec {
 }
 
 /// How the camera projects.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ProjectionKind {
     /// Lines of sight meet in the camera.
@@ -226,7 +218,7 @@ pub enum ProjectionKind {
 }
 
 /// Whether coarser levels of the sample stand in for it where its texels are smaller than pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mip {
     /// On for pixel shading, off for vertex shading.
@@ -239,7 +231,7 @@ pub enum Mip {
 }
 
 /// Groups of channels in a frame's file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Layer {
     /// `R G B A`: linear colour, premultiplied, and coverage.
@@ -268,7 +260,7 @@ pub const STANDARD_LAYERS: [Layer; 5] = [
 ];
 
 /// A moving preview of the sweep.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Animation {
     /// None.

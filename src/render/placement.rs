@@ -17,7 +17,7 @@ pub fn check(
     mesh: &TriangleMesh,
     bounds: &Bounds,
     frames: &[PlannedFrame],
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<()> {
     let mut known = HashSet::new();
     for frame in frames {

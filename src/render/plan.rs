@@ -54,7 +54,7 @@ fn range_of(options: &RenderOptions, rows: u32) -> FrameRange {
 pub fn plan(
     options: &RenderOptions,
     subject: &Subject<'_>,
-    progress: &Progress<'_>,
+    progress: Progress<'_>,
 ) -> Result<Vec<PlannedFrame>> {
     options.validate()?;
     let rows = read_rows(options)?;
@@ -100,7 +100,7 @@ impl<'a> Planner<'a> {
         options: &'a RenderOptions,
         subject: &'a Subject<'a>,
         rows: &'a [Row],
-        progress: &Progress<'_>,
+        progress: Progress<'_>,
     ) -> Result<Self> {
         let environment = match &options.lights.environment {
             Some(path) => Some(environment::read(path, options, progress)?),
@@ -397,7 +397,7 @@ mod tests {
                 .collect(),
         };
         let subject = Subject::new(&mesh, DVec3::ZERO, options)?;
-        plan(options, &subject, &Progress::silent())
+        plan(options, &subject, Progress::silent())
     }
 
     fn towards(frame: &PlannedFrame) -> DVec3 {

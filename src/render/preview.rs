@@ -42,7 +42,7 @@ pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) ->
         mesh,
         Samples::Four,
         bounds.nearest(),
-        &Progress::silent(),
+        Progress::silent(),
     );
     let light = towards.as_vec3();
     let pixels = surface.map_pixels(

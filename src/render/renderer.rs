@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::Result;
 use crate::maps::vertex_map::SurfaceTextonMap;
@@ -36,7 +36,7 @@ use crate::render::vertex_shadows::{ShadowCaster, VertexShadows};
 use crate::render::vertices::Vertices;
 
 /// The rate at which colour is computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shading {
     /// At every vertex, interpolated between them (Tong et al. 2002).
@@ -47,7 +47,7 @@ pub enum Shading {
 }
 
 /// Where lights are found to be hidden.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shadows {
     /// Nowhere: no cast shadows.
@@ -133,7 +133,7 @@ impl<'a> Renderer<'a> {
         if let Some(caster) = &caster {
             let below = |up| Ground::below(&bounds, up, &caster.occluders, settings.fill.is_some());
             ground = settings.ground.map(below);
-            let openness = |_| openness(&caster.occluders, map, caster.vertices(), &progress);
+            let openness = |_| openness(&caster.occluders, map, caster.vertices(), progress);
             open = settings.fill.map(openness);
         }
         progress.check()?;
@@ -264,7 +264,7 @@ impl<'a> Renderer<'a> {
             mesh,
             self.settings.samples,
             self.bounds.nearest(),
-            &self.progress,
+            self.progress,
         );
         let scene = self.scene(view, &[], KnownWeights::default());
         let inside = |hit: &Hit| scene.turns(hit.triangle, point(mesh, hit));
@@ -361,7 +361,7 @@ impl<'a> Renderer<'a> {
         };
         let rays = self.settings.soft_rays;
         let vertices = &chosen.by_place;
-        shadows.find(caster, self.map, lights, rays, vertices, &self.progress);
+        shadows.find(caster, self.map, lights, rays, vertices, self.progress);
         shadows.of_lights()
     }
 

@@ -105,7 +105,7 @@ const IDLE_OPTIONS: [&str; 9] = [
 const HASH: &str = "mesotex:hash";
 
 /// Renders a sweep into a folder.
-pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> Result<Report> {
+pub fn render(inputs: &Inputs, options: &RenderOptions, progress: Progress<'_>) -> Result<Report> {
     let map = inputs.map;
     let (subject, frames) = planned(inputs, options, progress)?;
     placement::check(&map.mesh, &subject.bounds, &frames, progress)
@@ -135,12 +135,12 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: &Progress) -> 
 pub fn with_renderer<R>(
     inputs: &Inputs,
     options: &RenderOptions,
-    progress: &Progress,
+    progress: Progress<'_>,
     work: impl FnOnce(&mut Renderer, &[PlannedFrame]) -> Result<R>,
 ) -> Result<(R, Decision)> {
     let (_, frames) = planned(inputs, options, progress)?;
     let (lookup, parallax) = lay_out(inputs, options, progress)?;
-    let renderer = Renderer::new(inputs.map, &lookup, settings(options), *progress)?;
+    let renderer = Renderer::new(inputs.map, &lookup, settings(options), progress)?;
     let mut renderer = renderer.over(inputs.cover);
     Ok((work(&mut renderer, &frames)?, parallax))
 }
@@ -149,9 +149,8 @@ pub fn with_renderer<R>(
 fn planned<'a>(
     inputs: &Inputs<'a>,
     options: &RenderOptions,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<(Subject<'a>, Vec<PlannedFrame>)> {
-    options.validate()?;
     check_pair(inputs)?;
     check_fill(inputs, options)?;
     let map = inputs.map;
@@ -198,7 +197,7 @@ fn check_fill(inputs: &Inputs, options: &RenderOptions) -> Result<()> {
 fn lay_out(
     inputs: &Inputs,
     options: &RenderOptions,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<(BtfLookup, Decision)> {
     let parallax = Decision::of(
         inputs.sample,
@@ -320,7 +319,7 @@ impl Job<'_> {
     }
 
     /// Says so when the folder holds frames that this sweep will not replace.
-    fn warn_of_strangers(&self, frames: &[PlannedFrame], progress: &Progress) {
+    fn warn_of_strangers(&self, frames: &[PlannedFrame], progress: Progress<'_>) {
         let planned: std::collections::HashSet<PathBuf> = frames
             .iter()
             .map(|frame| with_ending(&self.stem(frame), "exr"))
@@ -346,7 +345,7 @@ impl Job<'_> {
         &self,
         wanted: &[&PlannedFrame],
         report: &mut Report,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Result<()> {
         // Lay out the sample, and prepare the surface.
         let (lookup, parallax) = lay_out(self.inputs, self.options, progress)?;
@@ -354,7 +353,7 @@ impl Job<'_> {
         report.table_bytes = lookup.table.bytes();
         report.table_mapped = lookup.table.is_mapped();
         progress.begin("preparing the surface", 0);
-        let renderer = Renderer::new(self.inputs.map, &lookup, settings(self.options), *progress)?;
+        let renderer = Renderer::new(self.inputs.map, &lookup, settings(self.options), progress)?;
         let mut renderer = renderer.over(self.inputs.cover);
         progress.end();
         // Render each frame while the one before is written.
@@ -574,7 +573,7 @@ fn with_ending(stem: &Path, ending: &str) -> PathBuf {
 }
 
 /// Says so when nothing of a frame is seen or lit.
-fn warn_if_dark(frame: &Frame, planned: &PlannedFrame, progress: &Progress) {
+fn warn_if_dark(frame: &Frame, planned: &PlannedFrame, progress: Progress<'_>) {
     let mut covered = frame.rgba.iter().filter(|pixel| pixel[3] > 0.0).peekable();
     let number = planned.number;
     if covered.peek().is_none() {

@@ -95,7 +95,7 @@ impl Renderer<'_> {
             .then(|| PatchReach::of_edges(points.map, points.neighbors));
         let found = self.scene(&frame.view, &frame.lights, KnownWeights::default());
         let open = found.openness.and(found.occluders);
-        let open = open.map(|occluders| openness_of(occluders, points, &progress));
+        let open = open.map(|occluders| openness_of(occluders, points, progress));
         let whole = ShadingScene {
             patches: patches.as_ref(),
             map: points.map,
@@ -134,7 +134,7 @@ impl Renderer<'_> {
 }
 
 /// The open share of the hemisphere above the triangle that each point lies on.
-fn openness_of(occluders: &Occluders, points: OwnPoints, progress: &Progress) -> Vec<f32> {
+fn openness_of(occluders: &Occluders, points: OwnPoints, progress: Progress<'_>) -> Vec<f32> {
     let all = points.map.mesh.positions.par_iter().zip(points.facets);
     let open = |(turn, (&point, facet)): (usize, (&Vec3, &Vec3))| {
         if progress.is_interrupted() {

@@ -229,7 +229,7 @@ impl AnyTable {
         (images, layout): (&[u32], &RowLayout),
         mip: bool,
         budget: &MemoryBudget,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Result<Self> {
         let source = Source {
             sample,
@@ -264,7 +264,7 @@ struct Source<'a> {
     sample: &'a Sample,
     images: &'a [u32],
     layout: &'a RowLayout,
-    progress: &'a Progress<'a>,
+    progress: Progress<'a>,
 }
 
 impl<T: Stored> TexelTable<T> {

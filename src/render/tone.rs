@@ -3,12 +3,12 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::format::image::{SrgbColor, encode_srgb8};
 
 /// How previews show what is bright.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ToneCurve {
     /// Unchanged up to 0.6; brighter values approach 1 smoothly.
@@ -36,8 +36,8 @@ impl ToneCurve {
 }
 
 /// What is behind the surface in previews.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(into = "String")]
 pub enum Background {
     /// A linear grey from 0 to 1.
     Grey(f32),
@@ -81,14 +81,6 @@ impl fmt::Display for Background {
             Self::Grey(grey) => grey.fmt(f),
             Self::Color(color) => color.fmt(f),
         }
-    }
-}
-
-impl TryFrom<String> for Background {
-    type Error = String;
-
-    fn try_from(text: String) -> std::result::Result<Self, String> {
-        text.parse()
     }
 }
 

@@ -91,7 +91,7 @@ impl VertexShadows {
         lights: &[Light],
         rays: u32,
         vertices: &[u32],
-        progress: &Progress,
+        progress: Progress<'_>,
     ) {
         self.lights.truncate(lights.len());
         for (index, light) in lights.iter().enumerate() {

@@ -27,7 +27,6 @@ pub fn plan<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
 ) -> Result<Plan> {
-    options.validate()?;
     exemplar(inputs.space, inputs.table)?;
     let plan = complete(inputs.space, inputs.table, options)?;
     if options.metric == MetricKind::Gram {
@@ -70,16 +69,23 @@ pub fn neighborhoods(
     table: &NeighborTable,
     options: &SynthesisOptions,
 ) -> Result<Vec<Neighborhood>> {
-    let plan = complete_for(space, table, options)?;
+    planned_neighborhoods(table, &complete_for(space, table, options)?, options)
+}
+
+/// The same for options that are completed already.
+pub fn planned_neighborhoods(
+    table: &NeighborTable,
+    plan: &Plan,
+    options: &SynthesisOptions,
+) -> Result<Vec<Neighborhood>> {
     Ok(match options.method {
-        Method::KCoherence | Method::WeiLevoy => neighborhoods_of(table, &plan)
-            .into_iter()
-            .cloned()
-            .collect(),
+        Method::KCoherence | Method::WeiLevoy => {
+            neighborhoods_of(table, plan).into_iter().cloned().collect()
+        }
         Method::Adaptive => Vec::new(),
         Method::Multiscale => options.multiscale.neighborhoods(plan.levels),
         Method::Coherent => vec![Neighborhood::square(COHERENT_WIDTH, 0)],
-        Method::Progressive => variant_neighborhoods(table, &plan, options),
+        Method::Progressive => variant_neighborhoods(table, plan, options),
         Method::Choosy => return Err(needs_faces()),
     })
 }

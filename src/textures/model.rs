@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
@@ -20,7 +20,7 @@ use crate::textures::surface_color::SurfaceColor;
 use crate::textures::texture::Texture;
 
 /// What to do with texels that are not opaque.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Transparency {
     /// Texels with an alpha below one half are holes
@@ -31,8 +31,8 @@ pub enum Transparency {
 }
 
 /// How the model is made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct ModelOptions {
     /// Displace the surface of the model along its normals by X mesh units per unit of the height channel; triangles
     /// are subdivided to about one texel

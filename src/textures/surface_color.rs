@@ -4,15 +4,15 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::format::image::SrgbColor;
 use crate::textures::texture::Texture;
 
 /// A colour as 8-bit sRGB: `R,G,B` with numbers from 0 to 255, or `#RRGGBB`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(into = "String")]
 pub struct SurfaceColor(pub [u8; 3]);
 
 impl SurfaceColor {
@@ -60,14 +60,6 @@ impl FromStr for SurfaceColor {
 impl fmt::Display for SurfaceColor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         SrgbColor(self.0).fmt(f)
-    }
-}
-
-impl TryFrom<String> for SurfaceColor {
-    type Error = String;
-
-    fn try_from(text: String) -> std::result::Result<Self, String> {
-        text.parse()
     }
 }
 

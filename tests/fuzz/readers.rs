@@ -20,12 +20,13 @@ use mesotex::format::{compress, exr, image as images, json, npy};
 use mesotex::grid::{TexCoord, TexelGrid};
 use mesotex::index::Level;
 use mesotex::maps::{AtlasMap, FaceMap, SurfaceTextonMap};
-use mesotex::mesh::field::GuideFile;
+use mesotex::mesh::field::guides::GuideFile;
 use mesotex::mesh::reading;
 use mesotex::progress::Progress;
 use mesotex::render::path_file;
 use mesotex::sites::SurfaceOptions;
-use mesotex::sites::vertices::{cache, prepare};
+use mesotex::sites::vertices::cache;
+use mesotex::sites::vertices::surface::prepare;
 use mesotex::synthesis::{Checkpoint, Inputs, LevelMap, SynthesisOptions};
 use mesotex::texton::{PartFile, StoredVocabulary};
 
@@ -266,9 +267,10 @@ fn use_scene(path: &Path) -> Result<()> {
     let text = fs::read_to_string(path).map_err(Error::io(path, "read"))?;
     guarded(path, || {
         let mut faults = Faults::default();
-        let scene = Scene::parse(&text, &mut faults);
-        for draft in scene.drafts(&mut faults) {
-            draft.words(&[]);
+        for scene in Scene::all(&text, &mut faults) {
+            for draft in scene.drafts(&mut faults) {
+                draft.words(&[]);
+            }
         }
         faults.into_result(path)
     })

@@ -30,6 +30,17 @@ pub fn refuse(folder: &Path, words: &[&str], code: i32) -> String {
     error
 }
 
+/// The words of a command line without quotes.
+pub fn words(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
+}
+
+/// The same words with another file in the place of one.
+pub fn with_other<'a>(words: &[&'a str], file: &str, other: &'a str) -> Vec<&'a str> {
+    let exchanged = |&word: &&'a str| if word == file { other } else { word };
+    words.iter().map(exchanged).collect()
+}
+
 /// Every file below a folder, by its relative path.
 pub fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();

@@ -43,24 +43,19 @@ fn largest_change(bench: &Bench, options: &RenderOptions, frames_a_turn: u32) ->
         },
         ..options.clone()
     };
-    with_renderer(
-        &inputs,
-        &options,
-        &Progress::silent(),
-        |renderer, frames| {
-            let mut largest = 0f32;
-            let mut last: Option<Vec<[f32; 3]>> = None;
-            for frame in frames {
-                let colors = renderer.vertex_colors(&frame.view, &frame.lights)?;
-                let numbers = || colors.as_flattened().iter();
-                for (a, b) in numbers().zip(last.iter().flatten().flatten()) {
-                    largest = largest.max((a - b).abs());
-                }
-                last = Some(colors);
+    with_renderer(&inputs, &options, Progress::silent(), |renderer, frames| {
+        let mut largest = 0f32;
+        let mut last: Option<Vec<[f32; 3]>> = None;
+        for frame in frames {
+            let colors = renderer.vertex_colors(&frame.view, &frame.lights)?;
+            let numbers = || colors.as_flattened().iter();
+            for (a, b) in numbers().zip(last.iter().flatten().flatten()) {
+                largest = largest.max((a - b).abs());
             }
-            Ok(largest)
-        },
-    )
+            last = Some(colors);
+        }
+        Ok(largest)
+    })
     .unwrap()
     .0
 }

@@ -15,7 +15,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicU64;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::bonn::bdi::{BdiContent, Compression};
 use crate::btf::bonn::color::{Color, ColorModel};
@@ -47,8 +47,8 @@ const IMAGES: usize = 32;
 const LINES: u32 = 4;
 
 /// How a sample becomes a `.btf` file.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Options of dfmf, fmf and pvf")]
 pub struct BonnExportOptions {
     /// Components: per channel (dfmf), of all channels together (fmf), per view (pvf). Default: those of a factored

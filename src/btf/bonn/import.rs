@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::btf::bonn::expand::{expand, expand_turned};
@@ -28,8 +28,8 @@ use crate::format::image::{Alpha, Orientation, SourceEncoding};
 use crate::progress::Progress;
 
 /// How a `.btf` file becomes a sample.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Options of Bonn's .btf files")]
 pub struct BonnOptions {
     /// Write every image of a DFMF or FMF file, not its factors. PVF and BDI files are always expanded.

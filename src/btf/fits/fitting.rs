@@ -38,13 +38,13 @@ pub fn fit_sample(
     progress: Progress<'_>,
 ) -> Result<Fitted> {
     // Solve for the coefficients of every texel.
-    let lights = lights_of(sample, &progress)?;
+    let lights = lights_of(sample, progress)?;
     let equations = NormalEquations::new(basis, &lights)?;
     let white = match basis {
         Basis::Polynomial => 255.0,
         Basis::Hemispherical(_) => 1.0,
     };
-    let solved = solve(sample, &equations, white, &progress)?;
+    let solved = solve(sample, &equations, white, progress)?;
     // Round them to what the format stores.
     let fit = Fit {
         width: sample.grid().width,
@@ -74,7 +74,7 @@ pub fn fit_sample(
 }
 
 /// The light of each image; refuses samples of several views.
-fn lights_of(sample: &Sample, progress: &Progress<'_>) -> Result<Vec<Direction>> {
+fn lights_of(sample: &Sample, progress: Progress<'_>) -> Result<Vec<Direction>> {
     let description = sample.description();
     if description.views.len() != 1 {
         return Err(Error::data("views", description.views.len().to_string())
@@ -102,7 +102,7 @@ fn solve(
     sample: &Sample,
     equations: &NormalEquations,
     white: f64,
-    progress: &Progress<'_>,
+    progress: Progress<'_>,
 ) -> Result<Solved> {
     let texels = sample.grid().len();
     let blocks: Vec<usize> = (0..texels).step_by(BLOCK).collect();
@@ -133,7 +133,7 @@ fn solve_block(
     block: std::ops::Range<usize>,
     equations: &NormalEquations,
     white: f64,
-    progress: &Progress<'_>,
+    progress: Progress<'_>,
 ) -> Result<Solved> {
     let (terms, numbers) = (equations.terms, 3 * block.len());
     // Sum the products of values and basis functions over the images.

@@ -36,7 +36,12 @@ struct Lit {
 
 impl CostVolume {
     /// The costs of heights from −`range` to `range`.
-    pub fn of(sample: &Sample, planes: &Planes, range: f64, progress: &Progress) -> Result<Self> {
+    pub fn of(
+        sample: &Sample,
+        planes: &Planes,
+        range: f64,
+        progress: Progress<'_>,
+    ) -> Result<Self> {
         let grid = sample.grid();
         let step = range / STEPS as f64;
         let heights: Vec<f32> = (0..=2 * STEPS)
@@ -103,7 +108,7 @@ impl Lit {
         heights: &[f32],
         slopes: &[Vec2],
         costs: &mut [f32],
-        progress: &Progress,
+        progress: Progress<'_>,
     ) {
         let total: f32 = self.planes.iter().flatten().sum();
         let floor = FLOOR * total / (self.planes.len() * grid.len()) as f32 + 1e-9;

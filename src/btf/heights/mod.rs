@@ -22,7 +22,7 @@ mod matching;
 mod photometric;
 mod planes;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::height_map::HeightMap;
 use crate::btf::heights::cost_volume::CostVolume;
@@ -34,8 +34,8 @@ use crate::error::{Error, Result};
 use crate::progress::Progress;
 
 /// How heights are estimated.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct HeightOptions {
     /// Range of heights: from −N to N texels.
     #[arg(long, value_name = "N", default_value_t = HeightOptions::default().range)]
@@ -89,7 +89,11 @@ pub struct Estimate {
 }
 
 /// Estimates the heights of a sample.
-pub fn estimate(sample: &Sample, options: &HeightOptions, progress: &Progress) -> Result<Estimate> {
+pub fn estimate(
+    sample: &Sample,
+    options: &HeightOptions,
+    progress: Progress<'_>,
+) -> Result<Estimate> {
     options.validate()?;
     let planes = Planes::choose(sample.description())?;
     let lit = planes.under_all_lights(sample, progress)?;

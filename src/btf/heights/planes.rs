@@ -80,7 +80,11 @@ impl Planes {
 
     /// The mean of the views near the zenith under every light: their parallax is small, and that of opposite ones
     /// cancels.
-    pub fn under_all_lights(&self, sample: &Sample, progress: &Progress) -> Result<Vec<LitPlane>> {
+    pub fn under_all_lights(
+        &self,
+        sample: &Sample,
+        progress: Progress<'_>,
+    ) -> Result<Vec<LitPlane>> {
         let lights = &sample.description().lights;
         progress.begin("reading images", lights.len() as u64);
         let planes = lights.par_iter().enumerate().map(|(light, direction)| {

@@ -78,7 +78,7 @@ fn heights_of_a_bake_are_found_again() {
     let sample = Sample::open(&target).unwrap();
     let wanted = sample.heights().unwrap().unwrap();
     let options = HeightOptions { range: 4.0 };
-    let found = estimate(&sample, &options, &Progress::silent()).unwrap();
+    let found = estimate(&sample, &options, Progress::silent()).unwrap();
     let agreement = found.agreement;
     assert!(agreement.correlation > 0.85, "{agreement:?}");
     assert!((agreement.scale - 1.0).abs() < 0.4, "{agreement:?}");
@@ -108,7 +108,7 @@ fn samples_that_show_no_heights_are_refused() {
         };
         bake(&bumps(8, 1.0), &options, &target, &Progress::silent()).unwrap();
         let sample = Sample::open(&target).unwrap();
-        let refused = estimate(&sample, &HeightOptions::default(), &Progress::silent());
+        let refused = estimate(&sample, &HeightOptions::default(), Progress::silent());
         let error = refused.unwrap_err().to_string();
         assert!(
             error.contains(says) && error.contains("at least 3"),

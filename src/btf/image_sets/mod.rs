@@ -19,7 +19,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 pub use crate::btf::image_sets::exported::Exported;
 
@@ -31,7 +31,7 @@ use crate::format::atomic::folder::FolderInProgress;
 use crate::progress::Progress;
 
 /// A kind of image set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ImageSet {
     /// UBO2003: 8-bit JPEG in sRGB, a folder per view, whole degrees.

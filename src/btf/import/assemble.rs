@@ -71,9 +71,9 @@ pub fn assemble(
     };
     // Read, process and write image after image.
     progress.begin("importing images", arrangement.slots.len() as u64);
-    let (writer, notes) = work.write(target, &progress)?;
+    let (writer, notes) = work.write(target, progress)?;
     progress.end();
-    notes.warn(&progress);
+    notes.warn(progress);
     reader.check_options_used()?;
     writer.finish()
 }
@@ -135,7 +135,7 @@ impl Output {
     }
 
     /// The writer of the sample, when all images are in it; `None` where there were none.
-    fn finish(mut self, progress: &Progress<'_>) -> Result<Option<SampleWriter>> {
+    fn finish(mut self, progress: Progress<'_>) -> Result<Option<SampleWriter>> {
         if let (Some(resampler), Some(writer)) = (self.resampler.take(), &mut self.writer) {
             resampler.finish(progress, |image| writer.push(image))?;
         }
@@ -166,7 +166,7 @@ struct Writing<'a> {
 
 impl Work<'_> {
     /// Writes all images; refuses the set after the last one, where any could not be used.
-    fn write(&self, target: &Path, progress: &Progress<'_>) -> Result<(SampleWriter, Notes)> {
+    fn write(&self, target: &Path, progress: Progress<'_>) -> Result<(SampleWriter, Notes)> {
         let mut writing = Writing {
             target,
             output: Output::default(),

@@ -6,13 +6,13 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::direction::Direction;
 
 /// How a list of images is read.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct ListOptions {
     /// Where the images are: a folder, or a quoted pattern such as "photos/*.jpg". Images are matched with the list
     /// by name. If no name matches, as with the list of a calibrated dome, they are sorted (2 before 10) and assigned
@@ -51,8 +51,8 @@ impl ListOptions {
 }
 
 /// The size of a patch in millimetres.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(into = "String")]
 pub struct PatchSize {
     /// Along x.
     pub width: f64,
@@ -80,14 +80,6 @@ impl fmt::Display for PatchSize {
     }
 }
 
-impl TryFrom<String> for PatchSize {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
 impl From<PatchSize> for String {
     fn from(size: PatchSize) -> Self {
         size.to_string()
@@ -95,7 +87,7 @@ impl From<PatchSize> for String {
 }
 
 /// Which way the y axis of a list points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Handedness {
     /// Up the image: x, y and z are right-handed.

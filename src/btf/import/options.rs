@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::direction::Direction;
 use crate::btf::import::family::Family;
@@ -14,8 +14,8 @@ use crate::btf::sample::DType;
 use crate::format::image::{Alpha, Flags, Orientation, ReadOptions, SourceEncoding};
 
 /// How an image set becomes a sample.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct ImportOptions {
     /// What the images' numbers mean.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().values)]
@@ -109,7 +109,7 @@ impl ImportOptions {
 }
 
 /// What the images' numbers mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Values {
     /// As the format defines them: without the light's cosine in Bonn's SPECTRAL, else reflectance.

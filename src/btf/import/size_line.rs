@@ -4,10 +4,10 @@
 //! rows from the bottom. Public readers of the set overwrite the line and turn the rows round.
 
 use clap::ValueEnum;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// How the size line of Radiance files in sets of Bonn is read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum SizeLine {
     /// `+X W -Y H` as rows from the bottom, as ATRIUM has them; all else as stated.

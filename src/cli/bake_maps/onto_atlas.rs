@@ -83,7 +83,7 @@ impl Arguments {
         let (shaded, parallax) = with_renderer(
             &inputs,
             &self.shading(),
-            &progress,
+            progress,
             |renderer, frames| match frames.first() {
                 Some(frame) => renderer.point_colors(frame, points, side),
                 None => Ok(Vec::new()),

@@ -37,7 +37,7 @@ impl Arguments {
         let (colors, parallax) = with_renderer(
             &inputs,
             &self.shading(),
-            &progress,
+            progress,
             |renderer, frames| match frames.first() {
                 Some(frame) => renderer.texel_colors(frame, &placed.hits, texel),
                 None => Ok(Vec::new()),

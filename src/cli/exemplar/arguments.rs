@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::exemplar::option_values::{AlphaOption, ImageEncoding, KindOption};
+use crate::cli::exemplar::option_values::{ImageEncoding, KindOption};
+use crate::cli::exemplar::reading::ReadingOptions;
 use crate::cli::exemplar::weights::Weight;
 use crate::cli::session::Common;
 use crate::exemplar::knn_options::KnnOptions;
-use crate::format::image::Orientation;
 
 /// Make an exemplar of plain images.
 #[derive(Debug, Args)]
@@ -56,15 +56,8 @@ pub struct Arguments {
     pub encoding: Vec<ImageEncoding>,
     #[command(flatten)]
     pub controls: ControlImages,
-    /// Which way up the images are read
-    #[arg(long, value_enum, default_value = "upright")]
-    pub orientation: Orientation,
-    /// What becomes of texels that are not opaque
-    #[arg(long, value_enum, default_value = "refuse")]
-    pub alpha: AlphaOption,
-    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
-    #[arg(long, value_name = "NAME")]
-    pub layer: Option<String>,
+    #[command(flatten)]
+    pub reading: ReadingOptions,
     #[command(flatten)]
     pub knn: KnnOptions,
     #[command(flatten)]

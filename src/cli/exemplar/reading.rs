@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use clap::Args;
+
 use crate::cli::exemplar::option_values::AlphaOption;
 use crate::error::{Error, Result};
 use crate::format::image::{
@@ -9,6 +11,27 @@ use crate::format::image::{
     SourceEncoding,
 };
 use crate::progress::Progress;
+
+/// How the images of a command are read.
+#[derive(Clone, Debug, Args)]
+pub struct ReadingOptions {
+    /// Which way up the images are read
+    #[arg(long, value_enum, default_value = "upright")]
+    pub orientation: Orientation,
+    /// What becomes of texels that are not opaque
+    #[arg(long, value_enum, default_value = "refuse")]
+    pub alpha: AlphaOption,
+    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
+}
+
+impl ReadingOptions {
+    /// A reader that does so.
+    pub(in crate::cli) fn reader(&self) -> ImageReader {
+        ImageReader::new(self.orientation, self.alpha, self.layer.clone())
+    }
+}
 
 /// Reads images as the command's options say.
 pub(in crate::cli) struct ImageReader {
@@ -87,7 +110,7 @@ impl ImageReader {
     }
 
     /// Tells the notes, and refuses options that no image was touched by.
-    pub(in crate::cli) fn finish(self, progress: &Progress<'_>) -> Result<()> {
+    pub(in crate::cli) fn finish(self, progress: Progress<'_>) -> Result<()> {
         self.notes.warn(progress);
         if self.lacks_alpha {
             return Err(Error::option(

@@ -35,7 +35,7 @@ pub fn add(
         .parts
         .iter()
         .fold(outcome, |outcome, part| outcome.line(line(part)));
-    let outcome = with_parallax(outcome, &sample, &progress)?;
+    let outcome = with_parallax(outcome, &sample, progress)?;
     let parts: Vec<Value> = report.parts.iter().map(figures).collect();
     Ok(outcome.figure(
         "leave_out",
@@ -44,7 +44,7 @@ pub fn add(
 }
 
 /// Adds what parallax changes, where the sample has heights.
-fn with_parallax(outcome: Outcome, sample: &Sample, progress: &Progress<'_>) -> Result<Outcome> {
+fn with_parallax(outcome: Outcome, sample: &Sample, progress: Progress<'_>) -> Result<Outcome> {
     let Some(heights) = sample.heights()? else {
         return Ok(outcome);
     };

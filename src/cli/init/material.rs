@@ -82,7 +82,7 @@ pub(super) enum Depth {
 
 impl Material {
     /// Reads what is at a path.
-    pub(super) fn read(path: &Path, progress: &Progress<'_>) -> Result<Self> {
+    pub(super) fn read(path: &Path, progress: Progress<'_>) -> Result<Self> {
         match Kind::of(path)? {
             Kind::Material => Ok(Self::Maps(Maps::read(path, progress)?)),
             Kind::Sample => {
@@ -173,7 +173,7 @@ fn fits_levels(side: u32) -> bool {
 }
 
 impl Maps {
-    fn read(path: &Path, progress: &Progress<'_>) -> Result<Self> {
+    fn read(path: &Path, progress: Progress<'_>) -> Result<Self> {
         let recipe = read_recipe(path)?;
         let of_material = |loaded: &Loaded| match is_stated(&recipe) {
             true => loaded.depth,

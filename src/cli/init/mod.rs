@@ -73,7 +73,7 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
         let progress = session.progress();
-        let material = Material::read(&self.material, &progress)?;
+        let material = Material::read(&self.material, progress)?;
         let user = reading::read(&self.mesh, progress)?;
         let surface =
             Surface::fitted(&user, material.sides()).map_err(|error| error.in_file(&self.mesh))?;

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use crate::cli::plan::pieces::{Made, Piece, pieces};
+use crate::cli::plan::pieces::{Made, Piece, joined, pieces};
 use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::overview::{Opened, enter, opened, read_text};
@@ -242,14 +242,6 @@ impl Graph {
             self.steps(),
             self.seconds()
         )
-    }
-}
-
-/// A path of a folder; `.` and nothing are the folder of the plan.
-pub(super) fn joined(folder: &Path, path: &Path) -> PathBuf {
-    match folder == Path::new("") || folder == Path::new(".") {
-        true => path.to_path_buf(),
-        false => folder.join(path),
     }
 }
 

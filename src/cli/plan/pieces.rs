@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::outputs::Product;
-use crate::cli::plan::graph::joined;
 use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::draft::path_word;
@@ -308,4 +307,12 @@ fn frames(arguments: &render::Arguments, numbers: &[u32]) -> Option<Frames> {
         ends: [first, last],
         step: numbers.get(1).map_or(1, |second| second - first),
     })
+}
+
+/// A path of a folder; `.` and nothing are the folder of the plan.
+pub(super) fn joined(folder: &Path, path: &Path) -> PathBuf {
+    match folder == Path::new("") || folder == Path::new(".") {
+        true => path.to_path_buf(),
+        false => folder.join(path),
+    }
 }

@@ -77,7 +77,7 @@ pub(super) fn slices_of_bake(whole: Cost, sample: SampleSize, shards: f64) -> [C
     };
     // Bytes are copied and hashed.
     let copied = 6.0 * sample.texels * sample.images;
-    [slice, Cost::new(0.02 + 1e-9 * copied, 10e6)]
+    [slice, Cost::new(0.03 + 2.7e-9 * copied, 10e6)]
 }
 
 /// The most texels of which all products are kept; more are projected first.
@@ -109,13 +109,27 @@ pub(super) fn textons(
     )
 }
 
-/// Texton analysis shared among so many runs: what each takes, and the reduction.
-pub(super) fn shares_of_textons(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
-    let bytes = whole.bytes / shards;
-    [
-        Cost::new(whole.seconds / shards, bytes.max(4.0 * sample.texels)),
-        whole,
-    ]
+/// Texton analysis shared among so many runs: what each takes, and the reduction; `whole` is one run.
+pub(super) fn shares_of_textons(
+    whole: Cost,
+    sample: SampleSize,
+    [chosen, grid, channels]: [f64; 3],
+    shards: f64,
+) -> [Cost; 2] {
+    let dense = sample.texels.min(MOST_DENSE_TEXELS);
+    // Runs share the images' appearance vectors, of which some are chosen, or the products of all.
+    let (shared, bytes) = match chosen < sample.images {
+        true => (2.1e-9 * (sample.images * grid).powi(2), 33e6),
+        false => (
+            1.7e-11 * channels * chosen * dense * sample.texels,
+            6.0 * dense * dense,
+        ),
+    };
+    let reduction = Cost {
+        seconds: whole.seconds - shared,
+        ..whole
+    };
+    [Cost::new(0.02 + shared / shards, bytes), reduction]
 }
 
 /// The dot products of a vocabulary.
@@ -304,6 +318,8 @@ mod tests {
             synthesis.cost(side * side, sites)
         };
         let small = 640.0 * 480.0;
+        let many = textons(sample(64.0), 100.0, 200.0, 8.0, 3.0);
+        let all = textons(sample(64.0), 3600.0, 200.0, 8.0, 3.0);
         let measured = [
             ("bake 64", bake(sample(64.0), 1.0, 0.0, 1.9), 0.91, 22e6),
             ("bake 128", bake(sample(128.0), 1.0, 0.0, 1.9), 3.22, 41e6),
@@ -360,6 +376,24 @@ mod tests {
                 textons(scattered, 200.0, 200.0, 8.0, 3.0),
                 87.88,
                 2.57e9,
+            ),
+            (
+                "textons 64, a half",
+                shares_of_textons(many, sample(64.0), [100.0, 8.0, 3.0], 2.0)[0],
+                1.01,
+                49e6,
+            ),
+            (
+                "textons 64, halves joined",
+                shares_of_textons(many, sample(64.0), [100.0, 8.0, 3.0], 2.0)[1],
+                3.53,
+                221e6,
+            ),
+            (
+                "textons 64, all, an eighth",
+                shares_of_textons(all, sample(64.0), [3600.0, 8.0, 3.0], 8.0)[0],
+                0.45,
+                117e6,
             ),
             ("knn 128", knn(16_384.0), 0.66, 27e6),
             ("knn 256", knn(65_536.0), 6.55, 42e6),

@@ -19,6 +19,7 @@ use crate::render::memory::{frame_count, light_count};
 use crate::render::nearest::Weighting;
 use crate::render::renderer::{Shading, Shadows};
 use crate::synthesis::Effort;
+use crate::texton::TextonOptions;
 use crate::texton::image_blocks::ImageBlocks;
 
 /// Rays per texel and image that `--samples auto` takes on average.
@@ -154,7 +155,7 @@ impl<'a> Sizes<'a> {
         let sample = size?;
         let options = &arguments.options;
         let chosen = options.chosen_of(sample.images as usize) as f64;
-        let channels = if options.luminance { 1.0 } else { 3.0 };
+        let channels = channels_of(options);
         let (count, grid) = (f64::from(options.textons), f64::from(options.image_grid));
         Some(cost::textons(sample, chosen, count, grid, channels))
     }
@@ -191,7 +192,14 @@ impl<'a> Sizes<'a> {
     ) -> Option<[Cost; 2]> {
         let sample = self.sample_at(&arguments.sample)?;
         let whole = self.textons(arguments)?;
-        Some(cost::shares_of_textons(whole, sample, f64::from(shards)))
+        let options = &arguments.options;
+        let work = [
+            options.chosen_of(sample.images as usize) as f64,
+            f64::from(options.image_grid),
+            channels_of(options),
+        ];
+        let shards = f64::from(shards);
+        Some(cost::shares_of_textons(whole, sample, work, shards))
     }
 
     /// Of a mesh that is made already, the input need not be read.
@@ -281,6 +289,11 @@ impl<'a> Sizes<'a> {
         self.vertices.insert(path.to_path_buf(), count as f64);
         Some(count as f64)
     }
+}
+
+/// The channels that an analysis filters.
+fn channels_of(options: &TextonOptions) -> f64 {
+    if options.luminance { 1.0 } else { 3.0 }
 }
 
 /// The size of a sample that is there.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::cli::machine::Need;
 use crate::cli::session::Session;
@@ -25,13 +25,13 @@ use crate::sites::vertices::circles::{CircleSource, RoundOptions};
 use crate::sites::vertices::memory::{bytes_to_march, bytes_to_prepare};
 use crate::sites::vertices::surface;
 use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
-use crate::synthesis::check::neighborhoods;
+use crate::synthesis::check::{Plan, planned_neighborhoods};
 use crate::synthesis::level_choice::LevelChoice;
 use crate::synthesis::memory;
 use crate::synthesis::options::{Method, SynthesisOptions};
 
 /// What happens at a flat grid's border.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Border {
     /// Opposite borders continue each other: the result tiles
@@ -205,13 +205,13 @@ impl TargetArguments {
         &self,
         user: Option<UserMesh>,
         (space, table): (&Space, &NeighborTable),
-        options: &SynthesisOptions,
+        (options, plan): (&SynthesisOptions, &Plan),
         is_measured: bool,
         session: &Session,
     ) -> Result<Prepared> {
         // Find which neighbourhoods the method reads, and which the figures are measured with.
         let windows = Windows {
-            own: neighborhoods(space, table, options)?,
+            own: planned_neighborhoods(table, plan, options)?,
             measured: table.neighborhoods().swap_remove(0),
         };
         let round = (options.method == Method::Adaptive).then(|| RoundOptions {

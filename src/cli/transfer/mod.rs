@@ -10,15 +10,14 @@ use clap::Args;
 use serde_json::json;
 
 use crate::cli::atlas;
-use crate::cli::exemplar::option_values::{AlphaOption, ImageEncoding};
-use crate::cli::exemplar::reading::ImageReader;
+use crate::cli::exemplar::option_values::ImageEncoding;
+use crate::cli::exemplar::reading::ReadingOptions;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::transfer::maps::MapFile;
 use crate::error::{Error, Result};
-use crate::format::image::Orientation;
 use crate::format::ours::Format;
 use crate::grid::TexelGrid;
 use crate::maps::atlas_map::description::LARGEST;
@@ -63,15 +62,8 @@ pub struct Arguments {
     /// How the numbers of colours encode light
     #[arg(long, value_enum, default_value = "auto")]
     pub encoding: ImageEncoding,
-    /// Whether the orientation tag of images is applied
-    #[arg(long, value_enum, default_value = "upright")]
-    pub orientation: Orientation,
-    /// What to do with texels that are not opaque
-    #[arg(long, value_enum, default_value = "refuse")]
-    pub alpha: AlphaOption,
-    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
-    #[arg(long, value_name = "NAME")]
-    pub layer: Option<String>,
+    #[command(flatten)]
+    pub reading: ReadingOptions,
     #[command(flatten)]
     pub model: ModelOptions,
     #[command(flatten)]
@@ -178,9 +170,9 @@ impl Arguments {
     }
 
     fn channels(&self, grid: TexelGrid, session: &Session) -> Result<Vec<SampleChannel>> {
-        let mut reader = ImageReader::new(self.orientation, self.alpha, self.layer.clone());
+        let mut reader = self.reading.reader();
         let channels = maps::read(&self.maps, (grid, self.finer), self.encoding, &mut reader)?;
-        reader.finish(&session.progress())?;
+        reader.finish(session.progress())?;
         Ok(channels)
     }
 }

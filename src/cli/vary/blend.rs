@@ -127,7 +127,7 @@ impl Arguments {
         let fields = self
             .fields
             .read(output, self.outputs.tolerance(), &mut reader)?;
-        reader.finish(&progress)?;
+        reader.finish(progress)?;
         // Blend.
         let work = Blend {
             materials,

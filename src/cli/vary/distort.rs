@@ -74,7 +74,7 @@ impl Arguments {
         let fields = self
             .fields
             .read(output, self.outputs.tolerance(), &mut reader)?;
-        reader.finish(&progress)?;
+        reader.finish(progress)?;
         let read = (&fields.transition, &fields.orientation);
         // Distort, the mask with the texture.
         let texels = distorted(&material, read, &self.distortion, session.seed(), progress)?;

@@ -82,7 +82,7 @@ impl Arguments {
         let fields = self
             .fields
             .read(output, self.outputs.tolerance(), &mut reader)?;
-        reader.finish(&progress)?;
+        reader.finish(progress)?;
         // Warp the mask.
         let mut mask = extended(&source, material.tileable, output);
         for warp in &self.warp {

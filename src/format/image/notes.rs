@@ -55,7 +55,7 @@ impl Notes {
     }
 
     /// Tells the user, one warning for each matter.
-    pub fn warn(&self, progress: &Progress<'_>) {
+    pub fn warn(&self, progress: Progress<'_>) {
         for (path, note, more) in &self.matters {
             let others = match more {
                 0 => String::new(),
@@ -90,7 +90,7 @@ mod tests {
                 told.lock().unwrap().push(text);
             }
         };
-        notes.warn(&Progress::new(&listener, None));
+        notes.warn(Progress::new(&listener, None));
         assert_eq!(
             *told.lock().unwrap(),
             ["0.png: 0 texels (and so in 2 more images)", "9.png: wide"]

@@ -20,7 +20,7 @@ use crate::mesh::user_vertex::UserVertices;
 use crate::progress::Progress;
 
 /// What the field follows where nothing is said of a vertex.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Alignment {
     /// Nothing: the field is as smooth as possible.
@@ -33,7 +33,7 @@ pub enum Alignment {
 }
 
 /// The energy that the orientation field minimises or maximises.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum FieldEnergy {
     /// The least squared change from vertex to vertex; its one optimum is found exactly (Knöppel 2013).

@@ -7,16 +7,13 @@
 //! field of least energy that takes them exactly. [`cosine`] improves it under another energy.
 
 pub(crate) mod cosine;
-pub(crate) mod curvature;
-pub(crate) mod guides;
+pub mod curvature;
+pub mod guides;
 mod hermitian;
 mod laplacian;
 mod multigrid;
 pub(crate) mod singularities;
 mod solvers;
-
-pub use curvature::largest_curvatures;
-pub use guides::{Alignment, FieldEnergy, Guide, GuideFile, GuideOptions};
 
 use glam::{DVec2, Vec3};
 use rand::Rng;

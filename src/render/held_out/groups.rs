@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use rand::seq::SliceRandom;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::random;
 
@@ -10,7 +10,7 @@ use crate::random;
 pub const MOST_HELD: usize = 256;
 
 /// Which directions are left out at a time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum LeaveOut {
     /// Each alone, in turn.

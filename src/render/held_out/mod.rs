@@ -59,7 +59,7 @@ pub fn measure(
     progress: Progress<'_>,
 ) -> Result<HeldOutReport> {
     // Read the texels that are compared.
-    let texels = ComparedTexels::read(sample, seed, &progress)?;
+    let texels = ComparedTexels::read(sample, seed, progress)?;
     let mut parts = Vec::new();
     // Leave views out, then lights.
     for &held in Held::of(sample.description()) {
@@ -81,7 +81,7 @@ pub fn measure(
             directions: (left_out, distinct.len()),
             errors,
         };
-        parts.extend(trial.run(&groups, &progress)?.into_iter().map(part));
+        parts.extend(trial.run(&groups, progress)?.into_iter().map(part));
     }
     Ok(HeldOutReport {
         texels: (texels.count(), sample.grid().len()),

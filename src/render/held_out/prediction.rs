@@ -73,7 +73,7 @@ impl Trial<'_> {
     pub(super) fn run(
         &self,
         groups: &[Vec<u32>],
-        progress: &Progress<'_>,
+        progress: Progress<'_>,
     ) -> Result<Vec<(Weighting, HeldOutErrors)>> {
         progress.begin(
             format!("leaving out {}", self.held.name()),

@@ -25,7 +25,7 @@ pub(super) struct ComparedTexels {
 
 impl ComparedTexels {
     /// Reads the texels of every image.
-    pub(super) fn read(sample: &Sample, seed: u64, progress: &Progress<'_>) -> Result<Self> {
+    pub(super) fn read(sample: &Sample, seed: u64, progress: Progress<'_>) -> Result<Self> {
         let runs = runs(sample.grid().len(), seed);
         let count: usize = runs.iter().map(Range::len).sum();
         let images = sample.image_count();

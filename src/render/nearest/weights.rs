@@ -1,12 +1,12 @@
 //! What product and scattered samples share: directions that are the same, the nearest of a list, and
 //! weights by inverse distance.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::direction::{Direction, SAME_DIRECTION};
 
 /// How images of nearby directions are weighted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Weighting {
     /// A linear fit to the directions nearer than 1.05 times the 5th nearest; values are scaled by the ratio of the

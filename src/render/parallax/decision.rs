@@ -1,6 +1,6 @@
 //! Whether views are blended with their parallax, and why.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::HeightMap;
 use crate::btf::sample::Sample;
@@ -10,7 +10,7 @@ use crate::render::nearest::{DirectionSet, Weighting};
 use crate::render::parallax::trial::Trial;
 
 /// Whether views are blended with their parallax.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Parallax {
     /// If the sample has heights, and left-out views are predicted better with it.
@@ -40,7 +40,7 @@ impl Decision {
         sample: &Sample,
         wanted: Parallax,
         weighting: Weighting,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Result<Self> {
         // Do without where it is not wanted.
         let plain = |reason: &str| Self {

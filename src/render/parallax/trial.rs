@@ -65,7 +65,7 @@ impl Trial {
         heights: &HeightMap,
         weighting: Weighting,
         most: usize,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Result<Option<Self>> {
         // Choose what is left out and compared.
         let description = sample.description();

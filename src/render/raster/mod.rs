@@ -89,7 +89,7 @@ impl SurfaceBuffer {
         mesh: &TriangleMesh,
         samples: Samples,
         nearest: f64,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Self {
         // Project the vertices, and sort the triangles into tiles.
         let screen = Screen::project(view, &mesh.positions, &mesh.triangles, nearest);

@@ -4,13 +4,13 @@
 //! pixel's centre for the other layers (depth, normals, labels), so that they hold what a ray
 //! through the centre meets.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// Fixed-point steps in a pixel.
 pub const SUBPIXEL: i32 = 256;
 
 /// Samples per pixel for antialiasing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 pub enum Samples {
     /// The centre alone: no antialiasing.
     #[value(name = "1")]

@@ -55,7 +55,7 @@ fn a_wall_has_no_cracks_at_any_triangle_size() {
             let view = view(projection, [97, 70]);
             let mesh = wall(cells, 3);
             let buffer =
-                SurfaceBuffer::draw(&view, &mesh, Samples::Sixteen, 1e-3, &Progress::silent());
+                SurfaceBuffer::draw(&view, &mesh, Samples::Sixteen, 1e-3, Progress::silent());
             for row in 0..70 {
                 for column in 0..97 {
                     let hits = buffer.pixel(column, row);
@@ -78,7 +78,7 @@ fn shared_edges_belong_to_one_triangle() {
             positions: mesh.positions.clone(),
             triangles: vec![*triangle],
         };
-        let buffer = SurfaceBuffer::draw(&view, &alone, Samples::Four, 1e-3, &Progress::silent());
+        let buffer = SurfaceBuffer::draw(&view, &alone, Samples::Four, 1e-3, Progress::silent());
         for pixel in 0..1200u32 {
             for (sample, hit) in buffer.pixel(pixel % 40, pixel / 40).iter().enumerate() {
                 covered[pixel as usize * 5 + sample] += u32::from(hit.is_surface());
@@ -121,7 +121,7 @@ fn the_nearest_triangle_is_seen_at_the_point_a_ray_meets() {
     }
     for projection in [PERSPECTIVE, ORTHOGRAPHIC] {
         let view = view(projection, [64, 64]);
-        let buffer = SurfaceBuffer::draw(&view, &mesh, Samples::One, 1e-3, &Progress::silent());
+        let buffer = SurfaceBuffer::draw(&view, &mesh, Samples::One, 1e-3, Progress::silent());
         let mut agree = 0;
         let mut seen = 0;
         for pixel in 0..64 * 64u32 {
@@ -174,7 +174,7 @@ fn triangles_behind_the_camera_are_cut() {
         projection: Projection::Perspective { vertical_fov: 1.0 },
     };
     let view = View::new(camera, [32, 32]).unwrap();
-    let buffer = SurfaceBuffer::draw(&view, &mesh, Samples::Four, 1e-2, &Progress::silent());
+    let buffer = SurfaceBuffer::draw(&view, &mesh, Samples::Four, 1e-2, Progress::silent());
     for row in 0..32 {
         for column in 0..32 {
             let hit = buffer.layer_hit(buffer.pixel(column, row));
@@ -207,7 +207,7 @@ fn other_layers_come_from_the_centre_or_the_nearest_covered_sample() {
         projection: Projection::Orthographic { height: 1.0 },
     };
     let view = View::new(camera, [1, 1]).unwrap();
-    let buffer = SurfaceBuffer::draw(&view, &mesh, Samples::Four, 1e-3, &Progress::silent());
+    let buffer = SurfaceBuffer::draw(&view, &mesh, Samples::Four, 1e-3, Progress::silent());
     let covered: Vec<bool> = buffer
         .color_hits(buffer.pixel(0, 0))
         .iter()

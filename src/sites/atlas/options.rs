@@ -1,14 +1,14 @@
 //! How an atlas is prepared: the options, checked.
 
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::mesh::field::guides::{Alignment, GuideOptions};
 use crate::neighborhood::{Neighborhood, check_level_widths, level_widths};
 
 /// How the neighbourhoods of texels are sampled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sampling {
     /// In a planar chart round each vertex (Ying 2001 §4.2)
@@ -19,7 +19,7 @@ pub enum Sampling {
 }
 
 /// What the charts of an atlas are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ChartSource {
     /// The parts of the mesh's texture coordinates, or of new ones
@@ -30,8 +30,8 @@ pub enum ChartSource {
 }
 
 /// How an atlas is prepared.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Serialize, Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct AtlasOptions {
     /// Levels of the pyramid, each with half the resolution (Ying 2001 §4). Set by synthesis.
     #[arg(skip = AtlasOptions::default().levels)]

@@ -19,26 +19,19 @@ pub mod circles;
 pub(crate) mod distortion;
 pub(crate) mod memory;
 mod parents;
-pub(crate) mod patches;
+pub mod patches;
 mod prepared_surface;
 pub(crate) mod sampling;
-pub(crate) mod stencil;
-pub(crate) mod stretch;
-pub(crate) mod surface;
-pub(crate) mod surface_options;
-
-pub use patches::Patches;
-pub use prepared_surface::Surface;
-pub use sampling::SampleCounts;
-pub use stencil::{PackedSample, PatchStencils};
-pub use stretch::{adjacent_samples, on_one_ring, stretch};
-pub use surface::prepare;
-pub use surface_options::texel_on;
+pub mod stencil;
+pub mod stretch;
+pub mod surface;
+pub mod surface_options;
 
 use either::Either;
 
 use crate::mesh::compressed_rows::Rows;
 use crate::sites::level::{Neighbor, Parent, SampleLocation, Sites};
+use crate::sites::vertices::stencil::PatchStencils;
 
 /// The vertices of one mesh of the pyramid.
 #[derive(Clone, Debug, Default, PartialEq)]

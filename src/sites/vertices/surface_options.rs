@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::mesh::field::guides::{Alignment, FieldEnergy, GuideOptions};
@@ -12,8 +12,8 @@ use crate::neighborhood::{Neighborhood, check_level_widths, level_widths};
 use crate::progress::Progress;
 
 /// How a surface is prepared.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, Serialize, Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct SurfaceOptions {
     /// Levels of the mesh pyramid, each with a quarter of the vertices (Tong 2002 §5.1). Set by
     /// synthesis.

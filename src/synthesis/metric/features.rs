@@ -1,4 +1,4 @@
-//! The picture metric: the neighbourhoods of plain images, a line of a window as one run of numbers.
+//! The metric of features: the neighbourhoods of plain images, a line of a window as one run of numbers.
 //!
 //! A plain image has a short vector a texel, three numbers of colour mostly. They are kept side by side
 //! as the texels are, on an image with a border as wide as the windows reach, so that a line of a
@@ -27,8 +27,8 @@ use crate::synthesis::metric::window_metric::{
 
 /// Numbers of a vector that are copied at once.
 const STEP: usize = 4;
-/// Pairs of blocks after which a growing distance is compared with the best so far: the windows of a
-/// picture in colour have fewer, and are sooner compared whole than a branch is guessed wrong.
+/// Pairs of blocks after which a growing distance is compared with the best so far: the windows of an
+/// image in colour have fewer, and are sooner compared whole than a branch is guessed wrong.
 const RUN: usize = 8;
 
 /// The metric of one level of a plain image.
@@ -108,8 +108,8 @@ impl<'a> FeatureMetric<'a> {
     #[must_use]
     pub fn with_projected_windows(mut self, draw: (u64, u32), searches_all: bool) -> Self {
         let texels = &self.exemplar.whole_texels;
-        let pictures = std::iter::once(&self.fine).chain(&self.coarse);
-        let weights = pictures.map(|picture| &picture.weights[..]);
+        let images = std::iter::once(&self.fine).chain(&self.coarse);
+        let weights = images.map(|bordered| &bordered.weights[..]);
         let weights: Vec<f32> = bytemuck::pod_collect_to_vec(&weights.collect::<Vec<_>>().concat());
         let window = |texel: u32, numbers: &mut Vec<f32>| {
             let mut pattern = FeaturePattern::default();
@@ -171,7 +171,7 @@ impl BorderedImage {
             vector.resize(steps * STEP, 0.0);
             vector.as_chunks().0.to_vec()
         });
-        let mut picture = Self {
+        let mut bordered = Self {
             steps,
             vectors: filled_up.collect(),
             numbers,
@@ -182,13 +182,13 @@ impl BorderedImage {
         };
         let (mut before, mut laid) = (None, Vec::new());
         for (&delta, &weight) in windows.deltas().iter().zip(weights) {
-            picture.lay_sample(delta, weight, before == Some(delta), &mut laid);
+            bordered.lay_sample(delta, weight, before == Some(delta), &mut laid);
             before = Some(delta + 1);
         }
         // The second block of the last pair may be none: it weighs nothing.
-        laid.resize(2 * LANES * picture.blocks.len(), 0.0);
-        picture.weights = bytemuck::pod_collect_to_vec(&laid);
-        picture
+        laid.resize(2 * LANES * bordered.blocks.len(), 0.0);
+        bordered.weights = bytemuck::pod_collect_to_vec(&laid);
+        bordered
     }
 
     /// Finds place for a sample's numbers, whose weights are laid there: behind the last one's if it
@@ -414,8 +414,8 @@ fn read_pattern<const N: usize, S: Sites<N>>(
     metric
         .fine
         .read(own.map(|sample| site.value(sample)), &mut pattern.fine);
-    if let Some(picture) = &metric.coarse {
-        picture.read(site.parent().map(Some), &mut pattern.coarse);
+    if let Some(bordered) = &metric.coarse {
+        bordered.read(site.parent().map(Some), &mut pattern.coarse);
     }
     pattern.complete = site.done.is_none();
 }

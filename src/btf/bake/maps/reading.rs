@@ -80,7 +80,7 @@ impl<'a> MapReader<'a> {
         let mut read = image::read_with(path, options)?;
         let mut notes = Notes::default();
         notes.add(path, std::mem::take(&mut read.notes));
-        notes.warn(self.progress);
+        notes.warn(*self.progress);
         self.layer_taken
             .set(self.layer_taken.get() || read.layer_taken);
         Ok(read)

@@ -6,7 +6,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::direction::Direction;
 use crate::btf::import::prepare::region::Region;
@@ -21,8 +21,8 @@ const DARKEST: f64 = 1e-4;
 const BRIGHTEST: f64 = 0.99;
 
 /// Where the card lies in the pictures, and how much light it reflects.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(into = "String")]
 pub struct GreyCard {
     /// The card, or a part of it.
     pub region: Region,
@@ -94,14 +94,6 @@ impl FromStr for GreyCard {
 impl fmt::Display for GreyCard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}", self.region, self.reflectance)
-    }
-}
-
-impl TryFrom<String> for GreyCard {
-    type Error = String;
-
-    fn try_from(text: String) -> std::result::Result<Self, String> {
-        text.parse()
     }
 }
 

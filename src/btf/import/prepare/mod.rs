@@ -15,7 +15,7 @@ mod reduce;
 mod region;
 mod selection;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 pub use crate::btf::import::prepare::grey_card::GreyCard;
 pub use crate::btf::import::prepare::region::Region;
@@ -29,8 +29,8 @@ use crate::error::{Error, Result};
 use crate::format::image::FloatImage;
 
 /// How the pictures of a set are prepared, and which are used.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct Preparation {
     /// The part of every image that is used, in pixels from the top left corner, as 256x256+40+60.
     #[arg(long, value_name = "WxH+X+Y")]

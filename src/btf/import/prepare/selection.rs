@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::direction::Direction;
 
@@ -13,8 +13,8 @@ const TOLERANCE_DEG: f64 = 1e-6;
 const FORMS: &str = "numbers from 0 and ranges, as 0,4-11, or theta:60 in degrees";
 
 /// Directions that are kept: those that one of the items names.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(into = "String")]
 pub struct Selection(Vec<Item>);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,14 +87,6 @@ impl fmt::Display for Selection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let items: Vec<String> = self.0.iter().map(Item::to_string).collect();
         f.write_str(&items.join(","))
-    }
-}
-
-impl TryFrom<String> for Selection {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
     }
 }
 

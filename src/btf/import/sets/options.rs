@@ -1,11 +1,11 @@
 //! What a user can say of an image set.
 
 use clap::ValueEnum;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// How the images of a set say their directions.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, clap::Args)]
+#[serde(rename_all = "kebab-case")]
 pub struct SetOptions {
     /// Where the angles are in the images' names, in degrees: {tl} and {pl} are θ and φ of the light, {tv} and {pv}
     /// those of the view, * is any text. A pattern with a / is matched with the path below the folder. Without {tv}
@@ -26,7 +26,7 @@ impl SetOptions {
 }
 
 /// A table of directions for numbered images.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Numbering {
     /// The 205 pairs of view and light of CUReT.

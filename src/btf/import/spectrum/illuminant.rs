@@ -2,14 +2,14 @@
 
 use clap::ValueEnum;
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::btf::import::spectrum::tables::{
     DAYLIGHT, DAYLIGHT_STEP_NM, FIRST_NM, OBSERVER, STEP_NM,
 };
 
 /// A light of the CIE.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Illuminant {
     /// Daylight of 6504 K, the white of sRGB.

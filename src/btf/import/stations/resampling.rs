@@ -54,7 +54,7 @@ impl Resampler {
     /// Hands the resampled images to `write`, in order.
     pub fn finish(
         self,
-        progress: &Progress<'_>,
+        progress: Progress<'_>,
         mut write: impl FnMut(&[f32]) -> Result<()>,
     ) -> Result<()> {
         let images: Nameless<f32> = self

@@ -83,7 +83,7 @@ fn resampled_images_are_those_of_distant_lamps() {
     }
     let mut found = Vec::new();
     resampler
-        .finish(&Progress::silent(), |image| {
+        .finish(Progress::silent(), |image| {
             found.push(image.to_vec());
             Ok(())
         })
@@ -125,5 +125,5 @@ fn distant_stations_change_nothing() {
         at += 1;
         Ok(())
     };
-    resampler.finish(&Progress::silent(), check).unwrap();
+    resampler.finish(Progress::silent(), check).unwrap();
 }

@@ -3,7 +3,7 @@
 
 use glam::Vec2;
 
-use crate::exemplar::dense_windows::{DensePicture, flat_vectors, whole_texels};
+use crate::exemplar::dense_windows::{DenseFeatures, flat_vectors, whole_texels};
 use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::{ExemplarLevel, default_row, feature_rows};
 use crate::exemplar::space::{Space, SpaceLevel};
@@ -95,9 +95,9 @@ impl<'a> VariantLevel<'a> {
         let (space, table) = (inputs.space, inputs.table);
         let asked = &options.progressive;
         // Find the texels that all windows fit.
-        let pictures = WindowFeatures::new(space, level, options);
+        let features = WindowFeatures::new(space, level, options);
         let mut exemplar = ExemplarLevel::new(space, table, level, k, false);
-        let turns = pictures.turns.as_deref();
+        let turns = features.turns.as_deref();
         let widest = Template::square(asked.widest());
         let fits = whole_texels((exemplar.grid, table.k), table.margin, &widest, turns);
         let both = exemplar.whole.iter().zip(&fits).map(|(a, b)| *a && *b);
@@ -115,7 +115,7 @@ impl<'a> VariantLevel<'a> {
             .map_or(f32::INFINITY, |of| of as f32);
         // Resample the windows, those on the coarser level too.
         let widths = [asked.color_window.widest(), asked.widest()];
-        let own = pictures.windows(&space.levels[level], widths, asked.widest());
+        let own = features.windows(&space.levels[level], widths, asked.widest());
         let offsets = &table.levels[level].neighborhood.coarse_offsets;
         let coarser = (!is_coarsest).then(|| {
             let width = window_width(offsets);
@@ -132,8 +132,8 @@ impl<'a> VariantLevel<'a> {
         // Sort the texels by transition.
         Self {
             band: Band::new(values, &exemplar.whole_texels, tolerance),
-            turns: pictures.turns,
-            labels: pictures.labels,
+            turns: features.turns,
+            labels: features.labels,
             own,
             coarser,
             exemplar,
@@ -215,14 +215,14 @@ impl WindowFeatures {
     /// The windows of a level, of the widths of colours and masks.
     fn windows(&self, level: &SpaceLevel, widths: [u32; 2], site_width: u32) -> Windows {
         let turns = self.turns.as_deref();
-        let colors = DensePicture {
+        let colors = DenseFeatures {
             grid: level.grid,
             rows: &self.rows,
             default: default_row(level),
             vectors: &self.colors,
             dimensions: self.dimensions,
         };
-        let masks = DensePicture {
+        let masks = DenseFeatures {
             grid: level.grid,
             rows: &self.labels,
             default: self.label_vectors.mean(),

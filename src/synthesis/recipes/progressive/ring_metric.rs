@@ -4,7 +4,7 @@
 use glam::Vec2;
 use multiversion::multiversion;
 
-use crate::exemplar::dense_windows::{DensePicture, DenseWindows};
+use crate::exemplar::dense_windows::{DenseFeatures, DenseWindows};
 use crate::exemplar::embedding::LANES;
 use crate::neighborhood::{Template, square_window};
 use crate::sites::level::Sites;
@@ -56,9 +56,9 @@ pub fn samples_within(rings: u32) -> usize {
 }
 
 impl RingMetric {
-    /// Resamples the windows of a picture, `width` wide. Sites have square windows `site_width` wide.
+    /// Resamples the windows of features, `width` wide. Sites have square windows `site_width` wide.
     pub fn new(
-        picture: DensePicture<'_>,
+        features: DenseFeatures<'_>,
         width: u32,
         site_width: u32,
         turns: Option<&[Vec2]>,
@@ -75,10 +75,10 @@ impl RingMetric {
             }
         }
         Self {
-            windows: DenseWindows::of_picture(picture, &by_rings(width), turns),
-            dimensions: picture.dimensions,
-            vectors: picture.vectors.to_vec(),
-            default: picture.default,
+            windows: DenseWindows::of_features(features, &by_rings(width), turns),
+            dimensions: features.dimensions,
+            vectors: features.vectors.to_vec(),
+            default: features.default,
             places,
         }
     }
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_patch_of_the_picture_is_its_own_window() {
+    fn a_patch_of_the_features_is_its_own_window() {
         let grid = TexelGrid {
             width: 9,
             height: 9,
@@ -249,7 +249,7 @@ mod tests {
         };
         let rows: Vec<u32> = (0..81).collect();
         let vectors: Vec<f32> = (0..2 * 82).map(|at| ((at * 29) % 83) as f32).collect();
-        let picture = DensePicture {
+        let features = DenseFeatures {
             grid,
             rows: &rows,
             default: 81,
@@ -262,7 +262,7 @@ mod tests {
             toroidal: true,
         };
         let sites = target.hierarchy(&[Neighborhood::square(5, 0)]).unwrap();
-        let metric = RingMetric::new(picture, 3, 5, None);
+        let metric = RingMetric::new(features, 3, 5, None);
         let mut pattern = RingPattern::default();
         for site in [0, 31, 80] {
             let done: Vec<bool> = (0..81).map(|other| other != 30).collect();
