@@ -492,6 +492,6 @@ mod tests {
         zip.finish().unwrap();
         let mut reader = Reader::open(&path).unwrap();
         let error = reader.array::<u8, Ix1>("x").unwrap_err().to_string();
-        assert!(error.contains("beyond"), "{error}");
+        assert!(error.contains("too far"), "{error}");
     }
 }

@@ -45,7 +45,7 @@ pub struct Arguments {
     /// [default: 1 each]
     #[arg(long, value_delimiter = ',', value_name = "W,W…")]
     pub weights: Vec<Weight>,
-    /// How each image's numbers stand for light; one for all colours, or one for each image
+    /// How each image's numbers encode light; one for all colours, or one for each image
     #[arg(
         long,
         value_enum,

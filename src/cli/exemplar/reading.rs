@@ -15,10 +15,10 @@ use crate::progress::Progress;
 /// How the images of a command are read.
 #[derive(Clone, Debug, Args)]
 pub struct ReadingOptions {
-    /// Which way up the images are read
+    /// Whether the orientation tag of images is applied
     #[arg(long, value_enum, default_value = "upright")]
     pub orientation: Orientation,
-    /// What becomes of texels that are not opaque
+    /// What to do with texels that are not opaque
     #[arg(long, value_enum, default_value = "refuse")]
     pub alpha: AlphaOption,
     /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
