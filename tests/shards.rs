@@ -200,7 +200,7 @@ fn shards_that_cannot_be_are_refused() {
     for (options, says) in [
         ("--images 9 --shard 0/65", "at most 64 shards"),
         ("--images all --shard 0/9", "at most 8 shards"),
-        ("--shard 3/3", "no shard i/n"),
+        ("--shard 3/3", "not a shard i/n"),
         (
             "--shard 0/2 --reduce a.npz",
             "cannot be given with --reduce",
