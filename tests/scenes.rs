@@ -283,7 +283,7 @@ fn all_faults_of_a_scene_are_told_at_once_before_anything_runs() {
         .replace("size = 16", "size = \"large\"")
         .replace(
             "levels = 2\nreport = \"out/textons.json\"",
-            "levels = 99\nseed = 4",
+            "levels = 99\nthreads = 4",
         )
         .replace("neighborhood = 3", "neighborhood = 4")
         .replace("k.gltf", "kk.gltf")
@@ -305,7 +305,7 @@ fn all_faults_of_a_scene_are_told_at_once_before_anything_runs() {
             ("veiws", "did you mean `views`?"),
             ("size = \"large\"", "large"),
             ("levels = 99", "--levels: 99"),
-            ("seed = 4", "not for a stage to say"),
+            ("threads = 4", "not for a stage to say"),
             ("neighborhood = 4", "odd width"),
             ("input = \"kk.gltf\"", "kk.gltf does not exist"),
             ("orient = 3", "true or false"),

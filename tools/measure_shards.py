@@ -6,7 +6,7 @@ Needs: nothing beside Python 3 on Linux.
 Run:   tools/measure_shards.py large.sample --shards 4 --options "--memory 3GiB" --limit 1GiB
 
 The memory of a process is what belongs to it alone: its anonymous pages (Anonymous and Swap of
-/proc/PID/smaps_rollup), looked at every 20 ms. Pages of the sample's file are the system's, which takes them back at
+/proc/PID/smaps_rollup), looked at every 50 ms. Pages of the sample's file are the system's, which takes them back at
 will; VmHWM counts those that are mapped, and is printed beside. With --limit, a shard that takes more fails. Where the
 group of this process may be divided, each process also runs in a control group of its own with that limit
 (memory.max, pages of files included). Parts and results are written to --folder and deleted.
@@ -23,7 +23,7 @@ import time
 
 UNITS = {"KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30}
 GROUPS = "/sys/fs/cgroup"
-PERIOD = 0.02
+PERIOD = 0.05
 
 
 def parse():
