@@ -270,5 +270,5 @@ fn a_plan_over_files_that_do_not_exist_is_refused() {
     fs::write(folder.path().join("mine.sh"), "echo mine\n").unwrap();
     let words = ["plan", "sweep.toml", "--format", "shell", "-o", "mine.sh"];
     let mine = refuse(folder.path(), &words, 2);
-    assert!(mine.contains("no plan of this program"), "{mine}");
+    assert!(mine.contains("not a plan of this program"), "{mine}");
 }

@@ -4,7 +4,7 @@
     simulate_cluster.py terms LOGS -o terms.json          what tasks took, from the logs of slurm_array.sh
     simulate_cluster.py makespan LOGS                     when the first task began and the last ended
     simulate_cluster.py plan PLAN.json --nodes 3          the makespan of a plan of `mesotex plan`
-    simulate_cluster.py scale --nodes 100                 many materials and frames, by the terms measured for docs/scale.md
+    simulate_cluster.py scale --nodes 100                 many materials and frames, by the terms of docs/scale.md
 
 Machines have slots, one task each. A task waits for those before it and for a slot, is started (--start seconds), reads
 and writes through a file system that all machines share (--bandwidth for all together, --link for one transfer),
@@ -249,15 +249,15 @@ def tasks_of(plan, measured):
 
 MB = 1e6
 # What one material takes: 128 x 128 texels, 60 x 60 images, 400 textons, a mesh of 60,000 vertices, frames of 1280 x 960.
-# Seconds of one thread, bytes read and written, files made; measured, see docs/scale.md.
+# Seconds of one thread, bytes read and written, files made; docs/scale.md says which of them were measured.
 STAGES = {
     "bake": Task("bake", 3.2, [], 0, 354 * MB, 3),
     "textons": Task("textons", 41.7, [], 354 * MB, 93 * MB, 1),
-    "gram": Task("gram", 0.2, [], 93 * MB, 1 * MB, 1),
+    "gram": Task("gram", 0.1, [], 93 * MB, 1 * MB, 1),
     "knn": Task("knn", 0.7, [], 1 * MB, 2 * MB, 1),
-    "synth": Task("synth", 5.8, [], 96 * MB, 4 * MB, 1),
+    "synth": Task("synth", 7.1, [], 96 * MB, 4 * MB, 1),
 }
-RENDER_ONCE, RENDER_FRAME = 1.3, 0.21
+RENDER_ONCE, RENDER_FRAME = 1.1, 0.21
 RENDER_READS = 358 * MB
 FRAME_BYTES, FRAME_FILES = 11.8 * MB, 2
 
