@@ -48,7 +48,7 @@ pub const MESHES: [Kind; 3] = [Kind::Mesh, Kind::Map, Kind::FaceMap];
 const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
     a capture (a list, .lp or .csv, or a folder or a zip archive of images), a .btf file of Bonn, a fit over lights (.ptm, .rti), a table of directions or a camera path (.csv, .json), a \
     folder of frames, an archive of ours (.npz), an array (.npy), a mesh, a surface texton map or a face map (PLY, OBJ, \
-    STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, BtfLookup \
+    STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
     HDR, GIF, BMP)";
 
 /// What is said of everything else.

@@ -288,7 +288,7 @@ const COMBINATIONS: &[(&str, &str)] = &[
         "neighborhood",
     ),
     (
-        "synth s.npz k.npz m.ply -o y.map.ply --metric gram --spectrum 0.9",
+        "synth s.npz k.npz m.ply -o y.map.ply --metric gram --spectrum 0.9 --polish 0",
         "spectrum",
     ),
     (
@@ -434,7 +434,7 @@ const NEIGHBORS: &[&str] = &[
     "bake-maps a.sample m.ply -o t --unwrap --light-azimuth 9 --weights inverse-angle",
     "knn a.space.npz -o a.knn.npz --candidates 9",
     "mesh a.obj -o b.ply --vertices 1000 --crease 40",
-    "synth s.npz k.npz m.ply -o y.map.ply --metric gram --spectrum 0.9 --polish 1",
+    "synth s.npz k.npz m.ply -o y.map.ply --metric gram --spectrum 0.9",
     "synth s.npz k.npz --grid 9x9 -o y.map.ply --border wrap",
     "synth s.npz m.ply --method choosy -o y.faces.ply --sample a.sample --iterations 2",
     "run s.toml --until synth",
