@@ -51,6 +51,22 @@ impl ImageProducts {
         }
     }
 
+    /// Adds planes of every level that are a whole block.
+    pub fn add_block(&mut self, planes: &[Vec<f32>], progress: Progress<'_>) {
+        for (level, planes) in self.levels.iter_mut().zip(planes) {
+            let coefficients = level.basis.coefficients(planes);
+            let rows = as_rows(&coefficients, coefficients.len() / level.side, level.side);
+            match &mut level.total {
+                Some(total) => total.add_sum_of(rows, progress),
+                total => {
+                    let mut first = OuterProducts::new(level.side);
+                    first.add(rows, progress);
+                    *total = Some(first);
+                }
+            }
+        }
+    }
+
     /// Ends a block: its sums are added to those of the blocks before.
     pub fn end_block(&mut self) {
         for level in &mut self.levels {

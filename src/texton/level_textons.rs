@@ -82,8 +82,11 @@ fn sketch_and_sum(
     report.measure("image dot products", || {
         panels.each("image dot products", progress, |panel| {
             let (for_sketch, for_gram) = panel.planes.split_at(sketched);
-            products.add(for_gram, progress);
-            if panel.ends_block {
+            match panel.is_block {
+                true => products.add_block(for_gram, progress),
+                false => products.add(for_gram, progress),
+            }
+            if panel.ends_block && !panel.is_block {
                 products.end_block();
             }
             let levels = mixed.iter_mut().zip(for_sketch);

@@ -47,6 +47,30 @@ impl OuterProducts {
             });
     }
 
+    /// Adds the sum over rows [count, side], made by itself first: what adding another sum of these rows alone gives,
+    /// without room for all of it. Once interrupted, the matrix is worth nothing.
+    pub fn add_sum_of(&mut self, rows: ArrayView2<'_, f32>, progress: Progress<'_>) {
+        self.matrix
+            .axis_chunks_iter_mut(Axis(0), BLOCK)
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(block, mut target)| {
+                if progress.is_interrupted() {
+                    return;
+                }
+                let (from, to) = (block * BLOCK, block * BLOCK + target.nrows());
+                let mut sum = Array2::zeros((target.nrows(), to));
+                multiply(
+                    rows.slice(s![.., from..to]).reversed_axes(),
+                    rows.slice(s![.., ..to]),
+                    sum.view_mut(),
+                    Target::Add,
+                );
+                let mut target = target.slice_mut(s![.., ..to]);
+                target += &sum;
+            });
+    }
+
     /// Adds another sum of the same side.
     pub fn add_all(&mut self, other: &Self) {
         let blocks = self.matrix.axis_chunks_iter_mut(Axis(0), BLOCK);
@@ -208,7 +232,7 @@ mod tests {
         added.add(rows.slice(s![..1, ..]), Progress::silent());
         added.clear();
         added.add_all(&one);
-        added.add_all(&other);
+        added.add_sum_of(rows.slice(s![4.., ..]), Progress::silent());
         let [joined, added] = [joined, added].map(|sum| sum.finish(Progress::silent()).unwrap());
         assert_eq!(joined, added);
         let short = OuterProducts::read(599, &stored(&one)).err().unwrap();

@@ -53,6 +53,8 @@ pub struct Panel<'p> {
     pub first: usize,
     /// For each level the planes, one after another.
     pub planes: &'p [Vec<f32>],
+    /// Whether they are a whole block of images.
+    pub is_block: bool,
     /// Whether a block of images ends here.
     pub ends_block: bool,
 }
@@ -109,13 +111,16 @@ impl<'a> Panels<'a> {
         let read_before = self.kept.as_ref().is_some_and(|kept| !kept.is_empty());
         self.passes += u32::from(!read_before);
         progress.begin(stage, self.source.count() as u64);
+        let mut after_block = true;
         let ranges = (0..self.blocks.count()).flat_map(|block| self.ranges_of(block));
         for (at, (range, ends_block)) in ranges.collect::<Vec<_>>().into_iter().enumerate() {
             let first = range.start * channels;
+            let begins_block = std::mem::replace(&mut after_block, ends_block);
             let mut hand_over = |planes: &[Vec<f32>]| {
                 take(&Panel {
                     first,
                     planes,
+                    is_block: ends_block && begins_block,
                     ends_block,
                 })
             };
