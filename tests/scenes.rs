@@ -283,7 +283,7 @@ fn all_faults_of_a_scene_are_told_at_once_before_anything_runs() {
         .replace("size = 16", "size = \"large\"")
         .replace(
             "levels = 2\nreport = \"out/textons.json\"",
-            "levels = 99\nthreads = 4",
+            "levels = 99\nthreads = 4\nshard = \"0/2\"",
         )
         .replace("neighborhood = 3", "neighborhood = 4")
         .replace("k.gltf", "kk.gltf")
@@ -306,6 +306,7 @@ fn all_faults_of_a_scene_are_told_at_once_before_anything_runs() {
             ("size = \"large\"", "large"),
             ("levels = 99", "--levels: 99"),
             ("threads = 4", "not for a stage to say"),
+            ("shard = ", "`mesotex plan --shards` splits it"),
             ("neighborhood = 4", "odd width"),
             ("input = \"kk.gltf\"", "kk.gltf does not exist"),
             ("orient = 3", "true or false"),

@@ -23,6 +23,9 @@ const NOT_OF_A_STAGE: [&str; 7] = [
     "output", "seed", "threads", "quiet", "json", "help", "version",
 ];
 
+/// Options that make a part of a product in place of the whole.
+const OF_PARTS: [&str; 2] = ["shard", "reduce"];
+
 /// A stage ready to run.
 pub struct Stage {
     /// What the user reads: the command, and for renderings their name.
@@ -185,7 +188,7 @@ fn unknown_options(draft: &Draft, faults: &mut Faults) -> Vec<String> {
     let known: Vec<_> = command
         .get_arguments()
         .filter_map(|argument| Some((argument.get_long()?, argument)))
-        .filter(|(name, _)| !NOT_OF_A_STAGE.contains(name))
+        .filter(|(name, _)| !NOT_OF_A_STAGE.contains(name) && !makes_a_part(draft, name))
         .collect();
     let mut wrong = Vec::new();
     for key in draft.options() {
@@ -206,6 +209,11 @@ fn unknown_options(draft: &Draft, faults: &mut Faults) -> Vec<String> {
     wrong
 }
 
+/// Whether an option would leave a part where later stages read the whole. Frames are whole in any shard.
+fn makes_a_part(draft: &Draft, option: &str) -> bool {
+    draft.command != "render" && OF_PARTS.contains(&option)
+}
+
 fn unknown<'a>(draft: &Draft, key: &Key, known: impl Iterator<Item = &'a str>) -> String {
     let command = draft.command;
     if NOT_OF_A_STAGE.contains(&key.name.as_str()) {
@@ -213,6 +221,9 @@ fn unknown<'a>(draft: &Draft, key: &Key, known: impl Iterator<Item = &'a str>) -
             "not for a stage to say; outputs stand at the top of the scene, the rest is for `mesotex run --{}`",
             key.name
         );
+    }
+    if makes_a_part(draft, &key.name) {
+        return "not for a stage to say; `mesotex plan --shards` splits it".to_owned();
     }
     let own = [
         draft.input_key,
