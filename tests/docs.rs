@@ -133,7 +133,7 @@ fn check_page(page: &Path, folder: &Path) -> usize {
             .find(|word| word.starts_with("tools/"))
         {
             assert!(
-                root().join(script).is_file(),
+                root().join(script).exists(),
                 "{}: no {script}",
                 page.display()
             );
