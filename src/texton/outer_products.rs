@@ -29,45 +29,36 @@ impl OuterProducts {
 
     /// Adds rows [count, side]. Once interrupted, the matrix is worth nothing.
     pub fn add(&mut self, rows: ArrayView2<'_, f32>, progress: Progress<'_>) {
-        self.matrix
-            .axis_chunks_iter_mut(Axis(0), BLOCK)
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(block, mut target)| {
-                if progress.is_interrupted() {
-                    return;
-                }
-                let (from, to) = (block * BLOCK, block * BLOCK + target.nrows());
-                multiply(
-                    rows.slice(s![.., from..to]).reversed_axes(),
-                    rows.slice(s![.., ..to]),
-                    target.slice_mut(s![.., ..to]),
-                    Target::Add,
-                );
-            });
+        self.each_block(progress, |from, target| add_block(rows, from, target));
     }
 
     /// Adds the sum over rows [count, side], made by itself first: what adding another sum of these rows alone gives,
     /// without room for all of it. Once interrupted, the matrix is worth nothing.
     pub fn add_sum_of(&mut self, rows: ArrayView2<'_, f32>, progress: Progress<'_>) {
+        self.each_block(progress, |from, mut target| {
+            let mut sum = Array2::zeros(target.dim());
+            add_block(rows, from, sum.view_mut());
+            target += &sum;
+        });
+    }
+
+    /// Works on blocks of the matrix's rows side by side: the number of the first, and the columns up to the diagonal.
+    fn each_block(
+        &mut self,
+        progress: Progress<'_>,
+        work: impl Fn(usize, ArrayViewMut2<'_, f32>) + Sync,
+    ) {
         self.matrix
             .axis_chunks_iter_mut(Axis(0), BLOCK)
             .into_par_iter()
             .enumerate()
-            .for_each(|(block, mut target)| {
+            .for_each(|(block, target)| {
                 if progress.is_interrupted() {
                     return;
                 }
-                let (from, to) = (block * BLOCK, block * BLOCK + target.nrows());
-                let mut sum = Array2::zeros((target.nrows(), to));
-                multiply(
-                    rows.slice(s![.., from..to]).reversed_axes(),
-                    rows.slice(s![.., ..to]),
-                    sum.view_mut(),
-                    Target::Add,
-                );
-                let mut target = target.slice_mut(s![.., ..to]);
-                target += &sum;
+                let from = block * BLOCK;
+                let to = from + target.nrows();
+                work(from, target.slice_move(s![.., ..to]));
             });
     }
 
@@ -193,6 +184,17 @@ fn mirror(mut tile: ArrayViewMut2<'_, f32>) {
             tile[[row, col]] = tile[[col, row]];
         }
     }
+}
+
+/// Adds the dot products of some columns, from the given one on, with all up to the last of them.
+fn add_block(rows: ArrayView2<'_, f32>, from: usize, target: ArrayViewMut2<'_, f32>) {
+    let to = target.ncols();
+    multiply(
+        rows.slice(s![.., from..to]).reversed_axes(),
+        rows.slice(s![.., ..to]),
+        target,
+        Target::Add,
+    );
 }
 
 #[cfg(test)]

@@ -157,7 +157,7 @@ fn the_words_are_those_of_the_glossary() {
     );
 }
 
-/// One label per texel, not one label a texel.
+/// Quantities stand per unit: one label per texel.
 #[test]
 fn quantities_are_per_unit() {
     let unit =
