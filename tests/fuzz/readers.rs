@@ -493,11 +493,12 @@ fn surface_readers() -> Vec<Reader> {
         cache::write(path, &wanted, &surface).unwrap()
     });
     let (space, table) = (corpus::space(), corpus::table().0);
+    let sites = surface.into_sites();
     let load = move |path: &Path| {
         let inputs = Inputs {
             space: &space,
             table: &table,
-            sites: &surface.hierarchy,
+            sites: &sites,
             controls: None,
         };
         let output = path.with_file_name("a.map.ply");

@@ -436,7 +436,7 @@ impl MeshTarget<'_> {
         let progress = self.session.progress();
         let surface = surface::prepare(self.user, options, Some(&cache), progress)
             .map_err(|error| error.in_file(self.path))?;
-        Ok(TargetSites::Vertices(surface.hierarchy))
+        Ok(TargetSites::Vertices(surface.into_sites()))
     }
 }
 
