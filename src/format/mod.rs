@@ -8,7 +8,7 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`image`], [`exr`] | images in and previews out; OpenEXR frames out |
+//! | [`image`], [`rgb_image`], [`exr`] | images in and previews out; OpenEXR frames out |
 //! | [`obj`], [`ply`], [`stl`], [`off`], [`gltf`], [`polygon_mesh`] | mesh files, and what any of them holds |
 //! | [`npy`], [`npz`], [`zip_sink`] | arrays and archives of them |
 //! | [`archive`], [`compress`], [`zip_directory`] | archives that users bring, files of Unix compress |
@@ -38,6 +38,7 @@ pub(crate) mod own_folder;
 pub mod ply;
 pub(crate) mod polygon_mesh;
 pub(crate) mod positioned;
+pub(crate) mod rgb_image;
 pub(crate) mod seal;
 pub(crate) mod source;
 pub(crate) mod stl;
@@ -49,3 +50,4 @@ mod zip_sink;
 pub use id::ContentId;
 pub use lock::OutputLock;
 pub use polygon_mesh::PolygonMesh;
+pub use rgb_image::RgbImage;

@@ -10,14 +10,14 @@
 //! | idea | file |
 //! | --- | --- |
 //! | how one site is decided | [`rule`] |
-//! | which sites are visited, and when | [`drive`], sparing what has [not changed](changes) |
+//! | which sites are visited, and when | [`drive`], skipping what has [not changed](changes) |
 //! | what the sites hold | [`state`] |
 //! | which texels are tried | [`candidates`] |
 //! | how neighbourhoods are compared | [`metric`] |
 //! | which candidate is kept | [`keep`] |
 //! | the whole way, from files' contents to a map | [`map`]; what becomes of [controls](pattern_controls) |
-//! | how a finished map is mended, patch by patch | [`polish`] |
-//! | how good the result is | [`quality`], drawn in [`false_color`] |
+//! | how a finished map is improved, patch by patch | [`polish`] |
+//! | how good the result is | [`quality`] |
 //! | textures on faces, which have no such sites: from a space to a face map, and how that is drawn | [`faces`] |
 //! | how many levels a mesh has by default | [`level_choice`] |
 //! | what can be asked, and whether it fits | [`options`] in their [ranges](option_ranges), [`check`], [`memory`] |
@@ -32,7 +32,6 @@ pub(crate) mod check;
 pub(crate) mod checkpoint;
 pub(crate) mod drive;
 pub mod faces;
-pub(crate) mod false_color;
 pub(crate) mod inputs;
 mod keep;
 pub(crate) mod level_choice;

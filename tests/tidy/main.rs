@@ -10,8 +10,9 @@ mod source;
 use source::Source;
 
 /// What every room may use.
-const GROUND: [&str; 10] = [
+const GROUND: [&str; 11] = [
     "error",
+    "false_color",
     "format",
     "grid",
     "index",

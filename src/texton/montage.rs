@@ -1,54 +1,26 @@
-//! Pictures of a vocabulary, for people: what each texton looks like, and where it lies.
+//! Pictures of a vocabulary: the montage of what each texton looks like, and the texton map in false colours.
 //!
 //! In: a sample and a level's labels. Out: 8-bit sRGB pixels. Not a measurement: one image of the
 //! sample stands for all.
 
 use crate::btf::sample::Sample;
 use crate::error::Result;
+use crate::false_color::label_color;
 use crate::format::image::encode_srgb8;
+use crate::format::rgb_image::RgbImage;
 use crate::grid::TexelGrid;
-use crate::index::TexelIndex;
+use crate::index::{TexelIndex, TextonLabel};
 
 /// Half the side of a texton's patch, in texels.
 const REACH: i32 = 6;
-/// Pixels a texel in both pictures.
+/// Pixels per texel along a side, in both pictures.
 const ZOOM: u32 = 3;
 /// Dark pixels between patches.
 const GAP: u32 = 2;
+/// Their grey.
+const BACKGROUND: u8 = 24;
 /// The share of pixels that may be clipped to white.
 const CLIPPED: f64 = 0.01;
-
-/// An 8-bit sRGB picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// R, G, B of every pixel, row by row.
-    pub pixels: Vec<u8>,
-}
-
-impl Picture {
-    fn new(width: u32, height: u32) -> Self {
-        let pixels = vec![24; 3 * width as usize * height as usize];
-        Self {
-            width,
-            height,
-            pixels,
-        }
-    }
-
-    /// Paints a texel as a square of pixels.
-    fn paint(&mut self, left: u32, top: u32, color: [u8; 3]) {
-        for row in top..top + ZOOM {
-            let from = 3 * (row * self.width + left) as usize;
-            for pixel in self.pixels[from..from + 3 * ZOOM as usize].chunks_mut(3) {
-                pixel.copy_from_slice(&color);
-            }
-        }
-    }
-}
 
 /// The image seen and lit from nearest to directly above.
 pub fn frontal_image(sample: &Sample) -> usize {
@@ -65,7 +37,7 @@ pub fn frontal_image(sample: &Sample) -> usize {
 
 /// What each texton looks like: the mean, over the texels that carry it, of the frontal image
 /// around them; most frequent textons first, row by row.
-pub fn montage(sample: &Sample, labels: &[u16], counts: &[u32]) -> Result<Picture> {
+pub fn montage(sample: &Sample, labels: &[u16], counts: &[u32]) -> Result<RgbImage> {
     let image = frontal_image(sample);
     let pixels = sample.image(image)?;
     let mut values = vec![0.0; pixels.len()];
@@ -77,9 +49,10 @@ pub fn montage(sample: &Sample, labels: &[u16], counts: &[u32]) -> Result<Pictur
     order.sort_by(|&a, &b| counts[b].cmp(&counts[a]).then(a.cmp(&b)));
     let columns = (counts.len() as f64).sqrt().ceil() as u32;
     let cell = (2 * REACH as u32 + 1) * ZOOM + GAP;
-    let mut picture = Picture::new(
+    let mut picture = RgbImage::plain(
         columns * cell + GAP,
         (counts.len() as u32).div_ceil(columns) * cell + GAP,
+        BACKGROUND,
     );
     for (place, &texton) in order.iter().enumerate() {
         let (left, top) = (
@@ -89,7 +62,7 @@ pub fn montage(sample: &Sample, labels: &[u16], counts: &[u32]) -> Result<Pictur
         for (at, rgb) in patches[texton].chunks(3).enumerate() {
             let (row, col) = (at as u32 / side(), at as u32 % side());
             let color = [rgb[0], rgb[1], rgb[2]].map(|v| encode_srgb8(v / white));
-            picture.paint(left + col * ZOOM, top + row * ZOOM, color);
+            paint(&mut picture, left + col * ZOOM, top + row * ZOOM, color);
         }
     }
     Ok(picture)
@@ -141,23 +114,21 @@ fn white_level(values: &[f32]) -> f32 {
 }
 
 /// The texton map, every label in a colour of its own that does not depend on the sample.
-pub fn label_map(grid: TexelGrid, labels: &[u16]) -> Picture {
-    let mut picture = Picture::new(grid.width * ZOOM, grid.height * ZOOM);
+pub fn label_map(grid: TexelGrid, labels: &[u16]) -> RgbImage {
+    let mut picture = RgbImage::plain(grid.width * ZOOM, grid.height * ZOOM, BACKGROUND);
     for (texel, &label) in labels.iter().enumerate() {
         let (row, col) = grid.row_col(TexelIndex(texel as u32));
-        picture.paint(col * ZOOM, row * ZOOM, label_color(label));
+        let color = label_color(TextonLabel(label));
+        paint(&mut picture, col * ZOOM, row * ZOOM, color);
     }
     picture
 }
 
-/// Hues a golden section apart, in three brightnesses.
-fn label_color(label: u16) -> [u8; 3] {
-    let hue = (f64::from(label) * 0.618_033_988_75).fract() * 6.0;
-    let value = [1.0, 0.8, 0.6][usize::from(label) % 3];
-    [0.0, 4.0, 2.0].map(|shift| {
-        let distance = ((hue + shift) % 6.0 - 3.0).abs() - 1.0;
-        (255.0 * value * (0.25 + 0.75 * distance.clamp(0.0, 1.0))) as u8
-    })
+/// Paints a texel as a square of pixels.
+fn paint(picture: &mut RgbImage, left: u32, top: u32, color: [u8; 3]) {
+    for row in top..top + ZOOM {
+        picture.set_run(row, left, ZOOM, color);
+    }
 }
 
 #[cfg(test)]
@@ -182,10 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbouring_labels_differ_in_colour() {
-        for label in 0..500 {
-            assert_ne!(label_color(label), label_color(label + 1));
-        }
+    fn the_texton_map_has_a_square_per_texel() {
         let grid = TexelGrid {
             width: 2,
             height: 1,
@@ -193,6 +161,8 @@ mod tests {
         };
         let map = label_map(grid, &[7, 9]);
         assert_eq!((map.width, map.height), (2 * ZOOM, ZOOM));
-        assert_eq!(map.pixels[..3], label_color(7));
+        assert_eq!(map.pixels[..3], label_color(TextonLabel(7)));
+        let last = map.pixels.len() - 3;
+        assert_eq!(map.pixels[last..], label_color(TextonLabel(9)));
     }
 }

@@ -1,5 +1,7 @@
-//! Colours that show a map: by texture coordinate (copied patches are smooth, their seams are
-//! edges), by label, by energy. One 8-bit sRGB colour a site; drawing them is for the caller.
+//! False colours: what a texture coordinate, a texton label or an energy looks like in a picture.
+//!
+//! In: the numbers of texels or sites. Out: one 8-bit sRGB colour each; drawing them is for the caller. By texture
+//! coordinate, copied patches are smooth and their seams are edges.
 
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
@@ -13,17 +15,22 @@ pub fn coordinate_colors(grid: TexelGrid, coords: &[TexCoord]) -> Vec<[u8; 3]> {
     coords.iter().map(color).collect()
 }
 
-/// One hue per label, neighbouring labels far apart; grey where there is none.
+/// The colours of labels, each by [`label_color`].
 pub fn label_colors(labels: &[TextonLabel]) -> Vec<[u8; 3]> {
-    const GOLDEN: f32 = 0.618_034;
-    let color = |label: &TextonLabel| match *label {
+    labels.iter().map(|&label| label_color(label)).collect()
+}
+
+/// A label's own colour, the same in every picture. Hues of consecutive labels are a golden section apart, in three
+/// brightnesses; no label is grey.
+pub fn label_color(label: TextonLabel) -> [u8; 3] {
+    const GOLDEN_SECTION: f32 = 0.618_034;
+    match label {
         TextonLabel::NONE => [128; 3],
         TextonLabel(index) => hue(
-            (f32::from(index) * GOLDEN).fract(),
+            (f32::from(index) * GOLDEN_SECTION).fract(),
             0.55 + 0.4 * f32::from(index % 3) / 2.0,
         ),
-    };
-    labels.iter().map(color).collect()
+    }
 }
 
 /// From black for nothing over red and yellow to white for the largest hundredth.
@@ -75,8 +82,14 @@ mod tests {
         assert_eq!(hue(0.0, 1.0), [255, 26, 26]);
         assert_eq!(hue(1.0 / 3.0, 1.0), [26, 255, 26]);
         assert_eq!(hue(2.0 / 3.0, 1.0), [26, 26, 255]);
-        let labels = label_colors(&[TextonLabel(1), TextonLabel(2), TextonLabel::NONE]);
-        assert!(labels[0] != labels[1] && labels[2] == [128; 3]);
+    }
+
+    #[test]
+    fn consecutive_labels_differ_in_colour_and_none_is_grey() {
+        let labels: Vec<TextonLabel> = (0..500).map(TextonLabel).collect();
+        let colors = label_colors(&labels);
+        assert!(colors.windows(2).all(|pair| pair[0] != pair[1]));
+        assert_eq!(label_color(TextonLabel::NONE), [128; 3]);
     }
 
     #[test]
