@@ -9,16 +9,16 @@ use ndarray::{Array2, Axis, s};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::random::{Stream, stream};
+use crate::texton::filtered_level::FilteredLevel;
 use crate::texton::gram_kmeans::{self, Clustering};
+use crate::texton::image_batches::ImageBatches;
 use crate::texton::image_products::{ImageProducts, LevelProducts};
-use crate::texton::level::Level;
-use crate::texton::mixed_responses::mix_into;
 use crate::texton::options::TextonOptions;
-use crate::texton::panels::Panels;
 use crate::texton::report::AnalysisReport;
+use crate::texton::response_sums::sum_responses;
 use crate::texton::sketch::{self, Coordinates, Fidelity, Probes};
 use crate::texton::texel_gram::texel_gram;
-use crate::texton::texel_mixtures::TexelMixtures;
+use crate::texton::texel_sums::TexelSums;
 use crate::texton::vector_kmeans;
 
 /// The textons of a level, and how faithful the route to them was.
@@ -32,8 +32,8 @@ pub struct Found {
 /// Finds the textons of all levels, finest first; the `sketched` finest ones through a sketch. The dot products
 /// of the images are summed here, unless other runs have `summed` them for all levels.
 pub fn find(
-    panels: &mut Panels<'_>,
-    levels: &[Level<'_>],
+    batches: &mut ImageBatches<'_>,
+    levels: &[FilteredLevel<'_>],
     sketched: usize,
     summed: Option<ImageProducts>,
     options: &TextonOptions,
@@ -42,7 +42,7 @@ pub fn find(
 ) -> Result<Vec<Found>> {
     let (mut found, products) = match summed {
         Some(products) => (Vec::new(), products),
-        None => sketch_and_sum(panels, levels, sketched, options, report, progress)?,
+        None => sketch_and_sum(batches, levels, sketched, options, report, progress)?,
     };
     for products in products.into_levels() {
         let at = found.len();
@@ -63,44 +63,47 @@ pub fn find(
 
 /// Reads the images: the textons of the sketched levels, and the dot products of the images on the others.
 fn sketch_and_sum(
-    panels: &mut Panels<'_>,
-    levels: &[Level<'_>],
+    batches: &mut ImageBatches<'_>,
+    levels: &[FilteredLevel<'_>],
     sketched: usize,
     options: &TextonOptions,
     report: &mut AnalysisReport,
     progress: Progress<'_>,
 ) -> Result<(Vec<Found>, ImageProducts)> {
+    // Prepare the sums of both routes.
     let (for_sketch, for_gram) = levels.split_at(sketched);
     let grids: Vec<_> = for_gram.iter().map(|level| level.grid).collect();
     let mut products = ImageProducts::new(&grids);
-    let components = panels.planes() * levels[0].filters.count();
-    let mut mixed: Vec<_> = for_sketch
+    let components = batches.planes() * levels[0].filters.count();
+    let mut sketched_levels: Vec<_> = for_sketch
         .iter()
         .enumerate()
-        .map(|(at, level)| MixedLevel::new(level, at, components, options))
+        .map(|(at, level)| SketchedLevel::new(level, at, components, options))
         .collect();
+    // Add every batch of images to them.
     report.measure("image dot products", || {
-        panels.each("image dot products", progress, |panel| {
-            let (for_sketch, for_gram) = panel.planes.split_at(sketched);
-            match panel.is_block {
+        batches.each("image dot products", progress, |batch| {
+            let (for_sketch, for_gram) = batch.planes.split_at(sketched);
+            match batch.is_block {
                 true => products.add_block(for_gram, progress),
                 false => products.add(for_gram, progress),
             }
-            if panel.ends_block && !panel.is_block {
+            if batch.ends_block && !batch.is_block {
                 products.end_block();
             }
-            let levels = mixed.iter_mut().zip(for_sketch);
-            levels.for_each(|(level, planes)| level.add(panel.first, planes));
+            let levels = sketched_levels.iter_mut().zip(for_sketch);
+            levels.for_each(|(level, planes)| level.add(batch.first, planes));
         })
     })?;
-    let found = sketch_levels(panels, mixed, options, report, progress)?;
+    // Finish the sketches.
+    let found = sketch_levels(batches, sketched_levels, options, report, progress)?;
     Ok((found, products))
 }
 
 /// Clusters a level whose texels are compared through all their dot products.
 fn cluster_products(
     products: LevelProducts,
-    level: &Level<'_>,
+    level: &FilteredLevel<'_>,
     at: usize,
     options: &TextonOptions,
     report: &mut AnalysisReport,
@@ -123,23 +126,28 @@ fn cluster_products(
     })
 }
 
-/// A level on its way to a sketch: random mixtures of its texels' appearance vectors.
-struct MixedLevel<'a> {
-    level: &'a Level<'a>,
-    mixtures: TexelMixtures,
-    /// [mixtures, components].
+/// A level on its way to a sketch: sums of its texels' appearance vectors with random signs.
+struct SketchedLevel<'a> {
+    level: &'a FilteredLevel<'a>,
+    texel_sums: TexelSums,
+    /// [sums, components].
     rows: Array2<f32>,
 }
 
-impl<'a> MixedLevel<'a> {
-    fn new(level: &'a Level<'a>, at: usize, components: usize, options: &TextonOptions) -> Self {
+impl<'a> SketchedLevel<'a> {
+    fn new(
+        level: &'a FilteredLevel<'a>,
+        at: usize,
+        components: usize,
+        options: &TextonOptions,
+    ) -> Self {
         let mut random = stream(options.seed, "sketch", at as u32, 0);
         let texels = level.grid.len();
         let count = sketch::COORDINATES.min(texels);
         let place = |texel| level.filters.place(texel);
         Self {
             level,
-            mixtures: TexelMixtures::random(count, texels, place, &mut random),
+            texel_sums: TexelSums::random(count, texels, place, &mut random),
             rows: Array2::zeros((count, components)),
         }
     }
@@ -147,37 +155,40 @@ impl<'a> MixedLevel<'a> {
     fn add(&mut self, first: usize, planes: &[f32]) {
         let range = self.level.components(first, planes);
         let rows = self.rows.slice_mut(s![.., range]);
-        mix_into(&self.level.filters, &self.mixtures, planes, vec![rows]);
+        sum_responses(&self.level.filters, &self.texel_sums, planes, vec![rows]);
     }
 }
 
-/// Textons of the levels whose texels were mixed.
+/// Textons of the sketched levels.
 fn sketch_levels(
-    panels: &mut Panels<'_>,
-    mixed: Vec<MixedLevel<'_>>,
+    batches: &mut ImageBatches<'_>,
+    sketched_levels: Vec<SketchedLevel<'_>>,
     options: &TextonOptions,
     report: &mut AnalysisReport,
     progress: Progress<'_>,
 ) -> Result<Vec<Found>> {
-    if mixed.is_empty() {
+    if sketched_levels.is_empty() {
         return Ok(Vec::new());
     }
-    let mut sketches: Vec<(Coordinates<'_>, Probes)> = mixed
+    // Span the subspace of each level by its random sums.
+    let mut sketches: Vec<(Coordinates<'_>, Probes)> = sketched_levels
         .into_iter()
-        .map(|MixedLevel { level, rows, .. }| {
+        .map(|SketchedLevel { level, rows, .. }| {
             let directions = sketch::orthonormal_rows(&rows)?;
             let probes = Probes::new(level.grid, level.bank);
             Ok((Coordinates::new(&level.filters, directions), probes))
         })
         .collect::<Result<_>>()?;
+    // Take the coordinates of all texels in it.
     report.measure("sketch", || {
-        panels.each("sketch", progress, |panel| {
-            for ((coordinates, probes), planes) in sketches.iter_mut().zip(panel.planes) {
-                coordinates.add(planes, panel.first);
+        batches.each("sketch", progress, |batch| {
+            for ((coordinates, probes), planes) in sketches.iter_mut().zip(batch.planes) {
+                coordinates.add(planes, batch.first);
                 probes.add(planes, progress);
             }
         })
     })?;
+    // Cluster them.
     let levels = sketches.into_iter().enumerate();
     let cluster = |(at, (coordinates, probes)): (usize, (Coordinates<'_>, Probes))| {
         report.measure(format!("textons of level {at}"), || {

@@ -21,7 +21,7 @@ use ndarray::{Array2, Array3, ArrayView2};
 use rayon::prelude::*;
 
 use crate::grid::TexelGrid;
-use crate::matrix::{Target, as_rows, as_rows_mut, multiply, product_of};
+use crate::matrix::{Update, as_rows, as_rows_mut, multiply, product_of};
 use crate::texton::filter_bank::CENTRE;
 
 /// Even or odd along one axis.
@@ -140,7 +140,7 @@ fn cosines(side: usize) -> Vec<Wave> {
 }
 
 /// The basis of a texel grid: waves along y times waves along x, index ky · W + kx.
-pub struct PlaneBasis {
+pub struct FilterEigenbasis {
     /// The texel grid.
     pub grid: TexelGrid,
     /// Waves along the columns of texels, from row to row.
@@ -149,7 +149,7 @@ pub struct PlaneBasis {
     pub x: AxisBasis,
 }
 
-impl PlaneBasis {
+impl FilterEigenbasis {
     /// The basis of a grid: wrapped when it is tileable, else reflected.
     pub fn new(grid: TexelGrid) -> Self {
         Self {
@@ -175,7 +175,7 @@ impl PlaneBasis {
             .for_each(|(waves, image)| {
                 let along_x = product_of(as_rows(image, height, width), self.x.analysis().t());
                 let waves = as_rows_mut(waves, height, width);
-                multiply(self.y.analysis(), along_x.view(), waves, Target::Replace);
+                multiply(self.y.analysis(), along_x.view(), waves, Update::Replace);
             });
         coefficients
     }
@@ -233,7 +233,7 @@ mod tests {
     use crate::texton::oracle;
 
     /// Σ_p S_p diag(d_{f,p}) A I, the route of this file, image by image.
-    fn responses(basis: &PlaneBasis, bank: &Array3<f64>, image: &[f32]) -> Array2<f32> {
+    fn responses(basis: &FilterEigenbasis, bank: &Array3<f64>, image: &[f32]) -> Array2<f32> {
         let (height, width) = basis.sides();
         let coefficients = basis.coefficients(image);
         let transfer = basis.transfer(bank);
@@ -267,7 +267,7 @@ mod tests {
                 let image: Vec<f32> = (0..grid.len())
                     .map(|i| ((i * 7919) % 101) as f32 / 101.0)
                     .collect();
-                let fast = responses(&PlaneBasis::new(grid), &bank, &image);
+                let fast = responses(&FilterEigenbasis::new(grid), &bank, &image);
                 let slow = oracle::responses(grid, &bank, &image);
                 for (a, b) in fast.iter().zip(&slow) {
                     assert!(

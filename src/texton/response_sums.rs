@@ -1,5 +1,5 @@
 //! Weighted sums of texels' appearance vectors: texton centres, the means of their members, and
-//! random mixtures for a sketch.
+//! sums with random signs for a sketch.
 //!
 //! In: planes, and which texels to sum. Out: rows of appearance vectors [sums, planes · 48],
 //! component plane · 48 + filter. Planes are filtered forwards, two at a time; a response is summed
@@ -9,15 +9,15 @@ use ndarray::{ArrayViewMut2, Axis};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
 
-use crate::texton::plane_filters::{PlaneFilters, Workspace};
-use crate::texton::texel_mixtures::TexelMixtures;
-use crate::texton::turning::turn;
+use crate::texton::fft_filters::{FftFilters, Workspace};
+use crate::texton::texel_sums::TexelSums;
+use crate::texton::transpose::transpose;
 
 /// Writes the sums' components for planes, one after another: rows of [sums, planes · 48], which
 /// `target` has in one or more blocks, one below another.
-pub fn mix_into(
-    filters: &PlaneFilters,
-    mixtures: &TexelMixtures,
+pub fn sum_responses(
+    filters: &FftFilters,
+    texel_sums: &TexelSums,
     planes: &[f32],
     target: Vec<ArrayViewMut2<'_, f32>>,
 ) {
@@ -26,7 +26,7 @@ pub fn mix_into(
         .zip(planes.par_chunks(2 * filters.texels()))
         .for_each_init(
             || filters.workspace(),
-            |work, (target, planes)| mix_pair(filters, mixtures, planes, work, target),
+            |work, (target, planes)| sum_pair(filters, texel_sums, planes, work, target),
         );
 }
 
@@ -50,21 +50,21 @@ fn columns_of_pairs(
     pairs
 }
 
-fn mix_pair(
-    filters: &PlaneFilters,
-    mixtures: &TexelMixtures,
+fn sum_pair(
+    filters: &FftFilters,
+    texel_sums: &TexelSums,
     planes: &[f32],
     work: &mut Workspace,
     mut target: Vec<ArrayViewMut2<'_, f32>>,
 ) {
-    let (filter_count, sum_count) = (filters.count(), mixtures.count());
+    let (filter_count, sum_count) = (filters.count(), texel_sums.count());
     let mut sums = vec![Complex32::default(); filter_count * sum_count];
     let spectrum = filters.spectrum(planes, work);
     for (filter, sums) in sums.chunks_exact_mut(sum_count).enumerate() {
-        mixtures.apply(filters.respond(&spectrum, filter, work), sums);
+        texel_sums.apply(filters.respond(&spectrum, filter, work), sums);
     }
     let mut rows = vec![Complex32::default(); sums.len()];
-    turn(&sums, sum_count, &mut rows, filter_count, |sum| sum);
+    transpose(&sums, sum_count, &mut rows, filter_count, |sum| sum);
     let targets = target.iter_mut().flat_map(|block| block.outer_iter_mut());
     for (mut target, row) in targets.zip(rows.chunks_exact(filter_count)) {
         // The first plane's part, and the second's, if there is one.
@@ -104,11 +104,11 @@ mod tests {
             let counts: Vec<u32> = (0..5)
                 .map(|j| labels.iter().filter(|&&l| l == j).count() as u32)
                 .collect();
-            let filters = PlaneFilters::new(grid, &bank);
-            let averages = TexelMixtures::averages(&labels, &counts, |texel| filters.place(texel));
+            let filters = FftFilters::new(grid, &bank);
+            let averages = TexelSums::averages(&labels, &counts, |texel| filters.place(texel));
             let mut centroids = Array2::zeros((5, 5 * 48));
             let (upper, lower) = centroids.view_mut().split_at(Axis(0), 2);
-            mix_into(&filters, &averages, &planes.concat(), vec![upper, lower]);
+            sum_responses(&filters, &averages, &planes.concat(), vec![upper, lower]);
             let vectors = oracle::appearance_vectors(grid, &bank, &planes);
             for ((texton, d), v) in centroids.indexed_iter() {
                 let members = (0..54).filter(|&i| labels[i] == texton as u32);

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::format::stored_array::StoredArray;
-use crate::matrix::{Target, as_rows, multiply};
-use crate::texton::turning::turn;
+use crate::matrix::{Update, as_rows, multiply};
+use crate::texton::transpose::transpose;
 
 /// Vectors in a strip, which is a side of the tiles of Φ: a multiple of the kernels' 32.
 const STRIP: usize = 64;
@@ -56,7 +56,7 @@ impl RowVectors for StoredArray<f32> {
 }
 
 /// Φ [rows, rows] of row vectors.
-pub fn dot_products(vectors: &impl RowVectors) -> Result<Array2<f64>> {
+pub fn gram_matrix(vectors: &impl RowVectors) -> Result<Array2<f64>> {
     let (count, length) = vectors.sides();
     let mut strips: Vec<Strip> = (0..count)
         .step_by(STRIP)
@@ -71,7 +71,7 @@ pub fn dot_products(vectors: &impl RowVectors) -> Result<Array2<f64>> {
         tiles.par_iter_mut().for_each(|tile| {
             let [rows, columns] = [tile.row, tile.column].map(|at| strips[at].panel());
             let target = tile.products.view_mut();
-            multiply(rows.reversed_axes(), columns, target, Target::Add);
+            multiply(rows.reversed_axes(), columns, target, Update::Add);
         });
     }
     let mut products = Array2::zeros((count, count));
@@ -105,7 +105,7 @@ impl Strip {
         }
         let (width, components) = (self.rows.len(), panel.len());
         self.wide.resize(components * width, 0.0);
-        turn(&self.numbers, components, &mut self.wide, width, f64::from);
+        transpose(&self.numbers, components, &mut self.wide, width, f64::from);
         Ok(())
     }
 
@@ -162,10 +162,10 @@ mod tests {
             Array2::from_shape_fn((300, 5000), |(r, c)| ((r * 31 + c * 17) % 101) as f32 / 7.0);
         let exact = vectors.mapv(f64::from);
         let exact = exact.dot(&exact.t());
-        for (a, b) in dot_products(&vectors).unwrap().iter().zip(&exact) {
+        for (a, b) in gram_matrix(&vectors).unwrap().iter().zip(&exact) {
             assert!((a - b).abs() <= 1e-12 * b.abs());
         }
-        let products = dot_products(&vectors).unwrap();
+        let products = gram_matrix(&vectors).unwrap();
         assert_eq!(products, products.t());
     }
 }

@@ -10,7 +10,7 @@ const TILE: usize = 8;
 
 /// The first columns of `from` become rows of `to`, as many as it has; each has rows of the given
 /// width, which in `to` may be more than `from` fills.
-pub fn turn<A: Copy, B: Copy>(
+pub fn transpose<A: Copy, B: Copy>(
     from: &[A],
     from_width: usize,
     to: &mut [B],
@@ -23,7 +23,7 @@ pub fn turn<A: Copy, B: Copy>(
             if row + TILE <= rows && column + TILE <= columns {
                 let from = &from[row * from_width + column..];
                 let to = &mut to[column * to_width + row..];
-                turn_tile(from, from_width, to, to_width, convert);
+                transpose_tile(from, from_width, to, to_width, convert);
                 continue;
             }
             for column in column..columns.min(column + TILE) {
@@ -36,7 +36,7 @@ pub fn turn<A: Copy, B: Copy>(
 }
 
 /// Turns the whole tile with which `from` and `to` begin.
-fn turn_tile<A: Copy, B: Copy>(
+fn transpose_tile<A: Copy, B: Copy>(
     from: &[A],
     from_width: usize,
     to: &mut [B],
@@ -60,7 +60,7 @@ mod tests {
             let from: Vec<u32> = (0..rows * columns).map(|at| at as u32).collect();
             let width = rows + 2;
             let mut to = vec![-1.0; taken * width];
-            turn(&from, columns, &mut to[1..], width, f64::from);
+            transpose(&from, columns, &mut to[1..], width, f64::from);
             for (at, &found) in to.iter().enumerate() {
                 let (column, row) = (at / width, at % width);
                 let filled = (1..=rows).contains(&row);

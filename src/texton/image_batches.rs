@@ -1,8 +1,8 @@
-//! The representative images, panel by panel: the way from the sample to every stage.
+//! The representative images, batch by batch: the way from the sample to every stage.
 //!
 //! In: an image stack and the numbers of the chosen images, or the planes that stand for them. Out: pass
-//! after pass, for each panel its planes at every level. A panel bounds the memory; where there is memory
-//! for all planes they are read once and kept. No panel crosses the border of two blocks of images.
+//! after pass, for each batch its planes at every level. A batch bounds the memory; where there is memory
+//! for all planes they are read once and kept. No batch crosses the border of two blocks of images.
 
 use std::ops::Range;
 
@@ -48,7 +48,7 @@ impl PlaneSource<'_> {
 }
 
 /// Some images that are read together.
-pub struct Panel<'p> {
+pub struct ImageBatch<'p> {
     /// The number of the first plane.
     pub first: usize,
     /// For each level the planes, one after another.
@@ -60,17 +60,17 @@ pub struct Panel<'p> {
 }
 
 /// The chosen images of a stack.
-pub struct Panels<'a> {
+pub struct ImageBatches<'a> {
     stack: &'a ImageStack<'a>,
     source: PlaneSource<'a>,
     blocks: ImageBlocks,
-    /// Planes of every panel at every level, once read, where they are to be kept.
+    /// Planes of every batch at every level, once read, where they are to be kept.
     kept: Option<Vec<Vec<Vec<f32>>>>,
     /// How often the planes were made.
     passes: u32,
 }
 
-impl<'a> Panels<'a> {
+impl<'a> ImageBatches<'a> {
     /// Nothing read yet, in `blocks`; `keep` the planes once they are.
     pub fn new(
         stack: &'a ImageStack<'a>,
@@ -100,24 +100,26 @@ impl<'a> Panels<'a> {
         }
     }
 
-    /// Hands every panel to `take`.
+    /// Hands every batch to `take`.
     pub fn each(
         &mut self,
         stage: &str,
         progress: Progress<'_>,
-        mut take: impl FnMut(&Panel<'_>),
+        mut take: impl FnMut(&ImageBatch<'_>),
     ) -> Result<()> {
+        // Note whether the planes are read or at hand.
         let channels = self.source.channels(self.stack);
         let read_before = self.kept.as_ref().is_some_and(|kept| !kept.is_empty());
         self.passes += u32::from(!read_before);
         progress.begin(stage, self.source.count() as u64);
+        // Hand batch after batch over.
         let mut after_block = true;
         let ranges = (0..self.blocks.count()).flat_map(|block| self.ranges_of(block));
         for (at, (range, ends_block)) in ranges.collect::<Vec<_>>().into_iter().enumerate() {
             let first = range.start * channels;
             let begins_block = std::mem::replace(&mut after_block, ends_block);
             let mut hand_over = |planes: &[Vec<f32>]| {
-                take(&Panel {
+                take(&ImageBatch {
                     first,
                     planes,
                     is_block: ends_block && begins_block,
@@ -140,7 +142,7 @@ impl<'a> Panels<'a> {
         Ok(())
     }
 
-    /// Hands the panels of one block to `take`: the planes of each at every level.
+    /// Hands the batches of one block to `take`: the planes of each at every level.
     pub fn each_of_block(
         &self,
         block: usize,
@@ -154,11 +156,11 @@ impl<'a> Panels<'a> {
         Ok(())
     }
 
-    /// The images of every panel of a block, and whether it is the block's last.
+    /// The images of every batch of a block, and whether it is the block's last.
     fn ranges_of(&self, block: usize) -> impl Iterator<Item = (Range<usize>, bool)> + use<> {
-        let panel = self.stack.panel_of(self.source.channels(self.stack));
+        let batch = self.stack.batch_of(self.source.channels(self.stack));
         let Range { start, end } = self.blocks.images(block);
-        let starts = (start..end).step_by(panel);
-        starts.map(move |first| (first..end.min(first + panel), first + panel >= end))
+        let starts = (start..end).step_by(batch);
+        starts.map(move |first| (first..end.min(first + batch), first + batch >= end))
     }
 }

@@ -5,25 +5,25 @@ use std::ops::Range;
 use ndarray::Array3;
 
 use crate::grid::TexelGrid;
-use crate::texton::plane_filters::PlaneFilters;
+use crate::texton::fft_filters::FftFilters;
 
 /// A texel grid and the filters on it.
-pub struct Level<'a> {
+pub struct FilteredLevel<'a> {
     /// The texels.
     pub grid: TexelGrid,
     /// The filters' taps, [48, 49, 49], the same at every level.
     pub bank: &'a Array3<f64>,
     /// The filters on planes of the grid.
-    pub filters: PlaneFilters,
+    pub filters: FftFilters,
 }
 
-impl<'a> Level<'a> {
+impl<'a> FilteredLevel<'a> {
     /// The filters of `bank` on a grid.
     pub fn new(grid: TexelGrid, bank: &'a Array3<f64>) -> Self {
         Self {
             grid,
             bank,
-            filters: PlaneFilters::new(grid, bank),
+            filters: FftFilters::new(grid, bank),
         }
     }
 

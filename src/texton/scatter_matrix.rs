@@ -7,19 +7,19 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::format::stored_array::StoredArray;
-use crate::matrix::{Target, multiply};
+use crate::matrix::{Update, multiply};
 use crate::progress::Progress;
 
 /// Rows of the matrix that one task updates.
 const BLOCK: usize = 256;
 
 /// Σ xᵀ x over the rows x added so far.
-pub struct OuterProducts {
+pub struct ScatterMatrix {
     /// Its lower triangle, block-wise.
     matrix: Array2<f32>,
 }
 
-impl OuterProducts {
+impl ScatterMatrix {
     /// Nothing added yet, over rows of `side` numbers.
     pub fn new(side: usize) -> Self {
         Self {
@@ -27,13 +27,13 @@ impl OuterProducts {
         }
     }
 
-    /// Adds rows [count, side]. Once interrupted, the matrix is worth nothing.
+    /// Adds rows [count, side]. After an interruption, the matrix is invalid.
     pub fn add(&mut self, rows: ArrayView2<'_, f32>, progress: Progress<'_>) {
         self.each_block(progress, |from, target| add_block(rows, from, target));
     }
 
     /// Adds the sum over rows [count, side], made by itself first: what adding another sum of these rows alone gives,
-    /// without room for all of it. Once interrupted, the matrix is worth nothing.
+    /// without room for all of it. After an interruption, the matrix is invalid.
     pub fn add_sum_of(&mut self, rows: ArrayView2<'_, f32>, progress: Progress<'_>) {
         self.each_block(progress, |from, mut target| {
             let mut sum = Array2::zeros(target.dim());
@@ -117,6 +117,7 @@ impl OuterProducts {
         stored: &StoredArray<f32>,
         put: impl Fn(&mut f32, f32) + Sync,
     ) -> Result<()> {
+        // Check the length.
         let side = self.matrix.nrows();
         if stored.len() != Self::stored_length(side) {
             return Err(
@@ -124,6 +125,7 @@ impl OuterProducts {
                     .expected(format!("{}", Self::stored_length(side))),
             );
         }
+        // Read block after block of rows.
         let mut first = 0;
         let blocks = self.matrix.axis_chunks_iter_mut(Axis(0), BLOCK);
         for (mut target, [rows, columns]) in blocks.zip(stored_blocks(side)) {
@@ -193,7 +195,7 @@ fn add_block(rows: ArrayView2<'_, f32>, from: usize, target: ArrayViewMut2<'_, f
         rows.slice(s![.., from..to]).reversed_axes(),
         rows.slice(s![.., ..to]),
         target,
-        Target::Add,
+        Update::Add,
     );
 }
 
@@ -206,7 +208,7 @@ mod tests {
     #[test]
     fn the_sum_is_the_product_and_symmetric() {
         let rows = Array2::from_shape_fn((40, 300), |(r, c)| ((r * 13 + c * 7) % 19) as f32 - 9.0);
-        let mut sum = OuterProducts::new(300);
+        let mut sum = ScatterMatrix::new(300);
         sum.add(rows.slice(s![..25, ..]), Progress::silent());
         sum.add(rows.slice(s![25.., ..]), Progress::silent());
         assert_eq!(sum.finish(Progress::silent()).unwrap(), rows.t().dot(&rows));
@@ -216,28 +218,28 @@ mod tests {
     fn sums_are_added_in_memory_as_from_a_file() {
         let rows = Array2::from_shape_fn((9, 600), |(r, c)| ((r * 31 + c * 7) % 23) as f32 / 7.0);
         let of = |rows: ArrayView2<'_, f32>| {
-            let mut sum = OuterProducts::new(600);
+            let mut sum = ScatterMatrix::new(600);
             sum.add(rows, Progress::silent());
             sum
         };
         let [one, other] = [s![..4, ..], s![4.., ..]].map(|part| of(rows.slice(part)));
-        let stored = |sum: &OuterProducts| {
+        let stored = |sum: &ScatterMatrix| {
             let numbers: Vec<f32> = sum.stored().flatten().collect();
-            assert_eq!(numbers.len(), OuterProducts::stored_length(600));
+            assert_eq!(numbers.len(), ScatterMatrix::stored_length(600));
             let mut bytes = Vec::new();
             npy::encode(&mut bytes, ndarray::aview1(&numbers).into_dyn()).unwrap();
             StoredArray::<f32>::new(Bytes::Expanded(bytes)).unwrap()
         };
-        let mut joined = OuterProducts::read(600, &stored(&one)).unwrap();
+        let mut joined = ScatterMatrix::read(600, &stored(&one)).unwrap();
         joined.add_stored(&stored(&other)).unwrap();
-        let mut added = OuterProducts::new(600);
+        let mut added = ScatterMatrix::new(600);
         added.add(rows.slice(s![..1, ..]), Progress::silent());
         added.clear();
         added.add_all(&one);
         added.add_sum_of(rows.slice(s![4.., ..]), Progress::silent());
         let [joined, added] = [joined, added].map(|sum| sum.finish(Progress::silent()).unwrap());
         assert_eq!(joined, added);
-        let short = OuterProducts::read(599, &stored(&one)).err().unwrap();
+        let short = ScatterMatrix::read(599, &stored(&one)).err().unwrap();
         assert!(short.to_string().contains("dot products"), "{short}");
     }
 }

@@ -4,7 +4,7 @@
 //!
 //! Two planes are filtered at once, as real and imaginary part of one complex image: filters are
 //! real. A filter of this bank is even or odd about its centre, so that its spectrum is real or
-//! imaginary, one number a wave. A tileable image is its own period; of any other a whole
+//! imaginary, one number per wave. A tileable image is its own period; of any other a whole
 //! reflection is, or it is continued by reflection for as far as a filter reaches, whichever is
 //! less: both are exact.
 
@@ -18,7 +18,7 @@ use rustfft::{Fft, FftNum, FftPlanner};
 use crate::grid::TexelGrid;
 use crate::texton::border;
 use crate::texton::filter_bank::{CENTRE, is_odd};
-use crate::texton::turning::turn;
+use crate::texton::transpose::transpose;
 
 /// Waves along x that are taken back together: at 64 texels, 4 KB.
 const BAND: usize = 8;
@@ -70,7 +70,7 @@ fn quick_period(least: usize) -> usize {
 }
 
 /// The filters on the planes of one texel grid.
-pub struct PlaneFilters {
+pub struct FftFilters {
     y: Axis,
     x: Axis,
     transforms: Transforms<f32>,
@@ -87,14 +87,14 @@ struct Spectrum {
 /// The spectrum of two planes, [waves along x, waves along y].
 pub struct PairSpectrum(Vec<Complex32>);
 
-/// What filtering needs room for; one a thread.
+/// What filtering needs room for; one per thread.
 pub struct Workspace {
     band: Vec<Complex32>,
     texels: Vec<Complex32>,
     scratch: Vec<Complex32>,
 }
 
-impl PlaneFilters {
+impl FftFilters {
     /// The filters of `bank` [filters, taps, taps], each even or odd about its centre.
     pub fn new(grid: TexelGrid, bank: &Array3<f64>) -> Self {
         let y = Axis::new(grid.height as usize, grid.tileable);
@@ -273,7 +273,7 @@ impl<T: FftNum> Transforms<T> {
         let [along_x, along_y] = &self.forward;
         along_x.process_with_scratch(image, scratch);
         let mut turned = vec![zero(); image.len()];
-        turn(image, self.columns, &mut turned, self.rows, |wave| wave);
+        transpose(image, self.columns, &mut turned, self.rows, |wave| wave);
         along_y.process_with_scratch(&mut turned, scratch);
         *image = turned;
     }
@@ -295,7 +295,7 @@ impl<T: FftNum> Transforms<T> {
             let band = &mut band[..count * self.rows];
             fill(first, band);
             along_y.process_with_scratch(band, scratch);
-            turn(
+            transpose(
                 band,
                 self.rows,
                 &mut texels[first..],
@@ -331,7 +331,7 @@ mod tests {
                 let planes: Vec<f32> = (0..2 * texels)
                     .map(|i| ((i * 7919) % 101) as f32 / 101.0)
                     .collect();
-                let filters = PlaneFilters::new(grid, &bank);
+                let filters = FftFilters::new(grid, &bank);
                 let mut work = filters.workspace();
                 let spectrum = filters.spectrum(&planes, &mut work);
                 let alone = filters.spectrum(&planes[..texels], &mut work);

@@ -1,18 +1,18 @@
-//! A few weighted sums over the texels of a plane: averages of clusters, or random mixtures.
+//! A few weighted sums over the texels of a plane: averages of clusters, or sums with random signs.
 //!
 //! In: labels, or a random stream. Out: sums of complex responses, member by member in a fixed
-//! order. Sparse: a texel is in one average, or in a few mixtures.
+//! order. Sparse: a texel is in one average, or in a few random sums.
 
 use rand::Rng;
 use rustfft::num_complex::Complex32;
 
 use crate::random::Stream;
 
-/// Mixtures that each texel enters (Martinsson and Tropp 2020 §9.2: eight signs a column do).
+/// Random sums that each texel enters (Martinsson and Tropp 2020 §9.2: eight signs a column do).
 const ENTERED: usize = 8;
 
 /// Weighted sums over places in an image.
-pub struct TexelMixtures {
+pub struct TexelSums {
     /// Every sum and how many members it has, the shortest first: the processor foresees the end
     /// of a loop that is as long as the one before.
     lengths: Vec<(usize, usize)>,
@@ -20,7 +20,7 @@ pub struct TexelMixtures {
     members: Vec<(u32, f32)>,
 }
 
-impl TexelMixtures {
+impl TexelSums {
     /// The averages of the texels of each label; `place` says where a texel stands.
     pub fn averages(labels: &[u32], counts: &[u32], place: impl Fn(usize) -> usize) -> Self {
         let weight = |label: u32| (counts[label as usize] as f32).recip();
@@ -90,21 +90,21 @@ mod tests {
     #[test]
     fn averages_are_means_of_their_members() {
         let image = [1.0, 9.0, 2.0, 3.0].map(|v| Complex32::new(v, -v));
-        let averages = TexelMixtures::averages(&[1, 0, 1], &[1, 2], |texel| texel + 1);
+        let averages = TexelSums::averages(&[1, 0, 1], &[1, 2], |texel| texel + 1);
         let mut sums = [Complex32::default(); 2];
         averages.apply(&image, &mut sums);
         assert_eq!(sums, [2.0, 6.0].map(|v| Complex32::new(v, -v)));
     }
 
     #[test]
-    fn random_mixtures_take_every_texel_a_few_times() {
-        let mixtures = TexelMixtures::random(5, 30, |texel| 2 * texel, &mut stream(1, "m", 0, 0));
+    fn random_sums_take_every_texel_a_few_times() {
+        let sums = TexelSums::random(5, 30, |texel| 2 * texel, &mut stream(1, "m", 0, 0));
         let mut entered = [0; 60];
-        for &(place, weight) in &mixtures.members {
+        for &(place, weight) in &sums.members {
             assert_eq!(weight.abs(), 1.0);
             entered[place as usize] += 1;
         }
         let expected: [usize; 60] = std::array::from_fn(|place| ENTERED * (1 - place % 2));
-        assert_eq!((entered, mixtures.count()), (expected, 5));
+        assert_eq!((entered, sums.count()), (expected, 5));
     }
 }

@@ -11,7 +11,7 @@ use ndarray::{Array2, Array3, ArrayViewMut2, Axis};
 use rayon::prelude::*;
 
 use crate::grid::TexelGrid;
-use crate::matrix::{Target, as_rows, as_rows_mut, multiply};
+use crate::matrix::{Update, as_rows, as_rows_mut, multiply};
 use crate::texton::border;
 use crate::texton::filter_bank::{CENTRE, is_odd};
 
@@ -43,7 +43,7 @@ impl HalfFilters {
 }
 
 /// Points of a regular sub-grid and the filters there.
-pub struct SubGrid {
+pub struct PointFilters {
     grid: TexelGrid,
     rows: Vec<usize>,
     columns: Vec<usize>,
@@ -61,7 +61,7 @@ struct Continued {
     turned: Vec<f32>,
 }
 
-impl SubGrid {
+impl PointFilters {
     /// At most `points` rows and columns, evenly spread, and the filters of `bank`.
     pub fn new(grid: TexelGrid, bank: &Array3<f64>, points: usize) -> Self {
         let (height, width) = (grid.height as usize, grid.width as usize);
@@ -164,7 +164,7 @@ fn filter_windows(half: &HalfFilters, windows: &[f32], out: &mut ArrayViewMut2<'
         half.taps.t(),
         as_rows(windows, points, HALF).reversed_axes(),
         responses.view_mut(),
-        Target::Replace,
+        Update::Replace,
     );
     for (&filter, responses) in half.filters.iter().zip(responses.outer_iter()) {
         out.column_mut(filter).assign(&responses);
@@ -195,14 +195,14 @@ mod tests {
                 tileable,
             };
             let plane: Vec<f32> = (0..88).map(|i| ((i * 37) % 41) as f32).collect();
-            let sub_grid = SubGrid::new(grid, &bank, 3);
+            let filters = PointFilters::new(grid, &bank, 3);
             assert_eq!(
-                (sub_grid.rows.as_slice(), sub_grid.columns.as_slice()),
+                (filters.rows.as_slice(), filters.columns.as_slice()),
                 (&[1, 4, 6][..], &[1, 5, 9][..])
             );
-            let fast = sub_grid.responses(&plane);
+            let fast = filters.responses(&plane);
             let slow = oracle::responses(grid, &bank, &plane);
-            for (point, texel) in sub_grid.points().into_iter().enumerate() {
+            for (point, texel) in filters.points().into_iter().enumerate() {
                 for filter in 0..FILTERS {
                     let (a, b) = (fast[[0, point * FILTERS + filter]], slow[[filter, texel]]);
                     assert!((f64::from(a) - b).abs() < 1e-4, "{a} against {b}");
