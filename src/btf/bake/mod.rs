@@ -46,11 +46,11 @@ use serde_json::json;
 use crate::btf::bake::angular::Widening;
 use crate::btf::bake::directions::Directions;
 use crate::btf::bake::glare::Glare;
-use crate::btf::bake::height_field::{HeightField, SurfacePoint};
+use crate::btf::bake::height_field::{HeightField, ReliefPoint};
 use crate::btf::bake::refinement::{error_left, typical_radiance};
 use crate::btf::bake::sample_plan::SamplePlan;
 use crate::btf::bake::samples::AUTO_LEAST;
-use crate::btf::bake::shade::Scene;
+use crate::btf::bake::shade::BakeScene;
 use crate::btf::bake::slabs::write_images;
 use crate::btf::direction::Direction;
 use crate::btf::height_map::HeightMap;
@@ -120,7 +120,7 @@ pub fn bake(
     material: &Material,
     options: &BakeOptions,
     target: &Path,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Baked> {
     bake_share(material, options, None, target, progress)
 }
@@ -132,7 +132,7 @@ pub fn bake_part(
     options: &BakeOptions,
     shard: Shard,
     target: &Path,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Baked> {
     bake_share(material, options, Some(shard), target, progress)
 }
@@ -142,8 +142,9 @@ fn bake_share(
     options: &BakeOptions,
     shard: Option<Shard>,
     target: &Path,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Baked> {
+    // Check what is given, and describe the sample, or the shard's part of it.
     options.validate()?;
     material.check()?;
     let changed = match options.min_roughness {
@@ -162,10 +163,11 @@ fn bake_share(
             return Ok(Baked::kept(description));
         }
     }
+    // Plan the rays of each texel.
     let surface = material.surface();
     warn_of_darkness(&surface, &directions.lights, progress);
     let coarse = SamplePlan::fixed(AUTO_LEAST);
-    let scene = Scene {
+    let scene = BakeScene {
         material,
         surface: &surface,
         plan: &coarse,
@@ -174,10 +176,11 @@ fn bake_share(
         seed: options.seed,
     };
     let plan = plan(&scene, options, &directions, progress)?;
-    let scene = Scene {
+    let scene = BakeScene {
         plan: &plan,
         ..scene
     };
+    // Refuse highlights that the numbers cannot hold, and warn of glare.
     if options.dtype == DType::F2 && !options.clamp {
         half_range::check(&scene, &directions, progress)?;
     }
@@ -186,13 +189,36 @@ fn bake_share(
         progress.warn(warning);
     }
     progress.check()?;
+    // Render the images.
     let heights = HeightMap::levelled(description.grid(), material.heights.clone())?;
     let mut writer = SampleWriter::resume(target, description)?;
     writer.set_heights(Some(heights));
+    let baked = render(
+        &scene,
+        (&directions, views),
+        writer,
+        options.clamp,
+        progress,
+    )?;
+    Ok(Baked {
+        glare: glare.share,
+        ..baked
+    })
+}
+
+/// Renders the images of some views that are not written yet, and finishes the sample. An interruption leaves what is
+/// written, any other failure nothing.
+fn render(
+    scene: &BakeScene,
+    (directions, views): (&Directions, Range<usize>),
+    mut writer: SampleWriter,
+    clamp: bool,
+    progress: Progress<'_>,
+) -> Result<Baked> {
     let resumed = writer.images_written();
-    let place = (&directions, views.clone());
-    let written = write_images(&scene, place, &mut writer, options.clamp, progress)
-        .and_then(|tally| Ok((tally, left(&scene, &directions, views, progress)?)));
+    let place = (directions, views.clone());
+    let written = write_images(scene, place, &mut writer, clamp, progress)
+        .and_then(|tally| Ok((tally, left(scene, directions, views, progress)?)));
     match written {
         Ok((tally, error_left)) => Ok(Baked {
             description: writer.finish()?,
@@ -201,11 +227,12 @@ fn bake_share(
             samples: tally.work.samples as f64 / tally.texels.max(1) as f64,
             resumed,
             is_kept: false,
-            glare: glare.share,
+            glare: 0.0,
             error_left,
             widened_to: directions
                 .widening
-                .map(|widening| widening.typical_roughness()),
+                .as_ref()
+                .map(Widening::typical_roughness),
             clamped: tally.clamped,
         }),
         Err(Error::Interrupted) => Err(Error::Interrupted),
@@ -218,10 +245,10 @@ fn bake_share(
 
 /// Where samples look through; for `auto`, with what the scene is like.
 fn plan(
-    scene: &Scene,
+    scene: &BakeScene,
     options: &BakeOptions,
     directions: &Directions,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<SamplePlan> {
     match options.samples {
         Samples::Fixed(count) => Ok(SamplePlan::fixed(count)),
@@ -234,10 +261,10 @@ fn plan(
 
 /// The error that is left in some views, where the user asked for one.
 fn left(
-    scene: &Scene,
+    scene: &BakeScene,
     directions: &Directions,
     views: Range<usize>,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Option<f64>> {
     match scene.plan.is_refined() {
         true => error_left(scene, directions, views, progress),
@@ -246,10 +273,10 @@ fn left(
 }
 
 /// Warns when much of the surface sees none of the lights: its height scale is likely wrong.
-fn warn_of_darkness(surface: &HeightField, lights: &[Direction], progress: &Progress) {
+fn warn_of_darkness(surface: &HeightField, lights: &[Direction], progress: Progress<'_>) {
     let texels = surface.width() * surface.height();
     let in_the_dark = |texel: &usize| {
-        let point = SurfacePoint {
+        let point = ReliefPoint {
             x: texel % surface.width(),
             y: texel / surface.width(),
             within: DVec2::ZERO,

@@ -149,7 +149,7 @@ impl<'a> Part<'a> {
 
 /// Joins the parts of all shards to the sample `target`, as one run bakes it; returns its description. Refuses parts
 /// of other bakes than the first, and shards that are missing or there twice.
-pub fn join(parts: &[PathBuf], target: &Path, progress: &Progress) -> Result<Description> {
+pub fn join(parts: &[PathBuf], target: &Path, progress: Progress<'_>) -> Result<Description> {
     let opened = parts.iter().map(|path| Part::open(path));
     let mut parts: Vec<Part<'_>> = opened.collect::<Result<_>>()?;
     check_alike(&parts)?;

@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use glam::DVec3;
 use rustfft::num_complex::Complex64;
 use rustfft::{FftDirection, FftPlanner};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::btf::bake::maps::normal_map::Normals;
 
@@ -19,7 +19,7 @@ const LEAST_Z: f64 = 0.05;
 const CLEARLY_LESS: f64 = 0.7;
 
 /// Where green points in a normal map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum NormalY {
     /// Whichever makes the slopes those of a surface.
