@@ -4,7 +4,7 @@
 //! other Σ_o d(x + o, x′ + o).
 //!
 //! Lanes hold *shifts*: lane c beside column x stands for column x + c, so that a window moves along a
-//! diagonal within its lane. Columns are counted round, the border's too; sums are stored at the columns
+//! diagonal within its lane. Column numbers wrap, those of the border included; sums are stored at the columns
 //! they are for.
 
 use std::iter::Take;

@@ -1,4 +1,4 @@
-//! Choosing neighbours greedily by (distance, flat index), each a least separation from all taken.
+//! Choosing neighbours greedily by (distance, flat index), each at least a given separation from all taken.
 //!
 //! In: distances of a texel to all texels. Out: its neighbours, nearest first, itself in column 0.
 
@@ -44,7 +44,7 @@ impl Band {
 }
 
 impl Choice {
-    /// Chooses `k` neighbours a texel, itself included, among `whole` texels; with a band, of those in each
+    /// Chooses `k` neighbours per texel, itself included, among `whole` texels; with a band, of those in each
     /// other's.
     pub fn new(
         grid: TexelGrid,

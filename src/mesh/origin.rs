@@ -1,4 +1,4 @@
-//! Where a mesh's coordinates count from, and how finely they are told.
+//! The origin that a mesh's coordinates are relative to.
 //!
 //! Georeferenced meshes (UTM, ECEF) lie millions of units from zero, where single precision has steps of
 //! half a unit. An origin near the mesh is subtracted in double precision on reading and added again on

@@ -44,7 +44,7 @@ pub struct Inputs<'a> {
     pub map: &'a SurfaceTextonMap,
     /// The id of the map's file.
     pub map_id: &'a ContentId,
-    /// A plain colour below the texture, where it is transparent; `map_id` tells it too.
+    /// A plain colour below the texture, where it is transparent; `map_id` includes it.
     pub cover: Option<&'a Cover>,
     /// The folder of the frames; it exists.
     pub folder: &'a Path,

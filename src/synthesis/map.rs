@@ -1,4 +1,4 @@
-//! The door of the engine: from a space, a neighbour table and a target to a surface texton map.
+//! The entry point of the engine: from a space, a neighbour table and a target to a surface texton map.
 
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;

@@ -1,6 +1,6 @@
 //! The metric of features: the neighbourhoods of plain images, a line of a window as one run of numbers.
 //!
-//! A plain image has a short vector a texel, three numbers of colour mostly. They are kept side by side
+//! A plain image has a short vector per texel, three numbers of colour mostly. They are kept side by side
 //! as the texels are, on an image with a border as wide as the windows reach, so that a line of a
 //! window is a run of numbers: of 7 texels in colour two blocks of lanes, where one block per texel would be
 //! seven, mostly empty. A site's pattern has the same blocks, and a weight for each number, 0 where none
@@ -49,7 +49,7 @@ struct BorderedImage {
     steps: usize,
     /// The vector of every feature row, filled up to whole steps; the default's last.
     vectors: Vec<[f32; STEP]>,
-    /// The bordered image, `depth` numbers a texel.
+    /// The bordered image, `depth` numbers per texel.
     numbers: Vec<f32>,
     depth: usize,
     /// Where a window's blocks begin, behind its first number; two and two, which are summed apart.
@@ -132,7 +132,7 @@ impl<'a> FeatureMetric<'a> {
     }
 }
 
-/// Where the numbers of each texel's windows begin on the bordered images, `depth` numbers a texel.
+/// Where the numbers of each texel's windows begin on the bordered images, `depth` numbers per texel.
 fn corners(exemplar: &ExemplarLevel<'_>, depth: usize) -> Vec<[u32; 2]> {
     let begins = |texel: u32| {
         let coarse = exemplar.coarse.as_ref().map_or(0, |coarse| {

@@ -1,4 +1,4 @@
-//! Lower bounds that spare a search most of its distances, and leave what it finds the same.
+//! Lower bounds by which a search skips most distances and still finds the same texels.
 //!
 //! The windows of all whole texels are projected once on a few orthonormal directions B, near their
 //! principal ones. For a site's pattern f and a texel's window e, both weighted by √w,

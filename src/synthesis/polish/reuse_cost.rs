@@ -1,7 +1,7 @@
 //! How evenly a map uses the exemplar: cells of texels, each with as many sites as its share of whole texels.
 //!
-//! Seams alone are cheapest in the smoothest part of the exemplar, into which a map would shrink. The cost of
-//! usage is w · Σ (h − e)² / 2e over cells that hold h sites and should hold e: one site more in a cell used
+//! Seams alone are cheapest in the smoothest part of the exemplar, and a map would soon use nothing else. The cost of
+//! reuse is w · Σ (h − e)² / 2e over cells that hold h sites and should hold e: one site more in a cell used
 //! twice as often as it should costs about w.
 
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ const WEIGHT: f64 = 0.4;
 
 /// How many sites each cell holds.
 #[derive(Clone, Debug)]
-pub struct Usage {
+pub struct ReuseCost {
     grid: TexelGrid,
     /// Texels along a cell's side, and cells along a row.
     side: u32,
@@ -26,7 +26,7 @@ pub struct Usage {
     held: Vec<f64>,
 }
 
-impl Usage {
+impl ReuseCost {
     /// What the sites hold.
     pub fn of(exemplar: &ExemplarLevel<'_>, coords: &[TexCoord]) -> Self {
         let grid = exemplar.grid;
@@ -36,7 +36,7 @@ impl Usage {
         let side = (1..longest).find(fits).unwrap_or(longest);
         let (columns, rows) = (grid.width.div_ceil(side), grid.height.div_ceil(side));
         let cells = (columns * rows) as usize;
-        let mut usage = Self {
+        let mut reuse = Self {
             grid,
             side,
             columns,
@@ -44,14 +44,14 @@ impl Usage {
             held: vec![0.0; cells],
         };
         for &texel in &exemplar.whole_texels {
-            let cell = usage.cell(TexelIndex(texel));
-            usage.expected[cell] += per_texel;
+            let cell = reuse.cell(TexelIndex(texel));
+            reuse.expected[cell] += per_texel;
         }
         for &at in coords {
-            let cell = usage.cell_at(at);
-            usage.held[cell] += 1.0;
+            let cell = reuse.cell_at(at);
+            reuse.held[cell] += 1.0;
         }
-        usage
+        reuse
     }
 
     /// The cell of a coordinate.
