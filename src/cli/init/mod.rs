@@ -3,13 +3,13 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`material`] | what the material is, how finely it is baked, how deep it is |
-//! | [`surface`] | how many vertices the mesh needs, and what a texel covers |
+//! | [`fitted_mesh`] | how many vertices the mesh needs, and what a texel covers |
 //! | [`relative`] | paths as the scene must write them |
 //! | [`text`] | the scene |
 
+mod fitted_mesh;
 mod material;
 mod relative;
-mod surface;
 mod text;
 
 use std::io::Write;
@@ -18,9 +18,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::cli::info::kind::MESHES;
+use crate::cli::init::fitted_mesh::FittedMesh;
 use crate::cli::init::material::Material;
 use crate::cli::init::relative::relative_to;
-use crate::cli::init::surface::Surface;
 use crate::cli::init::text::{Fitted, scene_text};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
@@ -76,7 +76,7 @@ impl Arguments {
         let material = Material::read(&self.material, progress)?;
         let user = reading::read(&self.mesh, progress)?;
         let surface =
-            Surface::fitted(&user, material.sides()).map_err(|error| error.in_file(&self.mesh))?;
+            FittedMesh::new(&user, material.sides()).map_err(|error| error.in_file(&self.mesh))?;
         let folder = self.output.parent().unwrap_or(Path::new(""));
         let fitted = Fitted {
             name: self.name(),

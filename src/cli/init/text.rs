@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use toml::Value;
 
+use crate::cli::init::fitted_mesh::FittedMesh;
 use crate::cli::init::material::{Depth, Maps, Material, Tiling};
-use crate::cli::init::surface::Surface;
 
 /// What a scene is written of.
 pub(super) struct Fitted<'a> {
@@ -19,7 +19,7 @@ pub(super) struct Fitted<'a> {
     /// What the material is.
     pub(super) material: &'a Material,
     /// How the mesh is textured.
-    pub(super) surface: &'a Surface,
+    pub(super) surface: &'a FittedMesh,
 }
 
 /// A path or a text as TOML writes it.
@@ -136,7 +136,7 @@ k = 11              # neighbours per texel
 ";
 
 fn surface(fitted: &Fitted<'_>) -> String {
-    let Surface {
+    let FittedMesh {
         vertices,
         texel,
         repeats,

@@ -304,6 +304,7 @@ impl Scene {
 
     /// The stages of the scene, in order.
     pub fn drafts(&self, faults: &mut Faults) -> Vec<Draft> {
+        // Name what stages hand on.
         let [sample, map] = self.sample_and_map();
         let surface = self
             .surface
@@ -315,6 +316,7 @@ impl Scene {
         };
         let space = self.file(makers[0], "space.npz");
         let table = self.file(makers[1], "knn.npz");
+        // List the stages of the sample.
         let mut drafts = Vec::new();
         for (command, key) in [("bake", "material"), ("import", "path")] {
             drafts.extend(self.source(command, key, self.file(command, "sample"), faults));
@@ -328,8 +330,10 @@ impl Scene {
             drafts.push(self.link("gram", vec![textons], space.clone(), faults));
             drafts.push(self.link("knn", vec![space.clone()], table.clone(), faults));
         }
+        // List those of the surface.
         drafts.extend(self.source("mesh", "input", surface.clone(), faults));
         drafts.push(self.link("synth", vec![space, table, surface], map.clone(), faults));
+        // List the renderings.
         for section in self
             .document
             .sections

@@ -65,6 +65,7 @@ pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
         Command::Transfer(arguments) => refuse(surfaces::TRANSFER, arguments, given),
         Command::Export(arguments) => refuse(surfaces::EXPORT, arguments, given),
         Command::Run(arguments) => refuse(surfaces::RUN, arguments, given),
+        // Every option of these has effect.
         Command::Demo(_)
         | Command::Import(_)
         | Command::Factor(_)

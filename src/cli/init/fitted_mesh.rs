@@ -14,7 +14,7 @@ const NEAR: std::ops::RangeInclusive<f64> = 0.8..=1.5;
 
 /// A mesh fitted to a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Surface {
+pub(super) struct FittedMesh {
     /// Its own vertices.
     own: usize,
     /// Vertices it is retiled to.
@@ -29,9 +29,9 @@ pub(super) struct Surface {
     pub(super) extent: [f32; 3],
 }
 
-impl Surface {
+impl FittedMesh {
     /// One vertex per texel, and the sample about [`REPEATS`] times across.
-    pub(super) fn fitted(user: &UserMesh, [width, height]: [u32; 2]) -> Result<Self> {
+    pub(super) fn new(user: &UserMesh, [width, height]: [u32; 2]) -> Result<Self> {
         let mesh = &user.mesh;
         let (own, area) = (mesh.referenced_count(), mesh.area());
         if !(area > 0.0 && area.is_finite()) {
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn vertices_follow_the_sample_and_the_texel_follows_them() {
         let user = UserMesh::from(kettlebell(4000));
-        let fitted = |side: u32| Surface::fitted(&user, [side, side]).unwrap();
+        let fitted = |side: u32| FittedMesh::new(&user, [side, side]).unwrap();
         assert_eq!(fitted(64).vertices, 66_000);
         assert_eq!(fitted(128).vertices, 260_000);
         assert_eq!(fitted(512).vertices, 300_000);
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn a_mesh_that_fits_is_kept() {
         let user = UserMesh::from(kettlebell(16_000));
-        let fitted = Surface::fitted(&user, [32, 32]).unwrap();
+        let fitted = FittedMesh::new(&user, [32, 32]).unwrap();
         assert!(fitted.keeps_own);
         assert_eq!(fitted.vertices, user.mesh.referenced_count());
     }
