@@ -215,10 +215,12 @@ fn render(
     clamp: bool,
     progress: Progress<'_>,
 ) -> Result<Baked> {
+    // Render what is missing, and measure the error that is left.
     let resumed = writer.images_written();
     let place = (directions, views.clone());
     let written = write_images(scene, place, &mut writer, clamp, progress)
         .and_then(|tally| Ok((tally, left(scene, directions, views, progress)?)));
+    // Finish the sample. An interrupted one is kept for the next run.
     match written {
         Ok((tally, error_left)) => Ok(Baked {
             description: writer.finish()?,
