@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::sites::order::Order;
 use crate::synthesis::option_ranges::{at_least_one, few_rounds, within_factors};
 use crate::synthesis::own_options::OwnOptions;
