@@ -11,10 +11,10 @@ use crate::progress::Progress;
 use crate::sites::controls::SiteControls;
 use crate::sites::level::{SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::pattern_controls::PatternControls;
-use crate::synthesis::recipes::synthesize;
 
 /// Synthesizes a map on a target. Errors: inputs and options that do not fit, and
 /// [`Error::Interrupted`](crate::error::Error::Interrupted).

@@ -21,10 +21,12 @@
 //! | textures on faces, which have no such sites: from a space to a face map, and how that is drawn | [`faces`] |
 //! | how many levels a mesh has by default | [`level_choice`] |
 //! | what can be asked, and whether it fits | [`options`] in their [ranges](option_ranges), [`check`], [`memory`] |
+//! | what a method answers about itself | [`method`], [`own_options`]; which options it [uses](option_use) |
 //!
 //! Not handled here: preparing targets (`sites`), building neighbour tables (`exemplar`), and files other
 //! than the [checkpoint] of an interrupted run.
 
+pub(crate) mod all_levels;
 pub(crate) mod atlas_map;
 mod candidates;
 mod changes;
@@ -37,9 +39,12 @@ mod keep;
 pub(crate) mod level_choice;
 pub(crate) mod map;
 pub(crate) mod memory;
+pub(crate) mod method;
 mod metric;
 mod option_ranges;
+mod option_use;
 pub(crate) mod options;
+pub(crate) mod own_options;
 pub(crate) mod pattern_controls;
 mod polish;
 pub(crate) mod quality;
@@ -47,18 +52,21 @@ pub mod recipes;
 pub(crate) mod rule;
 pub(crate) mod state;
 
+pub use all_levels::synthesize;
 pub use atlas_map::atlas_map;
 pub use check::neighborhoods;
 pub use checkpoint::Checkpoint;
 pub use inputs::{Inputs, LevelMap};
 pub use level_choice::LevelChoice;
 pub use map::synthesize_map;
-pub use options::{KCoherenceOptions, Method, MetricKind, Search, SynthesisOptions};
+pub use method::{Figure, MethodDescription, MethodSites, SharedOption, Workload};
+pub use options::{KCoherenceOptions, MetricKind, Search, SynthesisOptions};
+pub use own_options::OwnOptions;
 pub use polish::Effort;
+pub use recipes::Method;
 pub use recipes::adaptive::options::{AdaptiveOptions, Similarity};
 pub use recipes::multiscale::options::MultiscaleOptions;
 pub use recipes::progressive::options::{ProgressiveOptions, Widths};
-pub use recipes::synthesize;
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -4,7 +4,7 @@
 //! 256 texels per side, 15,000 to 240,000 vertices and 640 × 480 to 1280 × 960 pixels. `tools/compare_plan.py` holds
 //! a scene's plan against what its stages took.
 
-use crate::synthesis::options::{Method, Search};
+use crate::synthesis::{SynthesisOptions, Workload};
 
 /// What the program itself takes.
 const PROGRAM: f64 = 16e6;
@@ -171,38 +171,10 @@ pub(super) fn mesh(own: f64, vertices: Option<f64>, has_field: bool) -> Cost {
     Cost::new(0.1 + seconds + field, 14e6 + bytes)
 }
 
-/// Synthesis of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Synthesis {
-    /// The method.
-    pub(super) method: Method,
-    /// Which texels k-coherence tries.
-    pub(super) search: Search,
-    /// Rounds of polishing.
-    pub(super) polish: f64,
-    /// Whether sites are texels of an atlas.
-    pub(super) is_atlas: bool,
-}
-
-impl Synthesis {
-    /// At this many sites from this many texels, the surface's preparation included.
-    pub(super) fn cost(self, texels: f64, sites: f64) -> Cost {
-        // Microseconds per site; those of full searches grow with the sample.
-        let per_site = match (self.method, self.search) {
-            (Method::KCoherence, Search::KCoherence) if self.is_atlas => 70.0,
-            (Method::KCoherence, Search::KCoherence) => 97.0,
-            (Method::KCoherence, Search::Full) | (Method::WeiLevoy, _) => {
-                63.0 + 0.9 * texels.sqrt()
-            }
-            (Method::Adaptive, _) => 78.0,
-            (Method::Multiscale, _) => 90.0 + 1.1 * texels.sqrt(),
-            (Method::Coherent, _) => 31.0,
-            (Method::Progressive, _) => 200.0 + 2.0 * texels.sqrt(),
-            (Method::Choosy, _) => 220.0,
-        };
-        let per_site = per_site + 320.0 * self.polish;
-        Cost::new(0.1 + 1e-6 * per_site * sites, 2_700.0 * sites)
-    }
+/// Synthesis on this many sites, the surface's preparation included.
+pub(super) fn synth(options: &SynthesisOptions, work: Workload, sites: f64) -> Cost {
+    let per_site = (options.method.description().microseconds)(work, options);
+    Cost::new(0.1 + 1e-6 * per_site * sites, 2_700.0 * sites)
 }
 
 /// A sequence of frames.
@@ -276,6 +248,7 @@ pub(super) fn pages(sample: SampleSize, vertices: f64) -> Cost {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::synthesis::Effort;
 
     /// A sample of 60 views by 60 lights.
     fn sample(side: f64) -> SampleSize {
@@ -309,13 +282,13 @@ mod tests {
             lights: 16.0,
         };
         let k_coherence = |side: f64, sites| {
-            let synthesis = Synthesis {
-                method: Method::KCoherence,
-                search: Search::KCoherence,
-                polish: 0.0,
-                is_atlas: false,
+            let mut options = SynthesisOptions::default();
+            options.k_coherence.polish = Effort::Rounds(0);
+            let work = Workload {
+                texels: side * side,
+                onto_atlas: false,
             };
-            synthesis.cost(side * side, sites)
+            synth(&options, work, sites)
         };
         let small = 640.0 * 480.0;
         let many = textons(sample(64.0), 100.0, 200.0, 8.0, 3.0);

@@ -19,6 +19,7 @@ use crate::cli::run::sections::SECTIONS;
 use crate::cli::run::side_outputs::mark_side_outputs;
 use crate::cli::run::tag::Tag;
 use crate::render::Axis;
+use crate::synthesis::Method;
 
 /// Keys at the top of a scene.
 const TOP: [&str; 5] = ["name", "output", "seed", "sample", "surface"];
@@ -288,14 +289,10 @@ impl Scene {
 
     /// What the file of the map ends with.
     fn kind_of_map(&self) -> &'static str {
-        let says = |section: &Section, key: &str, wanted: &str| {
-            let value = section.key(key).and_then(|key| key.value.as_str());
-            value == Some(wanted)
-        };
-        let is_onto_faces = self.section("synth").is_some_and(|section| {
-            says(section, "onto", "faces") || says(section, "method", "choosy")
-        });
-        if is_onto_faces {
+        let section = self.section("synth");
+        let value = |name| section?.key(name)?.value.as_str();
+        let method = value("method").and_then(|name| Method::from_str(name, false).ok());
+        if value("onto") == Some("faces") || method.is_some_and(Method::writes_faces) {
             "faces.ply"
         } else {
             "map.ply"

@@ -10,7 +10,7 @@ use crate::btf::bake::Samples;
 use crate::btf::sample::Sample;
 use crate::cli::exemplar::with_kind;
 use crate::cli::run::check::Stage;
-use crate::cli::run::cost::{self, Cost, SampleSize, Sequence, Synthesis};
+use crate::cli::run::cost::{self, Cost, SampleSize, Sequence};
 use crate::cli::{Command, bake, exemplar, mesh, render, synth, textons};
 use crate::format::{image, ply};
 use crate::mesh::reading;
@@ -18,15 +18,12 @@ use crate::progress::Progress;
 use crate::render::memory::{frame_count, light_count};
 use crate::render::nearest::Weighting;
 use crate::render::renderer::{Shading, Shadows};
-use crate::synthesis::Effort;
+use crate::synthesis::Workload;
 use crate::texton::TextonOptions;
 use crate::texton::image_blocks::ImageBlocks;
 
 /// Rays per texel and image that `--samples auto` takes on average.
 const AUTO_SAMPLES: f64 = 12.0;
-/// Rounds that `--polish auto` amounts to: none of a sample that tiles, about a third of one of others.
-const AUTO_POLISH: f64 = 0.15;
-
 /// What is known of files, made or there.
 pub struct Sizes<'a> {
     progress: Progress<'a>,
@@ -223,17 +220,11 @@ impl<'a> Sizes<'a> {
             true => f64::from(arguments.target.atlas.resolution).powi(2),
             false => vertices,
         };
-        let synthesis = Synthesis {
-            method: options.method,
-            search: options.k_coherence.search,
-            polish: match options.k_coherence.polish {
-                Effort::Auto => AUTO_POLISH,
-                Effort::Rounds(rounds) => f64::from(rounds),
-            },
-            is_atlas,
+        let work = Workload {
+            texels: self.samples.get(&arguments.space)?.texels,
+            onto_atlas: is_atlas,
         };
-        let texels = self.samples.get(&arguments.space)?.texels;
-        Some(synthesis.cost(texels, sites))
+        Some(cost::synth(options, work, sites))
     }
 
     fn render(&mut self, arguments: &render::Arguments) -> Option<Cost> {

@@ -50,7 +50,8 @@ pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
         },
         Command::Mesh(arguments) => refuse(surfaces::MESH, arguments, given),
         Command::Synth(arguments) => {
-            refuse(synth::METHODS, arguments.as_ref(), given)?;
+            synth::refuse_by_method(arguments, given)?;
+            refuse(synth::SEARCHES, arguments.as_ref(), given)?;
             refuse(synth::TARGETS, arguments.as_ref(), given)?;
             refuse(synth::PRODUCTS, arguments.as_ref(), given)
         }

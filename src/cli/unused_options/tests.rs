@@ -8,6 +8,7 @@ use super::rule::Rule;
 use super::*;
 use crate::cli::CommandLine;
 use crate::error::Error;
+use crate::synthesis::{OwnOptions, SynthesisOptions};
 
 /// A command line that is refused, and the option it is refused for; `|` where the parser may name either.
 const COMBINATIONS: &[(&str, &str)] = &[
@@ -480,6 +481,19 @@ fn options_with_an_effect_are_not() {
     }
 }
 
+/// The options that single methods of synthesis have, method by method.
+fn own_options() -> Vec<Vec<(&'static str, &'static str)>> {
+    let options = SynthesisOptions::default();
+    let of_method = |own: &dyn OwnOptions| {
+        let names = own.changed().into_iter().map(|(name, _)| ("synth", name));
+        names.collect()
+    };
+    options
+        .own_options()
+        .map(|(_, own)| of_method(own))
+        .collect()
+}
+
 /// The options of every rule, each with the command it belongs to.
 fn options_of_rules() -> Vec<(&'static str, &'static str)> {
     fn of<A>(command: &'static str, rules: &[Rule<A>]) -> Vec<(&'static str, &'static str)> {
@@ -492,7 +506,8 @@ fn options_of_rules() -> Vec<(&'static str, &'static str)> {
         of("knn", samples::KNN),
         of("exemplar", samples::EXEMPLAR),
         of("mesh", surfaces::MESH),
-        of("synth", synth::METHODS),
+        own_options().concat(),
+        of("synth", synth::SEARCHES),
         of("synth", synth::TARGETS),
         of("synth", synth::PRODUCTS),
         of("render", render::ATLAS),
@@ -526,6 +541,10 @@ fn every_rule_is_among_the_combinations() {
             .iter()
             .any(|(line, option)| line.starts_with(command) && rule.contains(option))
     };
+    for options in own_options() {
+        let names: Vec<&str> = options.iter().map(|(_, name)| *name).collect();
+        assert!(is_listed(&names, "synth"), "{names:?}");
+    }
     let lists: [(&str, Vec<&[&str]>); 4] = [
         (
             "render",
@@ -533,7 +552,7 @@ fn every_rule_is_among_the_combinations() {
         ),
         (
             "synth",
-            synth::METHODS.iter().map(|rule| rule.options).collect(),
+            synth::SEARCHES.iter().map(|rule| rule.options).collect(),
         ),
         (
             "synth",

@@ -1,22 +1,29 @@
-//! Progressively-variant exemplars: whether windows fit their levels, and whether surface and exemplar have the same
-//! controls.
+//! How many levels the windows fit and what memory they take, and whether surface and exemplar have the same controls.
 
 use crate::error::{Error, Result};
-use crate::exemplar::controls::ControlKind;
+use crate::exemplar::controls::{ControlKind, MASK_LABELS};
 use crate::exemplar::neighbor_table::NeighborTable;
-use crate::exemplar::space::Space;
+use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::level::Sites;
-use crate::synthesis::check::table_plan::{Plan, complete};
+use crate::synthesis::check::{Plan, check_sites, complete, exemplar};
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::options::SynthesisOptions;
 
-/// The levels of the progressive method: those asked for, else all of the table that its windows fit.
-pub fn variant_levels(
-    space: &Space,
-    table: &NeighborTable,
+/// Checks the inputs and completes the options.
+pub fn check<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
 ) -> Result<Plan> {
+    exemplar(inputs.space, inputs.table)?;
+    let plan = plan(inputs.space, inputs.table, options)?;
+    check_controls(inputs)?;
+    check_sites(inputs.sites, &windows(inputs.table, &plan, options))?;
+    Ok(plan)
+}
+
+/// The levels: those asked for, else all of the table that the windows fit.
+pub fn plan(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
     let plan = complete(space, table, options)?;
     // Check that a table for a transition knows its tolerance.
     let controls = space.controls.first();
@@ -62,7 +69,7 @@ pub fn variant_levels(
 }
 
 /// The square windows that sites need on each level, finest first.
-pub fn variant_neighborhoods(
+pub fn windows(
     table: &NeighborTable,
     plan: &Plan,
     options: &SynthesisOptions,
@@ -79,7 +86,7 @@ pub fn variant_neighborhoods(
 }
 
 /// Whether the surface has what the exemplar has, as far as one is nothing without the other.
-pub fn check_controls<const N: usize, S: Sites<N>>(inputs: Inputs<'_, S>) -> Result<()> {
+fn check_controls<const N: usize, S: Sites<N>>(inputs: Inputs<'_, S>) -> Result<()> {
     let of_exemplar = inputs.space.controls.first();
     let has = |kind| of_exemplar.is_some_and(|controls| controls.has(kind));
     let sites = inputs.sites.levels.first().map_or(0, Sites::count);
@@ -124,4 +131,24 @@ pub fn check_controls<const N: usize, S: Sites<N>>(inputs: Inputs<'_, S>) -> Res
         )
         .expected(format!("a label of the exemplar, 0 to {largest}"))),
     }
+}
+
+/// Bytes of the windows that are resampled.
+pub fn window_bytes(space: &Space, options: &SynthesisOptions) -> u64 {
+    let levels = space.levels.iter();
+    levels.map(|level| level_bytes(level, options)).sum()
+}
+
+/// Bytes of the windows of a level: its colours at most twice, for the
+/// level itself and for the one below.
+fn level_bytes(level: &SpaceLevel, options: &SynthesisOptions) -> u64 {
+    let dimensions = match &level.features {
+        Features::Textons { gram, .. } => gram.nrows(),
+        Features::Vectors(vectors) => vectors.dim().2,
+    };
+    let samples = |width: u32| u64::from(width).pow(2);
+    let asked = &options.progressive;
+    let numbers = dimensions as u64 * samples(asked.color_window.widest())
+        + u64::from(MASK_LABELS) * samples(asked.widest());
+    2 * 4 * level.grid.len() as u64 * numbers
 }

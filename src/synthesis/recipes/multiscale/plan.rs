@@ -1,17 +1,27 @@
-//! Methods with square windows of their own: how many levels of an exemplar these fit.
+//! How many levels of an exemplar the windows fit, and whether the sites have them.
 
 use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
-use crate::synthesis::check::space_level::space_level;
+use crate::neighborhood::Neighborhood;
+use crate::sites::level::Sites;
+use crate::synthesis::check::{check_sites, space_level};
+use crate::synthesis::inputs::Inputs;
 use crate::synthesis::metric::of_level::gram;
 use crate::synthesis::options::{MetricKind, SynthesisOptions};
 
-/// The width of the window inside which the neighbours of a site of the coherent method lie, at most 2 texels away
-/// each way (Ying 2001 §5).
-pub const COHERENT_WIDTH: u32 = 5;
+/// Checks the inputs, and says what windows are compared on each level.
+pub fn check<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
+    options: &SynthesisOptions,
+) -> Result<Vec<Neighborhood>> {
+    let levels = levels(inputs.space, options)?;
+    let neighborhoods = options.multiscale.neighborhoods(levels);
+    check_sites(inputs.sites, &neighborhoods)?;
+    Ok(neighborhoods)
+}
 
-/// The levels of the multiscale method: those asked for, else all that its windows fit.
-pub fn multiscale_levels(space: &Space, options: &SynthesisOptions) -> Result<usize> {
+/// The levels: those asked for, else all that its windows fit.
+pub fn levels(space: &Space, options: &SynthesisOptions) -> Result<usize> {
     options.validate()?;
     // Check each level.
     for (index, level) in space.levels.iter().enumerate() {
@@ -64,13 +74,4 @@ pub fn multiscale_levels(space: &Space, options: &SynthesisOptions) -> Result<us
             _ => format!("at most {}, or --levels {fitting}", side(fitting)),
         },
     ))
-}
-
-/// The one level of the coherent method.
-pub fn one_level(space: &Space, options: &SynthesisOptions) -> Result<usize> {
-    options.validate()?;
-    match space.levels.first() {
-        Some(level) => space_level(level, 0).map(|()| 1),
-        None => Err(Error::data("space", "no level").expected("one or more")),
-    }
 }
