@@ -152,6 +152,7 @@
 pub mod error;
 pub mod grid;
 pub mod index;
+pub(crate) mod lanes;
 pub mod matrix;
 pub mod neighborhood;
 pub mod progress;

@@ -10,11 +10,12 @@ mod source;
 use source::Source;
 
 /// What every room may use.
-const GROUND: [&str; 10] = [
+const GROUND: [&str; 11] = [
     "error",
     "format",
     "grid",
     "index",
+    "lanes",
     "matrix",
     "neighborhood",
     "progress",

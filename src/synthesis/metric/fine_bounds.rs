@@ -4,8 +4,8 @@
 //! is far from all others by about the same distance, most of it in other directions. Of those, bytes are kept: a
 //! window fills one line of the cache. A byte is off by half a step at most, by which the bound is lowered.
 
-use crate::exemplar::embedding::{LANES, LaneBlock};
-use crate::synthesis::metric::projection::{SLACK, Sums, sum_apart};
+use crate::lanes::{LANES, LaneBlock, sum_apart};
+use crate::synthesis::metric::projection::{SLACK, Sums};
 
 /// Blocks of finer directions.
 pub const FINE_BLOCKS: usize = 3;
