@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use mesotex::btf::bonn::{Color, ColorModel};
-use mesotex::btf::{Description, HeightMap, Sample, SampleWriter};
+use mesotex::btf::{DType, Description, HeightMap, Layout, Sample, SampleWriter};
+use mesotex::format::ContentId;
 use serde_json::Value;
 
 use crate::files::{Dfmf, directions};
@@ -23,13 +24,21 @@ fn value(view: usize, light: usize, texel: usize, channel: usize) -> f32 {
 /// A sample of 7 × 5 directions and 6 × 6 texels.
 fn write_sample(path: &Path) {
     let description = Description {
+        format: "mesotex-btf".into(),
+        version: 1,
+        name: "waves".into(),
+        width: SIDE as u32,
+        height: SIDE as u32,
+        channels: 3,
+        dtype: DType::F4,
         texel_mm: Some(0.25),
-        ..Description::product(
-            "waves",
-            [SIDE as u32, SIDE as u32],
-            directions("rings:0:1,40:6"),
-            directions("rings:10:5:15"),
-        )
+        layout: Layout::Product,
+        views: directions("rings:0:1,40:6"),
+        lights: directions("rings:10:5:15"),
+        pairs: None,
+        tileable: false,
+        id: ContentId::of_bytes(b""),
+        source: Value::Null,
     };
     let mut writer = SampleWriter::create(path, description).unwrap();
     for image in 0..35 {

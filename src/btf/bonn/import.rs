@@ -16,13 +16,14 @@ use crate::btf::bonn::header::Header;
 use crate::btf::bonn::images::BonnImages;
 use crate::btf::bonn::local_frames::{LocalFrames, TexelFrames};
 use crate::btf::bonn::to_factored::FactorCopy;
-use crate::btf::description::Description;
+use crate::btf::description::{Description, FORMAT, Layout, VERSION};
 use crate::btf::direction::Direction;
 use crate::btf::factored::factorize::{Accuracy, FactorOptions, factorize};
 use crate::btf::height_map::HeightMap;
 use crate::btf::import::{Handedness, ImportOptions, Preparation, SizeLine, Values};
 use crate::error::{Error, Result};
 use crate::format::atomic::parent;
+use crate::format::id::ContentId;
 use crate::format::image::{Alpha, Orientation, SourceEncoding};
 use crate::progress::Progress;
 
@@ -226,16 +227,21 @@ impl BonnImport<'_> {
         let stem = self.path.file_stem().unwrap_or_default();
         let own_name = || stem.to_string_lossy().into_owned();
         Description {
+            format: FORMAT.into(),
+            version: VERSION,
+            name: options.name.clone().unwrap_or_else(own_name),
+            width: header.width,
+            height: header.height,
+            channels: 3,
             dtype: options.dtype,
             texel_mm: options.texel_mm.or(stated),
+            layout: Layout::Product,
+            views: turned(&header.sampling.views),
+            lights: turned(&header.sampling.lights),
+            pairs: None,
             tileable: options.tileable,
+            id: ContentId::of_bytes(b""),
             source: self.source(file),
-            ..Description::product(
-                options.name.clone().unwrap_or_else(own_name),
-                [header.width, header.height],
-                turned(&header.sampling.views),
-                turned(&header.sampling.lights),
-            )
         }
     }
 

@@ -8,9 +8,10 @@ use crate::btf::direction::Direction;
 use crate::btf::fits::fit::{Colors, Fit};
 use crate::btf::import::curve::curve;
 use crate::btf::import::{Family, ImportOptions};
-use crate::btf::sample::Description;
+use crate::btf::sample::{Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::Result;
+use crate::format::id::ContentId;
 use crate::format::image::decode_srgb;
 use crate::progress::Progress;
 
@@ -51,17 +52,22 @@ fn describe(
         Colors::Rgb => "rgb",
     };
     Description {
+        format: FORMAT.into(),
+        version: VERSION,
+        name: options.name.clone().unwrap_or_else(|| name.into()),
+        width: fit.width,
+        height: fit.height,
+        channels: 3,
         dtype: options.dtype,
         texel_mm: options.texel_mm,
+        layout: Layout::Product,
+        views: vec![Direction::from_angles(0.0, 0.0)],
+        lights: lights.to_vec(),
+        pairs: None,
         tileable: options.tileable,
+        id: ContentId::of_bytes(b""),
         source: json!({ "kind": kind, "terms": fit.basis.terms(), "colors": colors,
             "values": options.values.of_family(Family::Any), "encoding": options.encoding }),
-        ..Description::product(
-            options.name.clone().unwrap_or_else(|| name.into()),
-            [fit.width, fit.height],
-            vec![Direction::from_angles(0.0, 0.0)],
-            lights.to_vec(),
-        )
     }
 }
 

@@ -7,18 +7,29 @@ use super::*;
 use crate::btf::direction::Direction;
 use crate::btf::direction_set::DirectionSet;
 use crate::btf::import::{ImportOptions, ListOptions, SetOptions, assemble, read_source};
-use crate::btf::sample::{DType, Description, Layout, };
+use crate::btf::sample::{DType, Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
+use crate::format::id::ContentId;
 
 /// A sample of 6 × 4 texels whose numbers differ in every image and texel.
 fn sample(folder: &Path, views: &str, lights: &str, dtype: DType, layout: Layout) -> Sample {
     let set = |text: &str| text.parse::<DirectionSet>().unwrap().directions().unwrap();
     let description = Description {
+        format: FORMAT.into(),
+        version: VERSION,
+        name: "test".into(),
+        width: 6,
+        height: 4,
+        channels: 3,
         dtype,
+        texel_mm: None,
         layout,
+        views: set(views),
+        lights: set(lights),
         pairs: (layout == Layout::Pairs).then(|| vec![[0, 1], [1, 0], [2, 2]]),
         tileable: true,
-        ..Description::product("test", [6, 4], set(views), set(lights))
+        id: ContentId::of_bytes(b""),
+        source: serde_json::Value::Null,
     };
     let images = description.image_count();
     let path = folder.join("original.sample");
