@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 use glam::Vec3;
-use mesotex::btf::{DType, Description, Direction, Sample, SampleWriter, };
+use mesotex::btf::{DType, Description, Direction, Sample, SampleWriter};
 use mesotex::format::ContentId;
 use mesotex::format::exr::{Compression, ExrImage, encode};
 use mesotex::grid::TexCoord;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use mesotex::btf::factored::{FactoredWriter, Factorization};
-use mesotex::btf::{Description, Direction, Layout, Sample, SampleWriter, };
+use mesotex::btf::{Description, Direction, Layout, Sample, SampleWriter};
 use mesotex::exemplar::{Features, Space};
 use mesotex::texton::Vocabulary;
 use serde_json::Value;

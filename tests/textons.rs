@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use mesotex::btf::{Description, Direction, Sample, SampleWriter, };
+use mesotex::btf::{Description, Direction, Sample, SampleWriter};
 use mesotex::exemplar::{Features, Space};
 use mesotex::texton::Vocabulary;
 use ndarray::Array2;

@@ -13,7 +13,7 @@ use std::f32::consts::PI;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value, json};
 
 pub use crate::cli::exemplar::arguments::Arguments;
 pub use crate::cli::exemplar::describe::describe_channels;

@@ -19,7 +19,7 @@ use std::process::{Command, Output};
 
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
 use glam::{DVec3, Vec3};
-use mesotex::btf::{DType, Description, Direction, Sample, SampleWriter, };
+use mesotex::btf::{DType, Description, Direction, Sample, SampleWriter};
 use mesotex::format::{ContentId, ply};
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;

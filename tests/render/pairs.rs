@@ -1,5 +1,7 @@
 //! Scattered samples, pairs of view and light that are no product, through the whole renderer.
 
+use mesotex::btf::Layout;
+
 use super::*;
 
 /// Every pair has a view and a light of its own.

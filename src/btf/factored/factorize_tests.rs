@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 use serde_json::Value;
 
-use crate::btf::description::{DType, Description, };
+use crate::btf::description::{DType, Description};
 use crate::btf::direction::Direction;
 use crate::btf::factored::factorize::{Accuracy, FactorOptions, factorize};
 use crate::btf::factored::image_matrix::ImageMatrix;

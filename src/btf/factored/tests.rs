@@ -5,8 +5,7 @@ use std::path::Path;
 
 use ndarray::{Array3, Ix3};
 
-use crate::btf::description::{
-    DIRECTIONS, DType, Description, EIGENTEXTURES, Layout, };
+use crate::btf::description::{DIRECTIONS, DType, Description, EIGENTEXTURES, Layout};
 use crate::btf::direction::Direction;
 use crate::btf::factored::factorization::Factorization;
 use crate::btf::factored::products::Values;

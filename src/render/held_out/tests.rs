@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use super::*;
 use crate::btf::direction::Direction;
 use crate::btf::direction_set::DirectionSet;
-use crate::btf::sample::{Description, Layout, };
+use crate::btf::sample::{Description, Layout};
 use crate::btf::writer::SampleWriter;
 
 /// A sample of 20 × 15 texels whose value is `value(view, light, texel)` times the light's cosine over π.

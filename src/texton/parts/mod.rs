@@ -27,10 +27,9 @@ pub use writing::{PartReport, write_part};
 mod tests {
     use std::path::Path;
 
-
     use super::{Parts, write_part};
     use crate::btf::direction::Direction;
-    use crate::btf::sample::{Description, FORMAT, Sample, };
+    use crate::btf::sample::{Description, Sample};
     use crate::btf::writer::SampleWriter;
     use crate::progress::Progress;
     use crate::shard::Shard;

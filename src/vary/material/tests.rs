@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::*;
 use crate::btf::Direction;
-use crate::btf::sample::{};
 use crate::btf::writer::SampleWriter;
 
 fn directions(angles: &[f64]) -> Vec<Direction> {
@@ -19,7 +18,7 @@ fn sample(folder: &Path, name: &str, lights: &[f64], first: f32) -> Sample {
     let path = folder.join(name);
     let description = Description {
         tileable: true,
-        ..Description::product(name.into(), [2, 1], directions(&[0.0]), directions(lights))
+        ..Description::product(name, [2, 1], directions(&[0.0]), directions(lights))
     };
     let mut writer = SampleWriter::create(&path, description).unwrap();
     for image in 0..lights.len() {

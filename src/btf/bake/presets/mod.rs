@@ -25,7 +25,7 @@ const TEXEL_MM: f64 = 0.5;
 /// Registers the presets: one row per file. It declares the file's module and makes the variant of [`Preset`], whose name in
 /// kebab case is the preset's name on the command line and whose comment is its help text. `PRESET` of the file says the rest.
 macro_rules! presets {
-    ($($file:ident, $variant:ident, $help:literal;)*) => {
+    ($($variant:ident => $file:ident, $help:literal;)*) => {
         $(mod $file;)*
 
         /// A built-in material.
@@ -46,16 +46,16 @@ macro_rules! presets {
 }
 
 presets! {
-    weave, Weave, "Plain weave of thick two-coloured threads.";
-    corduroy, Corduroy, "Velvety ribs.";
-    knit, Knit, "Stocking stitch: columns of V-shaped loops.";
-    wicker, Wicker, "Willow rods woven round stakes.";
-    cobbles, Cobbles, "Rounded stones in dark mortar.";
-    bricks, Bricks, "Bricks in running bond.";
-    scales, Scales, "Overlapping glossy scales.";
-    leather, Leather, "Pebbled, creased, waxed.";
-    hammered, Hammered, "Sheet metal beaten with a round hammer.";
-    bark, Bark, "Deep wavy ridges along the trunk.";
+    Weave => weave, "Plain weave of thick two-coloured threads.";
+    Corduroy => corduroy, "Velvety ribs.";
+    Knit => knit, "Stocking stitch: columns of V-shaped loops.";
+    Wicker => wicker, "Willow rods woven round stakes.";
+    Cobbles => cobbles, "Rounded stones in dark mortar.";
+    Bricks => bricks, "Bricks in running bond.";
+    Scales => scales, "Overlapping glossy scales.";
+    Leather => leather, "Pebbled, creased, waxed.";
+    Hammered => hammered, "Sheet metal beaten with a round hammer.";
+    Bark => bark, "Deep wavy ridges along the trunk.";
 }
 
 impl Preset {
