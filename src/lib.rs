@@ -153,6 +153,7 @@ pub mod error;
 pub(crate) mod false_color;
 pub mod grid;
 pub mod index;
+pub(crate) mod lanes;
 pub mod matrix;
 pub mod neighborhood;
 pub mod progress;

@@ -8,50 +8,23 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use program::{files, refuse, succeed, write_obj};
+use program::{files, refuse, small_scene, succeed, write_obj};
 use serde_json::Value;
 use tempfile::TempDir;
 
-const SWEEP: &str = r#"
-name = "small"
-output = "out"
-
-[matrix]
-"mesh.input" = ["k.obj", "bell.obj"]
-
-[bake]
-preset = "weave"
-size = 16
-views = "fibonacci:4"
-lights = "fibonacci:4"
-samples = 1
-
-[textons]
-textons = 8
-levels = 2
-
-[knn]
-k = 3
-neighborhood = 3
-
-[mesh]
-orient = true
-
-[synth]
-levels = 2
-k = 2
-
-[[render]]
-sweep = "light-azimuth"
-frames = 5
-size = "32x24"
-"#;
+fn sweep() -> String {
+    small_scene(
+        "\"mesh.input\" = [\"k.obj\", \"bell.obj\"]",
+        ["preset = \"weave\"\n", ""],
+        "sweep = \"light-azimuth\"\nframes = 5\n",
+    )
+}
 
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     write_obj(&folder.path().join("k.obj"), 300);
     write_obj(&folder.path().join("bell.obj"), 400);
-    fs::write(folder.path().join("sweep.toml"), SWEEP).unwrap();
+    fs::write(folder.path().join("sweep.toml"), sweep()).unwrap();
     folder
 }
 
@@ -210,7 +183,7 @@ fn scenes_of_several_folders_make_one_plan() {
     let inner = folder.path().join("in ner");
     fs::create_dir(&inner).unwrap();
     write_obj(&inner.join("k.obj"), 300);
-    let scene = SWEEP
+    let scene = sweep()
         .replace(", \"bell.obj\"", "")
         .replace("\"small\"", "\"other\"");
     fs::write(inner.join("scene.toml"), scene).unwrap();
@@ -230,7 +203,7 @@ fn scenes_of_several_folders_make_one_plan() {
     // The same scene twice is the same tasks.
     let twice = succeed(folder.path(), &["plan", "sweep.toml", "sweep.toml"]);
     assert_eq!(twice, succeed(folder.path(), &["plan", "sweep.toml"]));
-    let other = SWEEP.replace("size = 16", "size = 32");
+    let other = sweep().replace("size = 16", "size = 32");
     fs::write(folder.path().join("other.toml"), other).unwrap();
     let refused = refuse(folder.path(), &["plan", "sweep.toml", "other.toml"], 1);
     assert!(refused.contains("both make out/small.sample"), "{refused}");
@@ -239,11 +212,11 @@ fn scenes_of_several_folders_make_one_plan() {
 #[test]
 fn a_plan_over_files_that_do_not_exist_is_refused() {
     let folder = folder();
-    let scene = SWEEP
+    let scene = sweep()
         .replace("bell.obj", "gone.obj")
         .replace("\"k.obj", "\"lost.obj");
     fs::write(folder.path().join("a.toml"), scene).unwrap();
-    let scene = SWEEP.replace("preset = \"weave\"", "material = \"oak.toml\"");
+    let scene = sweep().replace("preset = \"weave\"", "material = \"oak.toml\"");
     fs::write(folder.path().join("b.toml"), scene).unwrap();
     let words = [
         "plan",

@@ -11,11 +11,12 @@
 use ndarray::Array2;
 
 use crate::exemplar::aligned_buffer::AlignedNumbers;
-use crate::exemplar::diagonal_sums::{LANES, WindowRow, add_rows, label_sums, vector_sums};
+use crate::exemplar::diagonal_sums::{WindowRow, add_rows, label_sums, vector_sums};
 use crate::exemplar::space::{Features, SpaceLevel};
 use crate::exemplar::texel_block::TexelBlock;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
+use crate::lanes::LANES;
 
 /// What stands at every place of the level and of a border around it: once as the bordered grid is,
 /// row by row; and once each row as often round as shifts are read.

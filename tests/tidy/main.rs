@@ -16,6 +16,7 @@ const GROUND: [&str; 11] = [
     "format",
     "grid",
     "index",
+    "lanes",
     "matrix",
     "neighborhood",
     "progress",

@@ -27,7 +27,7 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::format::atomic;
-use crate::format::gltf::companions::companions;
+use crate::format::mesh_formats::{companions, listed_extensions};
 use crate::format::ours::Format;
 use crate::mesh::reading;
 
@@ -49,8 +49,8 @@ pub struct Arguments {
     /// or a plain image.
     #[arg(long, value_name = "DIR|FILE")]
     pub material: PathBuf,
-    /// The mesh: .obj, .ply, .stl, .off, .glb or .gltf.
-    #[arg(long, value_name = "FILE")]
+    /// The mesh.
+    #[arg(long, value_name = "FILE", help = format!("The mesh: {}", listed_extensions()))]
     pub mesh: PathBuf,
     /// The scene to write. An existing file is not replaced.
     #[arg(short, long, value_name = "SCENE.toml", default_value = "scene.toml")]

@@ -190,6 +190,9 @@ fn map_facts(chapter: &mut Chapter, map: &SurfaceTextonMap) {
         format!("{:.6} mesh units", map.header.texel),
     );
     chapter.fact("method", &map.header.method);
+    if map.header.polish > 0 {
+        chapter.fact("rounds of polish", map.header.polish);
+    }
     chapter.fact("seed", map.header.seed);
 }
 

@@ -12,6 +12,7 @@ use crate::cli::synth::physical_scale::{MeshUnit, PhysicalTexel, check_texel_cou
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
+use crate::format::mesh_formats::listed_names;
 use crate::maps::vertex_map::check_scale;
 use crate::mesh::reading::{UserMesh, varying};
 use crate::neighborhood::{Neighborhood, window_width};
@@ -67,8 +68,8 @@ pub struct Prepared {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Target")]
 pub struct TargetArguments {
-    /// The mesh: OBJ, PLY, STL, OFF, glTF or GLB
-    #[arg(conflicts_with = "grid")]
+    /// The mesh
+    #[arg(conflicts_with = "grid", help = format!("The mesh: {}", listed_names()))]
     pub mesh: Option<PathBuf>,
     /// Synthesize on a flat grid of WxH sites instead of a mesh
     #[arg(long, value_name = "WxH")]

@@ -126,6 +126,14 @@ const COMBINATIONS: &[(&str, &str)] = &[
         "camera-elevation",
     ),
     (
+        "render a.sample m.ply -o f --camera-position 1,2,3 --front x",
+        "front",
+    ),
+    (
+        "render a.sample m.ply -o f --camera-position 1,2,3 --camera-target 0,2,3 --front x",
+        "front",
+    ),
+    (
         "render a.sample m.ply -o f --projection orthographic --fov 9",
         "fov",
     ),
@@ -431,6 +439,8 @@ const NEIGHBORS: &[&str] = &[
     "render a.sample m.ply -o f --light-radius 2 --shadow-rays 4",
     "render a.sample m.ply -o f --sweep view-orbit --sweep-from 1 --camera-position 1,2,3 --camera-azimuth 9",
     "render a.sample m.ply -o f --camera-path p.json --camera-position 1,2,3 --camera-azimuth 9",
+    "render a.sample m.ply -o f --camera-path p.json --camera-position 1,2,3 --front x",
+    "render a.sample m.ply -o f --camera-position 1,2,3 --camera-target 1,0,3 --front x",
     "render a.sample m.ply -o f --projection orthographic --view-height 9",
     "bake-maps a.sample m.ply -o t --unwrap --light-azimuth 9 --weights inverse-angle",
     "knn a.space.npz -o a.knn.npz --candidates 9",

@@ -49,6 +49,7 @@ impl AtlasMap {
             origin: self.header.origin.to_array(),
             seed: self.header.seed,
             method: self.header.method.clone(),
+            polish: self.header.polish,
             ids: AtlasIds {
                 sample: self.header.sample.clone(),
                 space: self.header.space.clone(),
@@ -137,6 +138,7 @@ impl AtlasMap {
                 origin: DVec3::from_array(description.origin),
                 seed: description.seed,
                 method: description.method,
+                polish: description.polish,
                 sample: description.ids.sample,
                 space: description.ids.space,
             },

@@ -14,8 +14,8 @@ use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::npy::Element;
 use crate::format::npz;
+use crate::format::polygon_mesh::FARTHEST;
 use crate::maps::atlas_map::map::AtlasMap;
-use crate::mesh::origin::FARTHEST;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// The file's name.

@@ -5,10 +5,10 @@
 //! points; a box farther away than what a search still keeps is skipped whole. Leaves have as many points as a block
 //! has lanes, at most. What is left is held against its [finer bound](super::fine_bounds), where there is one.
 
-use crate::exemplar::embedding::{LANES, LaneBlock};
+use crate::lanes::{LANES, LaneBlock, sum_of_lanes};
 use crate::synthesis::keep::Keep;
 use crate::synthesis::metric::fine_bounds::{FinePattern, FinePoint};
-use crate::synthesis::metric::projection::{DIRECTIONS, Projected, SLACK, sum_of_lanes};
+use crate::synthesis::metric::projection::{DIRECTIONS, Projected, SLACK};
 
 /// Points that are ordered by one thread.
 const FEW: usize = 1 << 12;

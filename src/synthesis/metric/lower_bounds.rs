@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use rand::Rng;
 use rayon::prelude::*;
 
-use crate::exemplar::embedding::{LANES, LaneBlock};
+use crate::lanes::{LANES, LaneBlock};
 use crate::random;
 use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::{Keep, Pick, smallest};

@@ -10,7 +10,7 @@ use crate::btf::bake::maps::recipe::Recipe;
 use crate::btf::bake::maps::resample::resampled;
 use crate::btf::bake::maps::{DEFAULT_DEPTH, Terraces};
 use crate::error::{Error, Result};
-use crate::format::image::{self, Encoding, FloatImage, Precision, ReadOptions};
+use crate::format::image::{self, FloatImage, Precision, ReadOptions};
 use crate::progress::Progress;
 
 /// Steps of an 8-bit map lower than this slope are not seen, in texels per texel (2°).
@@ -37,21 +37,10 @@ pub(super) struct Relief {
 impl Relief {
     /// Heights in texels of a grid of other sides.
     pub(super) fn resampled(&self, width: u32, height: u32) -> Vec<f32> {
-        let image = gray(self.width, self.height, self.heights.clone());
+        let image = FloatImage::gray(self.width, self.height, self.heights.clone());
         let mut heights = resampled(&image, width, height).data;
         heights.iter_mut().for_each(|h| *h *= width as f32);
         heights
-    }
-}
-
-fn gray(width: u32, height: u32, data: Vec<f32>) -> FloatImage {
-    FloatImage {
-        width,
-        height,
-        channels: 1,
-        data,
-        encoding: Encoding::Linear,
-        precision: Precision::Float,
     }
 }
 

@@ -13,7 +13,9 @@ use crate::index::TexelIndex;
 use crate::progress::Progress;
 use crate::random;
 use crate::sites::vertices::VertexSites;
+use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::Preference;
+use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::site_values::Unfinished;
 use crate::synthesis::tests::fixtures;
 
