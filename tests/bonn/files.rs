@@ -238,7 +238,7 @@ pub fn import(path: &Path) -> mesotex::error::Result<()> {
         bonn: &BonnOptions::default(),
         handedness: mesotex::btf::import::Handedness::Right,
         seed: 0,
-        target: &path.with_extension("sample"),
+        destination: path.with_extension("sample").as_path().into(),
         progress: mesotex::progress::Progress::silent(),
     };
     import.run().map(drop)

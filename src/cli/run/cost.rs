@@ -75,9 +75,34 @@ pub(super) fn slices_of_bake(whole: Cost, sample: SampleSize, shards: f64) -> [C
         seconds: setup + (whole.seconds - setup) / shards,
         ..whole
     };
-    // Bytes are copied and hashed.
+    [slice, joining(sample)]
+}
+
+/// Parts joined to a sample: bytes are copied and hashed.
+fn joining(sample: SampleSize) -> Cost {
     let copied = 6.0 * sample.texels * sample.images;
-    [slice, Cost::new(0.03 + 2.7e-9 * copied, 10e6)]
+    Cost::new(0.03 + 2.7e-9 * copied, 10e6)
+}
+
+/// What is decoded at once.
+const MOST_DECODED: f64 = 134e6;
+
+/// Measured images of this many pixels each, imported.
+pub(super) fn import(sample: SampleSize, pixels: f64) -> Cost {
+    let decoded = (384.0 * sample.texels).min(MOST_DECODED);
+    Cost::new(
+        0.05 + 5e-8 * sample.images * pixels + 1e-8 * sample.images * sample.texels,
+        decoded + 24.0 * pixels,
+    )
+}
+
+/// An import shared among so many runs: what each takes, and to join them.
+pub(super) fn shares_of_import(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
+    let share = Cost {
+        seconds: 0.05 + whole.seconds / shards,
+        ..whole
+    };
+    [share, joining(sample)]
 }
 
 /// The most texels of which all products are kept; more are projected first.

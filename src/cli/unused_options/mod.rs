@@ -27,6 +27,7 @@ use crate::error::Result;
 pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
     match command {
         Command::Bake(arguments) => refuse(samples::BAKE, arguments, given),
+        Command::Import(arguments) => refuse(samples::IMPORT, arguments, given),
         Command::Textons(arguments) => refuse(samples::TEXTONS, arguments, given),
         Command::Knn(arguments) => refuse(samples::KNN, &arguments.options, given),
         Command::Exemplar(arguments) => {
@@ -66,7 +67,6 @@ pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
         Command::Export(arguments) => refuse(surfaces::EXPORT, arguments, given),
         Command::Run(arguments) => refuse(surfaces::RUN, arguments, given),
         Command::Demo(_)
-        | Command::Import(_)
         | Command::Factor(_)
         | Command::Heights(_)
         | Command::Info(_)
