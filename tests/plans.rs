@@ -156,14 +156,8 @@ fn an_import_is_shared_and_tells_the_size_of_what_follows() {
     let (whole, parted) = (fresh(), fresh());
     let made = plan(parted.path(), &["--shards", "2"]);
     let part = task(&made, "coin.import.1of2");
-    let words = [
-        "mesotex",
-        "import",
-        "capture",
-        "-o",
-        "out/coin.1of2",
-        "--shard=1/2",
-    ];
+    let words = "mesotex import capture -o out/coin.1of2 --shard=1/2 --seed 0 --threads 1";
+    let words: Vec<_> = words.split(' ').collect();
     assert_eq!(part["command"], serde_json::json!(words));
     let join = task(&made, "coin.import.reduce");
     assert_eq!(

@@ -184,7 +184,7 @@ impl BonnImport<'_> {
         let count = whole.image_count();
         self.destination.slice(count, self.options, |_| {
             Ok(InputIds {
-                whole: ("file", ContentId::of_file(self.path)?),
+                source: ContentId::of_file(self.path)?,
                 own: None,
             })
         })

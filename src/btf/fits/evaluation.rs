@@ -33,7 +33,7 @@ pub fn evaluate<'a>(
     let description = describe(fit, (&name, kind), lights, options);
     let slice = destination.slice(lights.len(), options, |_| {
         Ok(InputIds {
-            whole: ("fit", ContentId::of_file(path)?),
+            source: ContentId::of_file(path)?,
             own: None,
         })
     })?;

@@ -86,11 +86,11 @@ pub fn import<'a>(
     let (count, length) = (description.image_count(), 3 * description.grid().len());
     let slice = destination.slice(count, options, |own| {
         progress.begin("comparing numbers", own.len() as u64);
-        let whole = ids(&numbers, length, &header, looked_at(count), progress)?;
+        let source = ids(&numbers, length, &header, looked_at(count), progress)?;
         let own = ids(&numbers, length, &header, own, progress)?;
         progress.end();
         Ok(InputIds {
-            whole: ("array", whole),
+            source,
             own: Some(own),
         })
     })?;

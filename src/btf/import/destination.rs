@@ -15,6 +15,9 @@ use crate::shard::Shard;
 /// Options that are fields of every sample's description, and need not be stated beside it.
 const DESCRIBED: [&str; 4] = ["name", "texel-mm", "tileable", "dtype"];
 
+/// The id of the source among what parts are made from.
+const SOURCE: &str = "source";
+
 /// What a run writes, and where.
 #[derive(Clone, Copy, Debug)]
 pub struct Destination<'a> {
@@ -33,8 +36,8 @@ impl<'a> From<&'a Path> for Destination<'a> {
 
 /// The ids of what a part is made from.
 pub(in crate::btf) struct InputIds {
-    /// What the input is called where parts differ by it, and its id: all parts have the same.
-    pub(in crate::btf) whole: (&'static str, ContentId),
+    /// That of the source, which is the same for all parts.
+    pub(in crate::btf) source: ContentId,
     /// What this part alone is made from.
     pub(in crate::btf) own: Option<ContentId>,
 }
@@ -53,9 +56,9 @@ impl Destination<'_> {
         };
         shard.check(count, "images")?;
         let images = shard.range(count);
-        let InputIds { whole, own } = ids(images.clone())?;
+        let InputIds { source, own } = ids(images.clone())?;
         let mut made_from = stated(options)?;
-        made_from.insert(whole.0.into(), json!(whole.1));
+        made_from.insert(SOURCE.into(), json!(source));
         Ok(Some(Slice {
             maker: Maker::Import,
             shard,
@@ -138,14 +141,14 @@ mod tests {
             destination.slice(count, &ImportOptions::default(), |images| {
                 assert_eq!(images, 2..5);
                 Ok(InputIds {
-                    whole: ("images", id.clone()),
+                    source: id.clone(),
                     own: None,
                 })
             })
         };
         let found = slice(5).unwrap().unwrap();
         assert_eq!(
-            (found.images, &found.made_from["images"]),
+            (found.images, &found.made_from["source"]),
             (2..5, &json!(id))
         );
         let few = slice(1).unwrap_err().to_string();

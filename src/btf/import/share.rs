@@ -51,7 +51,7 @@ impl Share {
         let slice = destination.slice(count, options, |images| {
             let read = files_of(arrangement, &prepared(images));
             Ok(InputIds {
-                whole: ("images", list_ids::of_list(list, arrangement)?),
+                source: list_ids::of_list(list, arrangement)?,
                 own: Some(list_ids::of_files(list, &read, progress)?),
             })
         })?;
