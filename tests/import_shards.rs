@@ -293,7 +293,7 @@ fn tear(folder: &Path) {
 }
 
 #[test]
-fn an_interrupted_part_is_gone_on_with() {
+fn an_interrupted_part_is_continued() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     lamps(folder);
@@ -313,9 +313,9 @@ fn an_interrupted_part_is_gone_on_with() {
         );
         let made = files(&folder.join("part"));
         tear(folder);
-        let gone_on: Value = serde_json::from_str(&run(folder, &line)).unwrap();
-        let resumed = gone_on["resumed"].as_u64().unwrap();
-        assert!(resumed > 1 && resumed < 15, "{line}: {gone_on}");
+        let continued: Value = serde_json::from_str(&run(folder, &line)).unwrap();
+        let resumed = continued["resumed"].as_u64().unwrap();
+        assert!(resumed > 1 && resumed < 15, "{line}: {continued}");
         assert_eq!(files(&folder.join("part")), made, "{line}");
         assert!(!folder.join(".part.partial").exists());
         // Of another shard nothing is taken.

@@ -130,7 +130,7 @@ impl WrittenSample {
 }
 
 /// Writes a sample, or the part of a slice of it. `write` adds the images of a range of the whole sample. A part that is
-/// there already is kept, and one that was interrupted is gone on with.
+/// there already is kept, and one that was interrupted is continued.
 pub(super) fn write_share(
     target: &Path,
     whole: Description,
@@ -157,7 +157,7 @@ pub(super) fn write_share(
     finish(writer, written, resumed)
 }
 
-/// Finishes a part; what an interruption leaves stays to be gone on with, what a failure leaves does not.
+/// Finishes a part. What an interruption leaves stays, to be continued; what a failure leaves is removed.
 pub(super) fn finish(
     writer: SampleWriter,
     written: Result<()>,

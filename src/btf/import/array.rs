@@ -14,7 +14,7 @@ use crate::btf::import::curve::curve;
 use crate::btf::import::destination::{Destination, InputIds};
 use crate::btf::import::family::Family;
 use crate::btf::import::options::ImportOptions;
-use crate::btf::import::prepare::looked_at;
+use crate::btf::import::prepare::inspected;
 use crate::btf::parts::{WrittenSample, write_share};
 use crate::btf::sample::{Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
@@ -86,7 +86,7 @@ pub fn import<'a>(
     let (count, length) = (description.image_count(), 3 * description.grid().len());
     let slice = destination.slice(count, options, |own| {
         progress.begin("comparing numbers", own.len() as u64);
-        let source = ids(&numbers, length, &header, looked_at(count), progress)?;
+        let source = ids(&numbers, length, &header, inspected(count), progress)?;
         let own = ids(&numbers, length, &header, own, progress)?;
         progress.end();
         Ok(InputIds {

@@ -19,7 +19,7 @@ use crate::btf::import::reading_faults::ReadingFaults;
 use crate::btf::import::share::Share;
 use crate::btf::import::stations::{NearField, Patch, Resampler};
 use crate::btf::import::subject::Subject;
-use crate::btf::parts::{WrittenSample, finish};
+use crate::btf::parts::{self, WrittenSample};
 use crate::btf::sample::Description;
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
@@ -33,7 +33,7 @@ const BATCH: usize = 32;
 const BATCH_BYTES: usize = 128 << 20;
 
 /// Writes the sample of an image list, or the part of a shard: the same images as those of one run. A part that is there
-/// already is kept, and one that was interrupted is gone on with.
+/// already is kept, and one that was interrupted is continued.
 pub fn assemble<'a>(
     list: &ImageList,
     options: &ImportOptions,
@@ -211,7 +211,7 @@ impl<'a> Writing<'a> {
     /// Finishes the sample, where all went well.
     fn finish(self, written: Result<()>, source: &Path) -> Result<WrittenSample> {
         match (self.output, written) {
-            (Some(output), written) => finish(output.writer, written, output.resumed),
+            (Some(output), written) => parts::finish(output.writer, written, output.resumed),
             (None, Err(error)) => Err(error),
             (None, Ok(())) => Err(Error::data("images", "none").in_file(source)),
         }
@@ -410,7 +410,7 @@ mod tests {
     use crate::btf::import::family::Family;
     use crate::btf::import::list_options::Handedness;
     use crate::btf::import::place::Place;
-    use crate::btf::sample::Sample;
+    use crate::btf::sample::{Layout, Sample};
     use crate::format::image;
 
     fn measured(folder: &Path, name: &str, grey: u8, view: f64, light: f64) -> MeasuredImage {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::btf::import::arrangement::{Arrangement, Slot};
 use crate::btf::import::image_list::ImageList;
 use crate::btf::import::near_field::NearPositions;
-use crate::btf::import::prepare::looked_at;
+use crate::btf::import::prepare::inspected;
 use crate::error::Result;
 use crate::format::id::{ContentId, hash_file};
 use crate::progress::Progress;
@@ -45,7 +45,7 @@ pub(super) fn of_list(list: &ImageList, arrangement: &Arrangement) -> Result<Con
     }
     // The bytes of some.
     let used = arrangement.read_images();
-    for place in looked_at(used.len()) {
+    for place in inspected(used.len()) {
         add_file(&mut hasher, list, used[place])?;
     }
     Ok(ContentId::of_hash(&hasher.finalize()))

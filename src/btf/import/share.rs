@@ -13,7 +13,7 @@ use crate::btf::import::list_ids;
 use crate::btf::import::near_field::NearPositions;
 use crate::btf::import::stations::{NearField, Patch, Station};
 use crate::btf::import::subject::Subject;
-use crate::btf::parts::{Slice, find};
+use crate::btf::parts::{self, Slice};
 use crate::btf::sample::Description;
 use crate::error::Result;
 use crate::progress::Progress;
@@ -79,7 +79,7 @@ impl Share {
             let size = (found.width, found.height);
             slice.part_of(&subject.describe(size, hot_pixels.map(|count| count as usize)))
         };
-        find(destination.path, expected, None)
+        parts::find(destination.path, expected, None)
     }
 }
 

@@ -157,7 +157,7 @@ impl<'a> Steps<'a> {
 }
 
 /// The places of the pictures, spread evenly over a set of `count`, that are looked at for hot pixels.
-pub(super) fn looked_at(count: usize) -> impl Iterator<Item = usize> {
+pub(super) fn inspected(count: usize) -> impl Iterator<Item = usize> {
     let most = count.min(MOST_PICTURES);
     (0..most).map(move |picture| picture * count / most)
 }
@@ -176,7 +176,7 @@ fn find_hot_pixels(
         ));
     }
     let mut counts: Option<(u32, u32, Counts)> = None;
-    for picture in looked_at(count) {
+    for picture in inspected(count) {
         let image = read(picture)?;
         let (width, height, counts) = counts.get_or_insert_with(|| {
             let counts = Counts::new(image.width, image.height, factor);
