@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use program::{files, refuse, small_scene, succeed, write_obj};
+use program::{files, refuse, small_scene, succeed, write_capture, write_obj};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -95,6 +95,56 @@ fn the_tasks_make_what_a_run_makes() {
     }
     // What is finished is known, and nothing is in the way of a second time.
     sh(parted.path(), "plan.sh");
+}
+
+const CAPTURE: &str = r#"
+name = "coin"
+output = "out"
+surface = "k.obj"
+
+[import]
+path = "capture"
+
+[textons]
+textons = 6
+levels = 2
+
+[knn]
+k = 3
+neighborhood = 3
+
+[synth]
+levels = 1
+k = 2
+"#;
+
+#[test]
+fn an_import_is_shared_and_tells_the_size_of_what_follows() {
+    let fresh = || {
+        let folder = folder();
+        write_capture(&folder.path().join("capture"));
+        fs::write(folder.path().join("sweep.toml"), CAPTURE).unwrap();
+        folder
+    };
+    let (whole, parted) = (fresh(), fresh());
+    let made = plan(parted.path(), &["--shards", "2"]);
+    let part = task(&made, "coin.import.1of2");
+    let words = "mesotex import capture -o out/coin.1of2 --shard=1/2 --seed 0 --threads 1";
+    let words: Vec<_> = words.split(' ').collect();
+    assert_eq!(part["command"], serde_json::json!(words));
+    let join = task(&made, "coin.import.reduce");
+    assert_eq!(
+        join["inputs"],
+        serde_json::json!(["out/coin.0of2", "out/coin.1of2"])
+    );
+    for task in made["tasks"].as_array().unwrap() {
+        assert!(task["seconds"].as_f64().unwrap() > 0.0, "{task}");
+    }
+    succeed(whole.path(), &["run", "sweep.toml", "--no-pages"]);
+    let words = "plan sweep.toml --shards 3 --format shell -o plan.sh";
+    succeed(parted.path(), &words.split(' ').collect::<Vec<_>>());
+    sh(parted.path(), "plan.sh");
+    assert!(products(whole.path()) == products(parted.path()));
 }
 
 #[test]

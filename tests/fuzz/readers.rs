@@ -303,10 +303,10 @@ fn set_readers() -> Vec<Reader> {
 
 /// Imports an archive, beside it.
 fn use_set(path: &Path) -> Result<()> {
-    let list = read_source(path, &ListOptions::default(), &SetOptions::default())?;
+    let list = read_source(&[path], &ListOptions::default(), &SetOptions::default())?;
     let target = path.with_file_name("x.sample");
     let options = ImportOptions::default();
-    assemble(&list, &options, &target, Progress::silent()).map(drop)
+    assemble(&list, &options, target.as_path(), Progress::silent()).map(drop)
 }
 
 fn product_readers() -> Vec<Reader> {

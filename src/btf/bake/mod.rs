@@ -17,7 +17,6 @@ mod lights;
 pub mod maps;
 pub(crate) mod material;
 mod options;
-mod parts;
 pub(crate) mod presets;
 pub(crate) mod preview;
 mod refinement;
@@ -32,16 +31,15 @@ pub use angular::AngularFilter;
 pub use brdf::Diffuse;
 pub use material::Material;
 pub use options::BakeOptions;
-pub use parts::join;
 pub use presets::Preset;
 pub use samples::Samples;
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use rayon::prelude::*;
-use serde_json::json;
+use serde_json::{Map, json};
 
 use crate::btf::bake::angular::Widening;
 use crate::btf::bake::directions::Directions;
@@ -54,6 +52,7 @@ use crate::btf::bake::shade::BakeScene;
 use crate::btf::bake::slabs::write_images;
 use crate::btf::direction::Direction;
 use crate::btf::height_map::HeightMap;
+use crate::btf::parts::{self, Maker, Slice};
 use crate::btf::sample::{DType, Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
@@ -137,6 +136,12 @@ pub fn bake_part(
     bake_share(material, options, Some(shard), target, progress)
 }
 
+/// Joins the parts of all shards to the sample `target`, as one run bakes it; returns its description. Refuses parts of
+/// other bakes than the first, and shards that are missing or there twice.
+pub fn join(parts: &[PathBuf], target: &Path, progress: &Progress) -> Result<Description> {
+    parts::join(parts, Maker::Bake, target, *progress)
+}
+
 fn bake_share(
     material: &Material,
     options: &BakeOptions,
@@ -154,13 +159,14 @@ fn bake_share(
     let material = changed.as_ref().unwrap_or(material);
     let directions = directions(material, options)?;
     let mut description = describe(material, options, &directions)?;
+    let heights = HeightMap::levelled(description.grid(), material.heights.clone())?;
     let mut views = 0..directions.views.len();
     if let Some(shard) = shard {
         shard.check(views.len(), "views")?;
         views = shard.range(views.len());
-        description = parts::of_shard(&description, shard);
-        if parts::is_there(target, &description) {
-            return Ok(Baked::kept(description));
+        description = slice(shard, &views, directions.lights.len()).part_of(&description);
+        if let Some(found) = parts::find(target, |_| description.clone(), Some(&heights)) {
+            return Ok(Baked::kept(found));
         }
     }
     // Plan the rays of each texel.
@@ -190,7 +196,6 @@ fn bake_share(
     }
     progress.check()?;
     // Render the images.
-    let heights = HeightMap::levelled(description.grid(), material.heights.clone())?;
     let mut writer = SampleWriter::resume(target, description)?;
     writer.set_heights(Some(heights));
     let baked = render(
@@ -242,6 +247,17 @@ fn render(
             writer.discard();
             Err(error)
         }
+    }
+}
+
+/// The images of a shard: those of its views. All that they depend on is in the description.
+fn slice(shard: Shard, views: &Range<usize>, lights: usize) -> Slice {
+    Slice {
+        maker: Maker::Bake,
+        shard,
+        images: views.start * lights..views.end * lights,
+        made_from: Map::new(),
+        own: None,
     }
 }
 

@@ -75,9 +75,34 @@ pub(super) fn slices_of_bake(whole: Cost, sample: SampleSize, shards: f64) -> [C
         seconds: setup + (whole.seconds - setup) / shards,
         ..whole
     };
-    // Bytes are copied and hashed.
+    [slice, joining(sample)]
+}
+
+/// Parts joined to a sample: bytes are copied and hashed.
+fn joining(sample: SampleSize) -> Cost {
     let copied = 6.0 * sample.texels * sample.images;
-    [slice, Cost::new(0.03 + 2.7e-9 * copied, 10e6)]
+    Cost::new(0.03 + 2.7e-9 * copied, 10e6)
+}
+
+/// The most bytes of images that are decoded at once.
+const MOST_DECODED: f64 = 134e6;
+
+/// Measured images, imported: files of this many pixels each.
+pub(super) fn import(sample: SampleSize, pixels: f64) -> Cost {
+    let decoded = (384.0 * sample.texels).min(MOST_DECODED);
+    Cost::new(
+        0.03 + sample.images * (1.5e-4 + 5.5e-8 * pixels),
+        decoded + 24.0 * pixels,
+    )
+}
+
+/// An import shared among so many runs: what each takes, and to join them.
+pub(super) fn shares_of_import(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
+    let share = Cost {
+        seconds: 0.03 + whole.seconds / shards,
+        ..whole
+    };
+    [share, joining(sample)]
 }
 
 /// The most texels of which all products are kept; more are projected first.
@@ -293,7 +318,18 @@ mod tests {
         let small = 640.0 * 480.0;
         let many = textons(sample(64.0), 100.0, 200.0, 8.0, 3.0);
         let all = textons(sample(64.0), 3600.0, 200.0, 8.0, 3.0);
+        let images = |side: f64, images| {
+            let sample = SampleSize {
+                texels: side * side,
+                images,
+                lights: 10.0,
+            };
+            import(sample, side * side)
+        };
         let measured = [
+            ("import 64", images(64.0, 256.0), 0.14, 15e6),
+            ("import 256, EXR", images(256.0, 100.0), 0.5, 42e6),
+            ("import 1024, PNG", images(1024.0, 30.0), 1.4, 158e6),
             ("bake 64", bake(sample(64.0), 1.0, 0.0, 1.9), 0.91, 22e6),
             ("bake 128", bake(sample(128.0), 1.0, 0.0, 1.9), 3.22, 41e6),
             (

@@ -27,6 +27,7 @@ use crate::error::Result;
 pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
     match command {
         Command::Bake(arguments) => refuse(samples::BAKE, arguments, given),
+        Command::Import(arguments) => refuse(samples::IMPORT, arguments, given),
         Command::Textons(arguments) => refuse(samples::TEXTONS, arguments, given),
         Command::Knn(arguments) => refuse(samples::KNN, &arguments.options, given),
         Command::Exemplar(arguments) => {
@@ -68,7 +69,6 @@ pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
         Command::Run(arguments) => refuse(surfaces::RUN, arguments, given),
         // Every option of these has effect.
         Command::Demo(_)
-        | Command::Import(_)
         | Command::Factor(_)
         | Command::Heights(_)
         | Command::Info(_)

@@ -215,6 +215,19 @@ const COMBINATIONS: &[(&str, &str)] = &[
         "exemplar c.png -o x --search exact --candidates 9",
         "candidates",
     ),
+    (
+        "import --reduce a.0of2 a.1of2 -o a.sample --downsample 2",
+        "downsample",
+    ),
+    (
+        "import --reduce a.0of2 a.1of2 -o a.sample --dtype f2",
+        "dtype",
+    ),
+    ("import a.zip -o a.sample --reduce 2", "reduce"),
+    (
+        "import a.zip -o a.0of2 --shard 0/2 --reduce a.1of2",
+        "shard|reduce",
+    ),
     ("exemplar c.png -o x --tile --margin 2", "margin"),
     (
         "exemplar c.png -o x --levels 1 --coarse-neighborhood 3",
@@ -449,6 +462,8 @@ const NEIGHBORS: &[&str] = &[
     "synth s.npz k.npz --grid 9x9 -o y.map.ply --border wrap",
     "synth s.npz m.ply --method choosy -o y.faces.ply --sample a.sample --iterations 2",
     "run s.toml --until synth",
+    "import a.zip b.zip -o a.0of2 --shard 0/2 --downsample 2",
+    "import --reduce a.0of2 a.1of2 -o a.sample",
 ];
 
 fn words(line: &str) -> impl Iterator<Item = &str> {
@@ -512,6 +527,7 @@ fn options_of_rules() -> Vec<(&'static str, &'static str)> {
     }
     [
         of("bake", samples::BAKE),
+        of("import", samples::IMPORT),
         of("textons", samples::TEXTONS),
         of("knn", samples::KNN),
         of("exemplar", samples::EXEMPLAR),
@@ -577,5 +593,36 @@ fn every_rule_is_among_the_combinations() {
         for rule in rules {
             assert!(is_listed(rule, command), "{command}: {rule:?}");
         }
+    }
+}
+
+/// Options of commands that join parts, which have an effect on that.
+const OF_JOINING: [&str; 11] = [
+    "output",
+    "reduce",
+    "shard",
+    "report",
+    "montage",
+    "label-map",
+    "seed",
+    "threads",
+    "quiet",
+    "verbose",
+    "json",
+];
+
+#[test]
+fn what_joins_parts_takes_no_option_of_them() {
+    let root = CommandLine::command();
+    let rules = options_of_rules();
+    for command in ["bake", "import", "textons"] {
+        let of_command = root.find_subcommand(command).unwrap();
+        let missing: Vec<&str> = of_command
+            .get_arguments()
+            .filter_map(|argument| argument.get_long())
+            .filter(|option| !OF_JOINING.contains(option))
+            .filter(|option| !rules.contains(&(command, option)))
+            .collect();
+        assert!(missing.is_empty(), "{command}: {missing:?}");
     }
 }

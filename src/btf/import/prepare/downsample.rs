@@ -18,7 +18,7 @@ pub(super) fn cropped(image: &FloatImage, region: Region) -> Result<FloatImage> 
 }
 
 /// The means of blocks of `block` × `block` texels of an RGB image, whose sides must be whole blocks.
-pub(super) fn reduced(image: &FloatImage, block: u32) -> Result<FloatImage> {
+pub(super) fn downsampled(image: &FloatImage, block: u32) -> Result<FloatImage> {
     // Check that the sides are whole blocks.
     let (width, height) = (image.width / block, image.height / block);
     if width * block != image.width || height * block != image.height || width * height == 0 {
@@ -28,7 +28,7 @@ pub(super) fn reduced(image: &FloatImage, block: u32) -> Result<FloatImage> {
             _ => format!("sides of whole blocks, as with --crop {crop}"),
         };
         return Err(Error::option(
-            "reduce",
+            "downsample",
             format!("{block} in images of {} × {}", image.width, image.height),
             expected,
         ));
@@ -79,7 +79,7 @@ mod tests {
         let image = picture(4, 4);
         let part = cropped(&image, "2x2+1+2".parse().unwrap()).unwrap();
         assert_eq!(part.data[..6], [27.0, 28.0, 29.0, 30.0, 31.0, 32.0]);
-        let half = reduced(&image, 2).unwrap();
+        let half = downsampled(&image, 2).unwrap();
         assert_eq!((half.width, half.height), (2, 2));
         // Texels 0, 1, 4 and 5: red is 3 times the texel.
         assert_eq!(half.data[..3], [7.5, 8.5, 9.5]);
@@ -87,13 +87,13 @@ mod tests {
 
     #[test]
     fn blocks_that_do_not_fit_are_refused() {
-        let error = reduced(&picture(5, 4), 2).unwrap_err().to_string();
+        let error = downsampled(&picture(5, 4), 2).unwrap_err().to_string();
         assert!(
-            error.contains("--reduce") && error.contains("--crop 4x4+0+0"),
+            error.contains("--downsample") && error.contains("--crop 4x4+0+0"),
             "{error}"
         );
         assert!(
-            reduced(&picture(3, 3), 4)
+            downsampled(&picture(3, 3), 4)
                 .unwrap_err()
                 .to_string()
                 .contains("a smaller number")
