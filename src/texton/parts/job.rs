@@ -73,7 +73,7 @@ impl Job {
     /// What its memory leads to.
     fn routes_in_words(&self) -> String {
         let vectors = match self.image_vectors {
-            ImageVectors::Exact => "whole",
+            ImageVectors::Exact => "exact",
             ImageVectors::Folded => "folded",
         };
         format!("sketched levels {}, image vectors {vectors}", self.sketched_levels)

@@ -116,8 +116,8 @@ mod tests {
         let refused = Parts::open(&paths, &sample).map(drop).unwrap_err().to_string();
         for says in [
             "r1.npz is made for another --memory (sketched levels 1, image vectors folded; the first: sketched \
-             levels 0, image vectors whole)",
-            "r2.npz is made for another --memory (sketched levels 1, image vectors whole;",
+             levels 0, image vectors exact)",
+            "r2.npz is made for another --memory (sketched levels 1, image vectors exact;",
             "give every shard the same options and --memory",
         ] {
             assert!(refused.contains(says), "{refused}");
