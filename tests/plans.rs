@@ -144,11 +144,15 @@ fn a_second_run_of_a_shell_list_makes_only_what_changed() {
     let made = products(folder);
     let times = || -> Vec<_> {
         let paths = made.keys().map(|path| folder.join("out").join(path));
-        paths.map(|path| fs::metadata(path).unwrap().modified().unwrap()).collect()
+        paths
+            .map(|path| fs::metadata(path).unwrap().modified().unwrap())
+            .collect()
     };
     let first = times();
     // Parts and frames are kept by their own commands; the rest by records.
-    let all = ["mesh", "mesh", "bake", "textons", "gram", "knn", "synth", "synth"];
+    let all = [
+        "mesh", "mesh", "bake", "textons", "gram", "knn", "synth", "synth",
+    ];
     assert_eq!(skipped(&sh(folder, "plan.sh")), all);
     assert!(times() == first, "nothing is written again");
     assert!(products(folder) == made);
@@ -182,18 +186,28 @@ fn a_record_belongs_to_a_command_that_writes_something_else() {
         ("k.obj", 2, "--once: k.obj: is also an input"),
         ("k.npz", 2, "--once: k.npz: ends in .npz"),
         ("gone/k.json", 2, "--once: the folder gone does not exist"),
-        ("mine.json", 1, "mine.json: record: no record of `mesotex run`"),
+        (
+            "mine.json",
+            1,
+            "mine.json: record: no record of `mesotex run`",
+        ),
     ] {
         let error = refused(&format!("mesh k.obj -o k.ply --once {once}"), code);
         assert!(error.contains(says), "{error}");
     }
     assert!(!folder.join("k.ply").exists());
     let none = refused("info k.obj --once k.json", 2);
-    assert!(none.contains("--once: k.json, of a command that names no output"), "{none}");
+    assert!(
+        none.contains("--once: k.json, of a command that names no output"),
+        "{none}"
+    );
     let scene = SWEEP.replace("orient = true", "orient = true\nonce = \"m.json\"");
     fs::write(folder.join("once.toml"), scene).unwrap();
     let error = refused("run once.toml", 2);
-    assert!(error.contains("`mesotex run` skips what is done by itself"), "{error}");
+    assert!(
+        error.contains("`mesotex run` skips what is done by itself"),
+        "{error}"
+    );
     // A damaged record is begun anew.
     let words = ["mesh", "k.obj", "-o", "k.ply", "--once", "k.json"];
     succeed(folder, &words);
@@ -201,7 +215,8 @@ fn a_record_belongs_to_a_command_that_writes_something_else() {
     assert!(succeed(folder, &words).contains("mesh skipped"));
     fs::write(folder.join("k.json"), &record[..record.len() / 2]).unwrap();
     assert!(succeed(folder, &words).contains("wrote k.ply"));
-    let json: Value = serde_json::from_str(&succeed(folder, &[&words[..], &["--json"]].concat())).unwrap();
+    let json: Value =
+        serde_json::from_str(&succeed(folder, &[&words[..], &["--json"]].concat())).unwrap();
     assert_eq!(json["skipped"], true);
 }
 
@@ -328,12 +343,18 @@ fn scenes_of_several_folders_make_one_plan() {
         "shell",
     ];
     let text = succeed(folder.path(), &words);
-    assert!(text.contains("mkdir -p 'in ner/out' 'in ner/out/tasks' out out/tasks\n"), "{text}");
+    assert!(
+        text.contains("mkdir -p 'in ner/out' 'in ner/out/tasks' out out/tasks\n"),
+        "{text}"
+    );
     assert!(
         text.contains("(cd 'in ner' && mesotex mesh k.obj -o out/other-k.mesh.ply"),
         "{text}"
     );
-    assert!(text.contains(" --once=out/tasks/other.mesh.k.json)\n"), "{text}");
+    assert!(
+        text.contains(" --once=out/tasks/other.mesh.k.json)\n"),
+        "{text}"
+    );
     // The same scene twice is the same tasks.
     let twice = succeed(folder.path(), &["plan", "sweep.toml", "sweep.toml"]);
     assert_eq!(twice, succeed(folder.path(), &["plan", "sweep.toml"]));

@@ -36,7 +36,10 @@ pub(super) fn run(
     check(path, &files)?;
     let mut record = Record::open(path)?;
     if record.is_damaged {
-        let warning = format!("{}: damaged, or of another version; the command runs again", path.display());
+        let warning = format!(
+            "{}: damaged, or of another version; the command runs again",
+            path.display()
+        );
         session.progress().warn(&warning);
     }
     let key = Record::key(&telling(words), session.seed());
@@ -50,7 +53,11 @@ pub(super) fn run(
     let outcome = command.run(session)?;
     // What a file names may have changed while the command ran.
     let files = command.files()?;
-    record.note(&key, (&files, &outcome.inside), begun.elapsed().as_secs_f64())?;
+    record.note(
+        &key,
+        (&files, &outcome.inside),
+        begun.elapsed().as_secs_f64(),
+    )?;
     Ok(outcome)
 }
 
@@ -64,7 +71,9 @@ fn check(path: &PathBuf, files: &Files) -> Result<()> {
         ));
     }
     // What stands at the outputs is looked at by the command.
-    let all = files.clone().write("once", [path], Product::File(Format::Json));
+    let all = files
+        .clone()
+        .write("once", [path], Product::File(Format::Json));
     all.check(None, |_| true)
 }
 

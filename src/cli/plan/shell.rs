@@ -16,7 +16,10 @@ pub(super) fn text(graph: &Graph) -> String {
     let steps = graph.steps() + 1;
     let mut text = format!("{PLAN_MARK}: {}\nset -e\n", graph.describe());
     let folders = folders(graph);
-    let folders: Vec<_> = folders.iter().map(|folder| quoted(&folder.to_string_lossy())).collect();
+    let folders: Vec<_> = folders
+        .iter()
+        .map(|folder| quoted(&folder.to_string_lossy()))
+        .collect();
     let folders = folders.join(" ");
     let _ = writeln!(text, "# step 1 of {steps}: folders\nmkdir -p {folders}");
     for step in 0..graph.steps() {
@@ -47,7 +50,10 @@ fn takes(graph: &Graph, step: usize) -> String {
 fn folders(graph: &Graph) -> BTreeSet<PathBuf> {
     let records = graph.tasks.iter().filter_map(|task| {
         let record = task.record.as_deref()?;
-        Some(joined(&task.folder, record.parent().unwrap_or(Path::new(""))))
+        Some(joined(
+            &task.folder,
+            record.parent().unwrap_or(Path::new("")),
+        ))
     });
     graph.folders.iter().cloned().chain(records).collect()
 }
@@ -59,7 +65,10 @@ pub(super) fn line(task: &Task) -> String {
 
 /// The same, skipped where the task is done.
 fn line_run_once(task: &Task) -> String {
-    let once = task.record.iter().map(|record| format!("--once={}", record.display()));
+    let once = task
+        .record
+        .iter()
+        .map(|record| format!("--once={}", record.display()));
     let words: Vec<String> = task.words.iter().cloned().chain(once).collect();
     in_folder(task, &words)
 }

@@ -76,7 +76,10 @@ impl Job {
             ImageVectors::Exact => "exact",
             ImageVectors::Folded => "folded",
         };
-        format!("sketched levels {}, image vectors {vectors}", self.sketched_levels)
+        format!(
+            "sketched levels {}, image vectors {vectors}",
+            self.sketched_levels
+        )
     }
 }
 

@@ -113,7 +113,10 @@ mod tests {
             let study = Study::decided(&sample, &options, routes, None).unwrap();
             write_part(&study, Shard { index, count: 3 }, path, quiet).unwrap();
         }
-        let refused = Parts::open(&paths, &sample).map(drop).unwrap_err().to_string();
+        let refused = Parts::open(&paths, &sample)
+            .map(drop)
+            .unwrap_err()
+            .to_string();
         for says in [
             "r1.npz is made for another --memory (sketched levels 1, image vectors folded; the first: sketched \
              levels 0, image vectors exact)",
