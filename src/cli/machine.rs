@@ -44,7 +44,7 @@ impl Need {
 pub fn quarter_of_memory() -> Option<ByteSize> {
     let total = field("/proc/meminfo", "MemTotal:")?;
     let limit = groups().filter_map(|group| group.limit).min();
-    let mebibytes = total.min(limit.unwrap_or(u64::MAX)) / 4 >> 20;
+    let mebibytes = total.min(limit.unwrap_or(u64::MAX)) / (4 << 20);
     Some(ByteSize(mebibytes << 20))
 }
 
