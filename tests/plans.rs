@@ -143,9 +143,11 @@ fn a_second_run_of_a_shell_list_makes_only_what_changed() {
     assert_eq!(skipped(&sh(folder, "plan.sh")), [""; 0]);
     let made = products(folder);
     let times = || -> Vec<_> {
-        let paths = made.keys().map(|path| folder.join("out").join(path));
+        // The last shard of a rendering draws the contact sheet of its frames again.
+        let paths = made.keys().filter(|path| !path.ends_with("contact.png"));
+        let paths = paths.map(|path| folder.join("out").join(path));
         paths
-            .map(|path| fs::metadata(path).unwrap().modified().unwrap())
+            .map(|path| fs::metadata(&path).unwrap().modified().unwrap())
             .collect()
     };
     let first = times();
