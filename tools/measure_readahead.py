@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
-"""Measures how a command that reads a large sample from a cold cache depends on what the system is told of the reading.
+"""Measures how reading a large sample from a cold cache depends on what the system is told of the reading.
 
 Needs: a C compiler (cc); nothing else beside Python 3 on Linux.
-Run:   tools/measure_readahead.py large.sample -- mesotex info large.sample
+Run:   tools/measure_readahead.py large.sample --pattern stripes:256 --share 0.05 --advice normal random ahead:64i
+       tools/measure_readahead.py large.sample -- mesotex info large.sample
 
-mesotex reads samples by position (pread), and tells the system nothing. Here a small library that is loaded before the
-program tells it something in its place, once per advice:
+Without a command, a small program reads as mesotex does and computes nothing: --pattern image reads image after image,
+stripes:N a piece of N texels of every image, then the next piece of every image. It reads --share of the sample. A
+library that is loaded before the program tells the system something of the reads, once per advice:
 
   normal, sequential, random   posix_fadvise of the whole file radiance.npy when it is opened
-  ahead:N[:M]                  posix_fadvise(WILLNEED) at every read, for the M bytes that lie N bytes further on;
-                               M is the length of the read where it is not given
+  ahead:N                      posix_fadvise(WILLNEED) at every read, for as many bytes that lie N bytes further on;
+                               ahead:64i is 64 images further on
   map-random, map-willneed …   madvise of maps over 64 MiB: the copy of a sample that `render` keeps on disk
 
 Before every run the system forgets the sample (posix_fadvise DONTNEED). Runs go round: every advice once, --rounds
@@ -19,6 +21,7 @@ disk. With --limit, each process runs in a control group that may take so much m
 
 import argparse
 import glob
+import json
 import os
 import statistics
 import subprocess
@@ -64,10 +67,7 @@ ssize_t pread64(int fd, void *bytes, size_t length, off64_t at) {
     static ssize_t (*real)(int, void *, size_t, off64_t);
     if (!real) real = dlsym(RTLD_NEXT, "pread64");
     if (fd >= 0 && fd < (int)sizeof watched && watched[fd] && !strncmp(advice(), "ahead:", 6)) {
-        char *rest;
-        off64_t further = strtoll(advice() + 6, &rest, 10);
-        off64_t size = *rest == ':' ? strtoll(rest + 1, 0, 10) : (off64_t)length;
-        posix_fadvise64(fd, at + further, size, POSIX_FADV_WILLNEED);
+        posix_fadvise64(fd, at + strtoll(advice() + 6, 0, 10), length, POSIX_FADV_WILLNEED);
     }
     return real(fd, bytes, length, at);
 }
@@ -85,23 +85,70 @@ void *mmap64(void *place, size_t length, int protection, int flags, int fd, off6
 }
 """
 
+READER = r"""
+#define _GNU_SOURCE
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+int open64(const char *path, int flags, ...);
+
+/* FILE OFFSET IMAGES BYTES_OF_IMAGE BYTES_OF_PIECE FIRST_IMAGES FIRST_PIECES */
+int main(int count, char **words) {
+    long long n[8];
+    for (int at = 2; at < count; at++) n[at] = atoll(words[at]);
+    int fd = open64(words[1], O_RDONLY);
+    char *bytes = malloc(n[5]);
+    for (long long piece = 0; piece < n[7]; piece++)
+        for (long long image = 0; image < n[6]; image++)
+            if (pread64(fd, bytes, n[5], n[2] + image * n[4] + piece * n[5]) < 0) return 1;
+    return fd < 0;
+}
+"""
+
 
 def parse():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sample")
-    parser.add_argument("command", nargs="+", help="after --; its outputs are written over by every run")
+    parser.add_argument("command", nargs="*", help="after --; its outputs are written over by every run")
+    parser.add_argument("--pattern", default="image", help="without a command: image, or stripes:TEXELS")
+    parser.add_argument("--share", type=float, default=1.0, help="without a command: the share of the sample that is read")
     parser.add_argument("--advice", nargs="+", default=["normal", "sequential", "random"])
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--limit", help="memory of the process, as 1GiB")
     return parser.parse_args()
 
 
-def built(folder):
-    """The library, compiled."""
-    path = os.path.join(folder, "advice.so")
-    words = ["cc", "-shared", "-fPIC", "-O2", "-x", "c", "-", "-o", path, "-ldl"]
-    subprocess.run(words, input=LIBRARY, text=True, check=True)
+def built(source, path, *options):
+    """A library or a program, compiled."""
+    words = ["cc", "-O2", *options, "-x", "c", "-", "-o", path, "-ldl"]
+    subprocess.run(words, input=source, text=True, check=True)
     return path
+
+
+def description(sample):
+    with open(os.path.join(sample, "btf.json"), encoding="utf-8") as file:
+        return json.load(file)
+
+
+def bytes_of_image(sample):
+    told = description(sample)
+    return told["height"] * told["width"] * 3 * (2 if told["dtype"] == "f2" else 4)
+
+
+def reader(sample, pattern, share, folder):
+    """The command that reads as a pattern says."""
+    path = os.path.join(sample, "radiance.npy")
+    image = bytes_of_image(sample)
+    size = os.path.getsize(path)
+    images = size // image
+    first_images, piece, pieces = int(images * share), image, 1
+    if pattern != "image":
+        piece = int(pattern.split(":")[1]) * image // (description(sample)["height"] * description(sample)["width"])
+        first_images, pieces = images, max(1, int(image / piece * share))
+    program = built(READER, os.path.join(folder, "reader"))
+    return [program, path, *(str(number) for number in (size % image, images, image, piece, first_images, pieces))]
 
 
 def forget(sample):
@@ -119,12 +166,16 @@ def main():
         raise SystemExit("no control group can be made here: run without --limit")
     found = {advice: [] for advice in arguments.advice}
     with tempfile.TemporaryDirectory() as folder:
-        library = built(folder)
+        library = built(LIBRARY, os.path.join(folder, "advice.so"), "-shared", "-fPIC")
+        command = arguments.command or reader(arguments.sample, arguments.pattern, arguments.share, folder)
         for _ in range(arguments.rounds):
             for advice in arguments.advice:
                 forget(arguments.sample)
-                environment = dict(os.environ, LD_PRELOAD=library, READ_ADVICE=advice)
-                found[advice].append(run(arguments.command, group, environment))
+                told = advice
+                if advice.endswith("i"):
+                    told = f"ahead:{int(advice[6:-1]) * bytes_of_image(arguments.sample)}"
+                environment = dict(os.environ, LD_PRELOAD=library, READ_ADVICE=told)
+                found[advice].append(run(command, group, environment))
                 last = found[advice][-1]
                 print(f"  {advice}: {last.seconds:.1f} s, {last.read / 1e9:.2f} GB from the disk", flush=True)
     if group:

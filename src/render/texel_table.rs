@@ -353,7 +353,11 @@ impl Source<'_> {
         let texels = first..first + out.len() / stride;
         let unread = Pixels::of_type(self.sample.description().dtype);
         let mut held = vec![unread; GROUP.min(self.images.len())];
-        for (group, images) in self.images.chunks(GROUP).enumerate() {
+        let mut groups = self.images.chunks(GROUP).enumerate().peekable();
+        while let Some((group, images)) = groups.next() {
+            if let Some((_, next)) = groups.peek() {
+                self.sample.announce_texels_of(next, texels.clone());
+            }
             self.sample
                 .read_texels_of(images, texels.clone(), &mut held[..images.len()])?;
             for (block, out) in out.chunks_mut(BLOCK * stride).enumerate() {
