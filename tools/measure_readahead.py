@@ -25,6 +25,7 @@ import json
 import os
 import statistics
 import subprocess
+import sys
 import tempfile
 
 from measure_shards import bytes_of, new_group, run
@@ -109,15 +110,22 @@ int main(int count, char **words) {
 
 
 def parse():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__,
+        usage="%(prog)s SAMPLE [options] [-- COMMAND ...]",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("sample")
-    parser.add_argument("command", nargs="*", help="after --; its outputs are written over by every run")
     parser.add_argument("--pattern", default="image", help="without a command: image, or stripes:TEXELS")
     parser.add_argument("--share", type=float, default=1.0, help="without a command: the share of the sample that is read")
     parser.add_argument("--advice", nargs="+", default=["normal", "sequential", "random"])
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--limit", help="memory of the process, as 1GiB")
-    return parser.parse_args()
+    words = sys.argv[1:] + ["--"]
+    own, command = words[: words.index("--")], words[words.index("--") + 1 : -1]
+    arguments = parser.parse_args(own)
+    arguments.command = command
+    return arguments
 
 
 def built(source, path, *options):
