@@ -12,6 +12,7 @@ library that is loaded before the program tells the system something of the read
   normal, sequential, random   posix_fadvise of the whole file radiance.npy when it is opened
   ahead:N                      posix_fadvise(WILLNEED) at every read, for as many bytes that lie N bytes further on;
                                ahead:64i is 64 images further on
+  random+ahead:64i             both; the last is what mesotex tells the system where it reads pieces of many images
   map-random, map-willneed …   madvise of maps over 64 MiB: the copy of a sample that `render` keeps on disk
 
 Before every run the system forgets the sample (posix_fadvise DONTNEED). Runs go round: every advice once, --rounds
@@ -48,8 +49,8 @@ static void look(int fd, const char *path) {
     if (fd < 0 || fd >= (int)sizeof watched) return;
     watched[fd] = length >= 12 && !strcmp(path + length - 12, "radiance.npy");
     if (!watched[fd]) return;
-    if (!strcmp(advice(), "sequential")) posix_fadvise64(fd, 0, 0, POSIX_FADV_SEQUENTIAL);
-    if (!strcmp(advice(), "random")) posix_fadvise64(fd, 0, 0, POSIX_FADV_RANDOM);
+    if (!strncmp(advice(), "sequential", 10)) posix_fadvise64(fd, 0, 0, POSIX_FADV_SEQUENTIAL);
+    if (!strncmp(advice(), "random", 6)) posix_fadvise64(fd, 0, 0, POSIX_FADV_RANDOM);
 }
 
 int open64(const char *path, int flags, ...) {
@@ -67,8 +68,9 @@ int open64(const char *path, int flags, ...) {
 ssize_t pread64(int fd, void *bytes, size_t length, off64_t at) {
     static ssize_t (*real)(int, void *, size_t, off64_t);
     if (!real) real = dlsym(RTLD_NEXT, "pread64");
-    if (fd >= 0 && fd < (int)sizeof watched && watched[fd] && !strncmp(advice(), "ahead:", 6)) {
-        posix_fadvise64(fd, at + strtoll(advice() + 6, 0, 10), length, POSIX_FADV_WILLNEED);
+    const char *ahead = strstr(advice(), "ahead:");
+    if (fd >= 0 && fd < (int)sizeof watched && watched[fd] && ahead) {
+        posix_fadvise64(fd, at + strtoll(ahead + 6, 0, 10), length, POSIX_FADV_WILLNEED);
     }
     return real(fd, bytes, length, at);
 }
@@ -78,9 +80,9 @@ void *mmap64(void *place, size_t length, int protection, int flags, int fd, off6
     if (!real) real = dlsym(RTLD_NEXT, "mmap64");
     void *map = real(place, length, protection, flags, fd, at);
     if (map != MAP_FAILED && fd >= 0 && length > (64 << 20)) {
-        if (!strcmp(advice(), "map-random")) madvise(map, length, MADV_RANDOM);
-        if (!strcmp(advice(), "map-sequential")) madvise(map, length, MADV_SEQUENTIAL);
-        if (!strcmp(advice(), "map-willneed")) madvise(map, length, MADV_WILLNEED);
+        if (strstr(advice(), "map-random")) madvise(map, length, MADV_RANDOM);
+        if (strstr(advice(), "map-sequential")) madvise(map, length, MADV_SEQUENTIAL);
+        if (strstr(advice(), "map-willneed")) madvise(map, length, MADV_WILLNEED);
     }
     return map;
 }
@@ -181,7 +183,8 @@ def main():
                 forget(arguments.sample)
                 told = advice
                 if advice.endswith("i"):
-                    told = f"ahead:{int(advice[6:-1]) * bytes_of_image(arguments.sample)}"
+                    head, images = advice[:-1].split("ahead:")
+                    told = f"{head}ahead:{int(images) * bytes_of_image(arguments.sample)}"
                 environment = dict(os.environ, LD_PRELOAD=library, READ_ADVICE=told)
                 found[advice].append(run(command, group, environment))
                 last = found[advice][-1]
