@@ -44,18 +44,20 @@ fn task<'a>(plan: &'a Value, id: &str) -> &'a Value {
         })
 }
 
-/// Products of a run: everything but what belongs to one machine, pages, and parts.
+/// Products of a run: everything but what belongs to one machine, pages, parts, and records of tasks.
 fn products(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut made = files(&folder.join("out"));
     made.retain(|path, _| {
         let name = path.to_string_lossy();
         let is_part = name.contains("of2") || name.contains("of3");
-        !name.ends_with(".html") && name != "run.json" && !name.contains("cache") && !is_part
+        let is_record = name == "run.json" || path.starts_with("tasks");
+        !name.ends_with(".html") && !is_record && !name.contains("cache") && !is_part
     });
     made
 }
 
-fn sh(folder: &Path, script: &str) {
+/// Runs a script; returns what it prints.
+fn sh(folder: &Path, script: &str) -> String {
     let program = Path::new(env!("CARGO_BIN_EXE_mesotex")).parent().unwrap();
     let mut paths = vec![program.to_path_buf()];
     paths.extend(env::split_paths(&env::var_os("PATH").unwrap_or_default()));
@@ -67,6 +69,7 @@ fn sh(folder: &Path, script: &str) {
         .unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{script}: {error}");
+    String::from_utf8(output.stdout).unwrap()
 }
 
 #[test]
@@ -93,8 +96,128 @@ fn the_tasks_make_what_a_run_makes() {
     for (path, bytes) in expected {
         assert!(found[&path] == bytes, "{} differs", path.display());
     }
-    // What is finished is known, and nothing is in the way of a second time.
-    sh(parted.path(), "plan.sh");
+}
+
+/// The commands that a script skipped, in order.
+fn skipped(printed: &str) -> Vec<&str> {
+    let lines = printed.lines();
+    lines
+        .filter_map(|line| line.strip_suffix(" skipped, nothing changed"))
+        .collect()
+}
+
+#[test]
+fn a_second_run_of_a_shell_list_makes_only_what_changed() {
+    let folder = folder();
+    let folder = folder.path();
+    let words = ["plan", "sweep.toml", "--format", "shell", "-o", "plan.sh"];
+    let planned = |more: &[&str]| succeed(folder, &[&words[..], more].concat());
+    planned(&["--shards", "2"]);
+    assert_eq!(skipped(&sh(folder, "plan.sh")), [""; 0]);
+    let made = products(folder);
+    let times = || -> Vec<_> {
+        // The last shard of a rendering draws the contact sheet of its frames again.
+        let paths = made.keys().filter(|path| !path.ends_with("contact.png"));
+        let paths = paths.map(|path| folder.join("out").join(path));
+        paths
+            .map(|path| fs::metadata(&path).unwrap().modified().unwrap())
+            .collect()
+    };
+    let first = times();
+    // Parts and frames are kept by their own commands; the rest by records.
+    let all = [
+        "mesh", "mesh", "bake", "textons", "gram", "knn", "synth", "synth",
+    ];
+    assert_eq!(skipped(&sh(folder, "plan.sh")), all);
+    assert!(times() == first, "nothing is written again");
+    assert!(products(folder) == made);
+    // Other threads, or another number of them, are no other work.
+    planned(&["--shards", "2", "--threads", "2"]);
+    assert_eq!(skipped(&sh(folder, "plan.sh")), all);
+    // What is gone or damaged is made again, and what follows from other bytes.
+    fs::remove_file(folder.join("out/small-k.map.ply")).unwrap();
+    fs::write(folder.join("out/small.knn.npz"), "nothing").unwrap();
+    let again = ["mesh", "mesh", "bake", "textons", "gram", "synth"];
+    assert_eq!(skipped(&sh(folder, "plan.sh")), again);
+    assert!(products(folder) == made);
+    let scene = SWEEP.replace("k = 3", "k = 4");
+    fs::write(folder.join("sweep.toml"), scene).unwrap();
+    planned(&["--shards", "2"]);
+    assert_eq!(skipped(&sh(folder, "plan.sh")), all[..5]);
+    assert!(products(folder) != made);
+}
+
+#[test]
+fn a_record_belongs_to_a_command_that_writes_something_else() {
+    let folder = folder();
+    let folder = folder.path();
+    fs::write(folder.join("mine.json"), "{\"distance_km\": 10}").unwrap();
+    let refused = |line: &str, code: i32| {
+        let error = refuse(folder, &program::words(line), code);
+        error.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    for (once, code, says) in [
+        ("k.ply", 2, "--once: k.ply: given for two outputs"),
+        ("k.obj", 2, "--once: k.obj: is also an input"),
+        ("k.npz", 2, "--once: k.npz: ends in .npz"),
+        ("gone/k.json", 2, "--once: the folder gone does not exist"),
+        (
+            "mine.json",
+            1,
+            "mine.json: record: no record of `mesotex run`",
+        ),
+    ] {
+        let error = refused(&format!("mesh k.obj -o k.ply --once {once}"), code);
+        assert!(error.contains(says), "{error}");
+    }
+    assert!(!folder.join("k.ply").exists());
+    let none = refused("info k.obj --once k.json", 2);
+    assert!(
+        none.contains("--once: k.json, of a command that names no output"),
+        "{none}"
+    );
+    let scene = SWEEP.replace("orient = true", "orient = true\nonce = \"m.json\"");
+    fs::write(folder.join("once.toml"), scene).unwrap();
+    let error = refused("run once.toml", 2);
+    assert!(
+        error.contains("`mesotex run` skips what is done by itself"),
+        "{error}"
+    );
+    // A damaged record is begun anew.
+    let words = ["mesh", "k.obj", "-o", "k.ply", "--once", "k.json"];
+    succeed(folder, &words);
+    let record = fs::read_to_string(folder.join("k.json")).unwrap();
+    assert!(succeed(folder, &words).contains("mesh skipped"));
+    fs::write(folder.join("k.json"), &record[..record.len() / 2]).unwrap();
+    assert!(succeed(folder, &words).contains("wrote k.ply"));
+    let json: Value =
+        serde_json::from_str(&succeed(folder, &[&words[..], &["--json"]].concat())).unwrap();
+    assert_eq!(json["skipped"], true);
+}
+
+#[test]
+fn analyses_state_their_memory() {
+    let folder = folder();
+    let stated = |scene: &str, id: &str| -> Vec<String> {
+        fs::write(folder.path().join("sweep.toml"), scene).unwrap();
+        let made = plan(folder.path(), &["--shards", "2"]);
+        let command = task(&made, id)["command"].as_array().unwrap().clone();
+        let words = command.iter().map(|word| word.as_str().unwrap().to_owned());
+        words.filter(|word| word.starts_with("--memory")).collect()
+    };
+    let own = SWEEP.replace("textons = 8", "textons = 8\nmemory = \"300MiB\"");
+    let parts = ["small.textons.0of2", "small.textons.1of2"];
+    let defaults = parts.map(|id| stated(SWEEP, id));
+    assert_eq!(defaults[0], defaults[1]);
+    assert!(
+        matches!(&defaults[0][..], [word] if word.ends_with("MiB")),
+        "{defaults:?}"
+    );
+    for id in parts {
+        assert_eq!(stated(&own, id), ["--memory=300MiB"]);
+    }
+    // The routes of a reduction are those of its parts.
+    assert!(stated(SWEEP, "small.textons.reduce").is_empty());
 }
 
 const CAPTURE: &str = r#"
@@ -245,9 +368,16 @@ fn scenes_of_several_folders_make_one_plan() {
         "shell",
     ];
     let text = succeed(folder.path(), &words);
-    assert!(text.contains("mkdir -p 'in ner/out' out"), "{text}");
+    assert!(
+        text.contains("mkdir -p 'in ner/out' 'in ner/out/tasks' out out/tasks\n"),
+        "{text}"
+    );
     assert!(
         text.contains("(cd 'in ner' && mesotex mesh k.obj -o out/other-k.mesh.ply"),
+        "{text}"
+    );
+    assert!(
+        text.contains(" --once=out/tasks/other.mesh.k.json)\n"),
         "{text}"
     );
     // The same scene twice is the same tasks.

@@ -20,6 +20,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+from dataclasses import dataclass
 
 UNITS = {"KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30}
 GROUPS = "/sys/fs/cgroup"
@@ -56,10 +57,20 @@ def fields(path, names):
     return total
 
 
+@dataclass
+class Measured:
+    """What a process took: seconds, bytes of its own, VmHWM, and bytes that came from the disk."""
+
+    seconds: float
+    own: int
+    peak: int
+    read: int
+
+
 def new_group(limit):
     """A control group with a memory limit, or None where none can be made."""
     for folder, name in (("memory", "memory.limit_in_bytes"), ("", "memory.max")):
-        path = os.path.join(GROUPS, folder, f"measure_shards.{os.getpid()}")
+        path = os.path.join(GROUPS, folder, f"measure.{os.getpid()}")
         try:
             os.mkdir(path)
         except OSError:
@@ -73,17 +84,21 @@ def new_group(limit):
     return None
 
 
-def run(words, group=None):
-    """Runs a command; seconds, own memory and VmHWM in bytes."""
+def run(words, group=None, environment=None):
+    """Runs a command and measures it."""
     began = time.monotonic()
     enter = None
     if group:
         def enter():
             with open(os.path.join(group, "cgroup.procs"), "w") as file:
                 file.write(str(os.getpid()))
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, preexec_fn=enter)
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, preexec_fn=enter, env=environment)
     own = peak = 0
-    while process.poll() is None:
+    while True:
+        ended, status, usage = os.wait4(process.pid, os.WNOHANG)
+        if ended:
+            process.returncode = os.waitstatus_to_exitcode(status)
+            break
         try:
             own = max(own, fields(f"/proc/{process.pid}/smaps_rollup", {"Anonymous", "Swap"}))
             peak = max(peak, fields(f"/proc/{process.pid}/status", {"VmHWM"}))
@@ -92,12 +107,12 @@ def run(words, group=None):
         time.sleep(PERIOD)
     if process.returncode:
         raise SystemExit(f"{shlex.join(words)} ended with {process.returncode}")
-    return time.monotonic() - began, own, peak
+    return Measured(time.monotonic() - began, own, peak, usage.ru_inblock * 512)
 
 
 def say(what, result, more=""):
-    seconds, own, peak = result
-    print(f"{what:12} {seconds:8.1f} s  own {own / 2**20:7.0f} MiB  VmHWM {peak / 2**20:7.0f} MiB{more}", flush=True)
+    own, peak = result.own / 2**20, result.peak / 2**20
+    print(f"{what:12} {result.seconds:8.1f} s  own {own:7.0f} MiB  VmHWM {peak:7.0f} MiB{more}", flush=True)
 
 
 def measure(arguments, folder):
@@ -113,7 +128,7 @@ def measure(arguments, folder):
         words = base + options + ["--shard", f"{shard}/{arguments.shards}", "-o", part, "--quiet"]
         result = run(words, group)
         say(f"shard {shard}", result, f"  part {os.path.getsize(part) / 2**20:.0f} MiB")
-        if limit and result[1] > limit:
+        if limit and result.own > limit:
             raise SystemExit(f"shard {shard} took more than {arguments.limit}")
         parts.append(part)
     if group:

@@ -237,6 +237,20 @@ impl Sample {
         Ok(())
     }
 
+    /// Tells the system that these texels of several images will be read soon. Where each is a short piece of a large
+    /// file that is not in memory, this is many times faster than to wait for one after the other.
+    pub fn announce_texels_of(&self, images: &[u32], texels: Range<usize>) {
+        let first = |image: u32| (image as usize * self.grid().len() + texels.start) * 3;
+        let count = texels.len() * 3;
+        for &image in images {
+            match &self.radiance {
+                Radiance::F2(file) => file.announce(first(image), count),
+                Radiance::F4(file) => file.announce(first(image), count),
+                Radiance::Factored(_) => {}
+            }
+        }
+    }
+
     /// Checks that an image's values are finite and not negative; says which texel is not.
     pub fn check_image(&self, image: usize, values: &[f32]) -> Result<()> {
         // One pass without branches; the slow search runs only when something is wrong.

@@ -39,12 +39,13 @@ impl Need {
     }
 }
 
-/// A quarter of the machine's memory, or of what its control group may take; `None` where the system
-/// does not say.
+/// A quarter of the machine's memory, or of what its control group may take, in whole MiB; `None` where the
+/// system does not say.
 pub fn quarter_of_memory() -> Option<ByteSize> {
     let total = field("/proc/meminfo", "MemTotal:")?;
     let limit = groups().filter_map(|group| group.limit).min();
-    Some(ByteSize(total.min(limit.unwrap_or(u64::MAX)) / 4))
+    let mebibytes = total.min(limit.unwrap_or(u64::MAX)) / (4 << 20);
+    Some(ByteSize(mebibytes << 20))
 }
 
 /// Memory that can be taken without swapping, or less where a control group allows less; `None` where

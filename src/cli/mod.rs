@@ -26,6 +26,7 @@ mod machine;
 mod manual;
 mod mask;
 mod mesh;
+mod once;
 mod outcome;
 mod outputs;
 mod plan;
@@ -317,8 +318,11 @@ pub fn main() -> ExitCode {
     };
     // In a thread of the pool: one that waits outside is put to sleep and woken for every step that
     // is done in parallel.
-    let result =
-        rayon::scope(|_| command.run(&session)).and_then(|outcome| session.report(&outcome));
+    let run = || match &command.common().once {
+        Some(record) => once::run(&command, &words[1..], record, &session),
+        None => command.run(&session),
+    };
+    let result = rayon::scope(|_| run()).and_then(|outcome| session.report(&outcome));
     session.interruption().end();
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,7 +1,7 @@
 //! What all commands share: their common options, threads, progress and interruption.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -33,6 +33,10 @@ pub struct Common {
     /// Print the report, or the error, as JSON on stdout.
     #[arg(long)]
     pub json: bool,
+    /// Skip the command where FILE.json says that it is done: with the same options, and with inputs and outputs that
+    /// have not changed since. Else run it, and note in FILE.json that it is done.
+    #[arg(long, value_name = "FILE.json")]
+    pub once: Option<PathBuf>,
 }
 
 /// One run of the program.

@@ -237,6 +237,13 @@ impl<T: Element> ArrayFile<T> {
         self.file
             .read_at(at as u64, bytemuck::cast_slice_mut(numbers))
     }
+
+    /// Tells the system that `count` numbers from number `first` on will be read soon.
+    pub fn announce(&self, first: usize, count: usize) {
+        let at = self.header.data_offset + first * size_of::<T>();
+        self.file
+            .announce(at as u64, (count * size_of::<T>()) as u64);
+    }
 }
 
 #[cfg(test)]

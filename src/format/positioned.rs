@@ -8,6 +8,8 @@
 
 use std::fs::File;
 use std::io::{self, ErrorKind};
+#[cfg(target_os = "linux")]
+use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -62,6 +64,12 @@ impl PositionedFile {
         })
     }
 
+    /// Tells the system that `length` bytes from the place `at` on will be read soon: it fetches them meanwhile, many
+    /// such pieces at once. Nothing but time depends on it.
+    pub fn announce(&self, at: u64, length: u64) {
+        announce(&self.0.file, at, length);
+    }
+
     /// Says that the file no longer holds its bytes up to `end`.
     fn shrunk(&self, end: u64) -> Error {
         let found = match self.0.file.metadata() {
@@ -74,6 +82,16 @@ impl PositionedFile {
             .in_file(&self.0.path)
     }
 }
+
+#[cfg(target_os = "linux")]
+fn announce(file: &File, at: u64, length: u64) {
+    // A file system that cannot fetch ahead reads when it is asked to.
+    let length = NonZeroU64::new(length);
+    let _ = rustix::fs::fadvise(file, at, length, rustix::fs::Advice::WillNeed);
+}
+
+#[cfg(not(target_os = "linux"))]
+fn announce(_file: &File, _at: u64, _length: u64) {}
 
 #[cfg(unix)]
 fn read_exact_at(file: &File, at: u64, bytes: &mut [u8]) -> io::Result<()> {

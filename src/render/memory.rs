@@ -15,6 +15,7 @@ use crate::render::options::RenderOptions;
 use crate::render::parallax::Parallax;
 use crate::render::plan::PlannedFrame;
 use crate::render::renderer::Shading;
+use crate::render::table_levels::TableLevels;
 
 /// Bytes of what a sample of a pixel sees.
 const HIT: u64 = 12;
@@ -100,17 +101,18 @@ pub fn table_bytes(options: &RenderOptions, sample: &Sample) -> u64 {
         true => SUMS * description.views.len(),
         false => 0,
     };
-    let numbers = sample.grid().len() * (sample.image_count() + sums) * 3;
-    let finest = numbers as u64 * description.dtype.size() as u64;
-    let all = if options.image.uses_mip() {
-        finest + finest / 3
-    } else {
-        finest
+    let numbers = (sample.image_count() + sums) * 3;
+    let levels = TableLevels {
+        finest: sample.grid(),
+        stride: numbers as u64 * description.dtype.size() as u64,
+        mip: options.image.uses_mip(),
     };
-    let table = match finest <= options.files.table_memory.saturating_mul(1 << 20) {
-        true => all,
-        false => SLAB,
+    let allowed = options.files.table_memory.saturating_mul(1 << 20);
+    let slab = match levels.on_disk(allowed) {
+        0 => 0,
+        _ => SLAB,
     };
+    let table = levels.bytes_in_memory(allowed) + slab;
     table + sample.factors().map_or(0, Factors::bytes) + relief_bytes(options, sample)
 }
 

@@ -44,6 +44,7 @@ mod seen_points;
 pub mod sequence;
 pub(crate) mod sides;
 pub(crate) mod subject;
+pub(crate) mod table_levels;
 pub(crate) mod texel_baking;
 pub(crate) mod texel_table;
 mod tone;

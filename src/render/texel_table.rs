@@ -2,8 +2,8 @@
 //! one small piece of memory, and vertices sorted by texel share it.
 //!
 //! In: a sample, the images to keep, in the order wanted. Out: per pyramid level an array
-//! [H, W, images, RGB] in the sample's number type, weighted sums of the images beside them where asked for. Level l + 1 holds 2×2 means of level l. A
-//! table larger than the memory budget is built slab by slab in a temporary file.
+//! [H, W, images, RGB] in the sample's number type, weighted sums of the images beside them where asked for. Level l + 1 holds 2×2 means of level l.
+//! Levels that do not fit the memory budget are built slab by slab in temporary files.
 
 use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
@@ -19,6 +19,7 @@ use crate::format::npy;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
 use crate::progress::Progress;
+use crate::render::table_levels::TableLevels;
 
 /// Texels transposed together: their numbers in one image are a few cache lines.
 const BLOCK: usize = 64;
@@ -32,7 +33,7 @@ const SLAB: usize = 256 << 20;
 /// Where a table may live.
 #[derive(Clone, Debug)]
 pub struct MemoryBudget {
-    /// Larger tables lie on disk.
+    /// What the levels that stay in memory may take together.
     pub bytes: u64,
     /// Folder of the temporary files.
     pub folder: PathBuf,
@@ -269,13 +270,22 @@ struct Source<'a> {
 
 impl<T: Stored> TexelTable<T> {
     fn build(source: &Source, mip: bool, budget: &MemoryBudget) -> Result<Self> {
-        // Transpose the sample slab by slab.
-        let mut grid = source.sample.grid();
+        let finest = source.sample.grid();
         let stride = source.stride();
+        let table = TableLevels {
+            finest,
+            stride: (stride * size_of::<T>()) as u64,
+            mip,
+        };
+        let on_disk = table.on_disk(budget.bytes);
+        let begun = |level: usize, grid: TexelGrid| {
+            LevelWriter::new(grid, stride, &budget.folder, level >= on_disk)
+        };
+        // Transpose the sample slab by slab.
         source
             .progress
-            .begin("copying the sample for shading", grid.len() as u64);
-        let mut writer = LevelWriter::new(grid, stride, budget)?;
+            .begin("copying the sample for shading", finest.len() as u64);
+        let mut writer = begun(0, finest)?;
         for slab in writer.slabs() {
             writer.append(slab, |texels, out| {
                 source.transpose(texels.start, out)?;
@@ -284,10 +294,9 @@ impl<T: Stored> TexelTable<T> {
         }
         let mut levels = vec![writer.finish()?];
         // Average coarser levels.
-        while mip && grid.len() > 1 {
-            let finer = &levels[levels.len() - 1];
-            grid = grid.coarser();
-            let mut writer = LevelWriter::new(grid, stride, budget)?;
+        for (level, grid) in table.grids().enumerate().skip(1) {
+            let finer = &levels[level - 1];
+            let mut writer = begun(level, grid)?;
             for slab in writer.slabs() {
                 writer.append(slab, |texels, out| {
                     source.progress.check()?;
@@ -344,7 +353,11 @@ impl Source<'_> {
         let texels = first..first + out.len() / stride;
         let unread = Pixels::of_type(self.sample.description().dtype);
         let mut held = vec![unread; GROUP.min(self.images.len())];
-        for (group, images) in self.images.chunks(GROUP).enumerate() {
+        let mut groups = self.images.chunks(GROUP).enumerate().peekable();
+        while let Some((group, images)) = groups.next() {
+            if let Some((_, next)) = groups.peek() {
+                self.sample.announce_texels_of(next, texels.clone());
+            }
             self.sample
                 .read_texels_of(images, texels.clone(), &mut held[..images.len()])?;
             for (block, out) in out.chunks_mut(BLOCK * stride).enumerate() {
@@ -402,7 +415,8 @@ struct LevelWriter<'a, T> {
 }
 
 impl<'a, T: Stored> LevelWriter<'a, T> {
-    fn new(grid: TexelGrid, stride: usize, budget: &'a MemoryBudget) -> Result<Self> {
+    /// Nothing of a level yet; it goes to the disk of `folder` unless it shall stay in memory and there is some.
+    fn new(grid: TexelGrid, stride: usize, folder: &'a Path, stays: bool) -> Result<Self> {
         let length = grid.len() * stride + 1;
         let mut writer = Self {
             grid,
@@ -410,11 +424,9 @@ impl<'a, T: Stored> LevelWriter<'a, T> {
             memory: Vec::new(),
             file: None,
         };
-        let fits = (length * size_of::<T>()) as u64 <= budget.bytes;
-        if fits && writer.memory.try_reserve_exact(length).is_ok() {
+        if stays && writer.memory.try_reserve_exact(length).is_ok() {
             return Ok(writer);
         }
-        let folder = budget.folder.as_path();
         let file = NamelessWriter::create_in(folder)
             .map_err(Error::io(folder, "write the shading table to"))?;
         writer.file = Some((file, folder));

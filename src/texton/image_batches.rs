@@ -45,6 +45,15 @@ impl PlaneSource<'_> {
             Self::Eigenplanes(planes) => Ok(stack.pyramid(planes.planes(range))),
         }
     }
+
+    /// Has the system fetch images that are read soon.
+    fn announce(self, stack: &ImageStack<'_>, range: Range<usize>) {
+        match self {
+            Self::Images(images) => stack.announce(&images[range]),
+            // Factors are in memory.
+            Self::Eigenplanes(_) => {}
+        }
+    }
 }
 
 /// Some images that are read together.
@@ -115,7 +124,12 @@ impl<'a> ImageBatches<'a> {
         // Hand batch after batch over.
         let mut after_block = true;
         let ranges = (0..self.blocks.count()).flat_map(|block| self.ranges_of(block));
-        for (at, (range, ends_block)) in ranges.collect::<Vec<_>>().into_iter().enumerate() {
+        let mut ranges = ranges
+            .collect::<Vec<_>>()
+            .into_iter()
+            .enumerate()
+            .peekable();
+        while let Some((at, (range, ends_block))) = ranges.next() {
             let first = range.start * channels;
             let begins_block = std::mem::replace(&mut after_block, ends_block);
             let mut hand_over = |planes: &[Vec<f32>]| {
@@ -129,6 +143,9 @@ impl<'a> ImageBatches<'a> {
             match &mut self.kept {
                 Some(kept) if read_before => hand_over(&kept[at]),
                 kept => {
+                    if let Some((_, (next, _))) = ranges.peek() {
+                        self.source.announce(self.stack, next.clone());
+                    }
                     let planes = self.source.read(self.stack, range.clone())?;
                     hand_over(&planes);
                     if let Some(kept) = kept {
@@ -149,7 +166,11 @@ impl<'a> ImageBatches<'a> {
         progress: Progress<'_>,
         mut take: impl FnMut(&[Vec<f32>]),
     ) -> Result<()> {
-        for (range, _) in self.ranges_of(block) {
+        let mut ranges = self.ranges_of(block).peekable();
+        while let Some((range, _)) = ranges.next() {
+            if let Some((next, _)) = ranges.peek() {
+                self.source.announce(self.stack, next.clone());
+            }
             take(&self.source.read(self.stack, range.clone())?);
             progress.advance(range.len() as u64)?;
         }

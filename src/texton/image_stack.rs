@@ -87,6 +87,12 @@ impl ImageStack<'_> {
         Ok(planes)
     }
 
+    /// Tells the system that these images will be read soon, so that they are fetched while others are worked on.
+    pub fn announce(&self, images: &[u32]) {
+        let texels = 0..self.grids[0].len();
+        self.sample.announce_texels_of(images, texels);
+    }
+
     fn finest(&self, images: &[u32]) -> Result<Vec<f32>> {
         let image_length = self.channels.count() * self.grids[0].len();
         let mut planes = vec![0.0; images.len() * image_length];

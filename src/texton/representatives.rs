@@ -104,8 +104,11 @@ impl<'a> ImageAppearance<'a> {
         let at_once = (READ_NUMBERS / self.components.max(1)).clamp(1, self.stack.batch());
         let starts = images.clone().step_by(at_once);
         starts.map(move |first| {
-            let numbers = first as u32..images.end.min(first + at_once) as u32;
-            let rows = self.rows(&numbers.collect::<Vec<_>>())?;
+            let numbers = |first: usize| -> Vec<u32> {
+                (first as u32..images.end.min(first + at_once) as u32).collect()
+            };
+            self.stack.announce(&numbers(first + at_once));
+            let rows = self.rows(&numbers(first))?;
             progress.advance(rows.nrows() as u64)?;
             Ok(rows)
         })

@@ -314,6 +314,7 @@ impl Job<'_> {
         let first = texels[0] as usize;
         let range = first..first + texels.len();
         let images: Vec<u32> = (0..self.sample.image_count() as u32).collect();
+        self.sample.announce_texels_of(&images, range.clone());
         let mut by_image = vec![0.0; out.len()];
         by_image
             .par_chunks_mut(IMAGES * texels.len() * 3)

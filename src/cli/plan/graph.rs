@@ -8,6 +8,7 @@ use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::overview::{Opened, enter, opened, read_text};
 use crate::cli::run::quality::Quality;
+use crate::cli::run::scene::Scene;
 use crate::cli::run::seeded;
 use crate::cli::run::sizes::Sizes;
 use crate::cli::session::Session;
@@ -44,7 +45,13 @@ pub(super) struct Task {
     pub(super) step: usize,
     /// What it takes; `None` where that is not known yet.
     pub(super) cost: Option<Cost>,
+    /// The record that says when it is done, relative to `folder`; `None` where the command keeps its part or its
+    /// frames by itself.
+    pub(super) record: Option<PathBuf>,
 }
+
+/// The folder for records of tasks, in the output of their scene.
+const RECORDS: &str = "tasks";
 
 /// The tasks of a plan, each after those it needs.
 #[derive(Default)]
@@ -112,18 +119,22 @@ impl Graph {
                 piece
                     .words
                     .extend(["--threads".into(), wanted.threads.to_string()]);
-                self.add(piece, (&runs[0].name, stage), &folder)?;
+                self.add(piece, (&runs[0], stage), &folder)?;
             }
         }
         Ok(())
     }
 
-    fn add(&mut self, piece: Piece, (scene, stage): (&str, &Stage), folder: &Path) -> Result<()> {
+    fn add(&mut self, piece: Piece, (scene, stage): (&Scene, &Stage), folder: &Path) -> Result<()> {
+        let id = self.id_of(&scene.name, stage, &piece.part);
+        let is_whole = |made: &Made| matches!(made, Made::File(_) | Made::Folder(_));
+        let record = scene.output.join(RECORDS).join(format!("{id}.json"));
+        let record = piece.makes.iter().all(is_whole).then_some(record);
         let makes: Vec<Made> = piece.makes.iter().map(|made| made.inside(folder)).collect();
         let inputs = piece.reads.iter().map(|input| joined(folder, input));
         let (inputs, after) = self.resolved(inputs);
         let task = Task {
-            id: self.id_of(scene, stage, &piece.part),
+            id,
             stage: stage.name.clone(),
             folder: folder.to_path_buf(),
             words: piece.words,
@@ -136,6 +147,7 @@ impl Graph {
             after,
             makes,
             cost: piece.cost,
+            record,
         };
         if !self.known.insert((task.folder.clone(), task.words.clone())) {
             return Ok(());

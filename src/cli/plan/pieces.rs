@@ -7,7 +7,7 @@ use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::draft::path_word;
 use crate::cli::run::sizes::Sizes;
-use crate::cli::{Command, bake, import, render, textons};
+use crate::cli::{Command, bake, import, machine, render, textons};
 use crate::error::Result;
 use crate::render::plan::frame_range;
 use crate::shard::Shard;
@@ -183,15 +183,18 @@ fn analyses(
     sizes: &mut Sizes<'_>,
     shards: u32,
 ) -> Result<Vec<Piece>> {
-    let whole = whole(stage, sizes)?;
+    let mut whole = whole(stage, sizes)?;
+    let memory = stated_memory(arguments);
+    whole.words.extend(memory.clone());
     let count = sizes.shares_of(arguments).min(shards);
     let is_one_already = arguments.shard.is_some() || !arguments.reduce.is_empty();
     if count < 2 || is_one_already {
         return Ok(vec![whole]);
     }
     // The options are those of the parts; what is written beside the vocabulary is for the reduction.
-    let (beside, options): (Vec<String>, Vec<String>) =
-        options_of(stage).partition(|word| is_one_of(word, &["report", "montage", "label-map"]));
+    let (beside, options): (Vec<String>, Vec<String>) = options_of(stage)
+        .chain(memory)
+        .partition(|word| is_one_of(word, &["report", "montage", "label-map"]));
     let head = stage.words[..2].to_vec();
     let split = Split {
         part: [&head[..], &options].concat(),
@@ -202,6 +205,16 @@ fn analyses(
         costs: sizes.costs_of_shares(arguments, count),
     };
     Ok(split.pieces(whole, count))
+}
+
+/// The memory of an analysis that does not say its own: that of a run on this machine. Left to the machine of each
+/// task, it would decide how the analysis is done, differently on machines of other sizes.
+fn stated_memory(arguments: &textons::Arguments) -> Option<String> {
+    let memory = match arguments.options.memory {
+        None => machine::quarter_of_memory()?,
+        Some(_) => return None,
+    };
+    Some(format!("--memory={}MiB", memory.0 >> 20))
 }
 
 /// The options of a stage, each a word, but for its output.

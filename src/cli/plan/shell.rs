@@ -1,9 +1,12 @@
 //! A plan as a list of commands: a line each, step after step. `sh` runs it as it is; GNU parallel runs the lines of a
 //! step side by side.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 use crate::cli::plan::graph::{Graph, Task};
+use crate::cli::plan::pieces::joined;
 use crate::cli::run::overview::{quoted, quoted_word};
 use crate::format::ours::PLAN_MARK;
 
@@ -12,8 +15,9 @@ pub(super) fn text(graph: &Graph) -> String {
     // The first step makes the folders.
     let steps = graph.steps() + 1;
     let mut text = format!("{PLAN_MARK}: {}\nset -e\n", graph.describe());
-    let folders = graph.folders.iter();
-    let folders: Vec<String> = folders
+    let folders = folders(graph);
+    let folders: Vec<_> = folders
+        .iter()
         .map(|folder| quoted(&folder.to_string_lossy()))
         .collect();
     let folders = folders.join(" ");
@@ -22,7 +26,7 @@ pub(super) fn text(graph: &Graph) -> String {
         let takes = takes(graph, step);
         let _ = writeln!(text, "# step {} of {steps}: {takes}", step + 2);
         for task in graph.of_step(step) {
-            let _ = writeln!(text, "{}", line(task));
+            let _ = writeln!(text, "{}", line_run_once(task));
         }
     }
     text
@@ -42,9 +46,35 @@ fn takes(graph: &Graph, step: usize) -> String {
     )
 }
 
+/// The folders that tasks write into, those of their records among them.
+fn folders(graph: &Graph) -> BTreeSet<PathBuf> {
+    let records = graph.tasks.iter().filter_map(|task| {
+        let record = task.record.as_deref()?;
+        Some(joined(
+            &task.folder,
+            record.parent().unwrap_or(Path::new("")),
+        ))
+    });
+    graph.folders.iter().cloned().chain(records).collect()
+}
+
 /// The command of a task, run in its folder.
 pub(super) fn line(task: &Task) -> String {
-    let words: Vec<_> = task.words.iter().map(|word| quoted_word(word)).collect();
+    in_folder(task, &task.words)
+}
+
+/// The same, skipped where the task is done.
+fn line_run_once(task: &Task) -> String {
+    let once = task
+        .record
+        .iter()
+        .map(|record| format!("--once={}", record.display()));
+    let words: Vec<String> = task.words.iter().cloned().chain(once).collect();
+    in_folder(task, &words)
+}
+
+fn in_folder(task: &Task, words: &[String]) -> String {
+    let words: Vec<_> = words.iter().map(|word| quoted_word(word)).collect();
     let command = format!("mesotex {}", words.join(" "));
     match task.folder.as_os_str().is_empty() {
         true => command,

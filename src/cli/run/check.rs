@@ -19,8 +19,8 @@ use crate::cli::{Command, CommandLine, unused_options};
 use crate::error::Error;
 
 /// Options that are the scene's to say, or `run`'s own.
-const NOT_OF_A_STAGE: [&str; 7] = [
-    "output", "seed", "threads", "quiet", "json", "help", "version",
+const NOT_OF_A_STAGE: [&str; 8] = [
+    "output", "seed", "threads", "quiet", "json", "once", "help", "version",
 ];
 
 /// Options that make a part of a product in place of the whole.
@@ -216,6 +216,9 @@ fn makes_a_part(draft: &Draft, option: &str) -> bool {
 
 fn unknown<'a>(draft: &Draft, key: &Key, known: impl Iterator<Item = &'a str>) -> String {
     let command = draft.command;
+    if key.name == "once" {
+        return "not for a stage to say; `mesotex run` skips what is done by itself".to_owned();
+    }
     if NOT_OF_A_STAGE.contains(&key.name.as_str()) {
         return format!(
             "not for a stage to say; outputs stand at the top of the scene, the rest is for `mesotex run --{}`",

@@ -16,7 +16,7 @@ pub(in crate::cli) mod overview;
 mod pages;
 mod plan;
 pub(in crate::cli) mod quality;
-mod record;
+pub(in crate::cli) mod record;
 pub(crate) mod scene;
 pub(crate) mod sections;
 mod side_outputs;

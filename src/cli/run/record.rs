@@ -88,8 +88,8 @@ impl Record {
             _ if is_record(path)? => record.is_damaged = true,
             _ => {
                 return Err(Error::data("record", "no record of `mesotex run`")
-                    .expected("the record of this scene's earlier runs, or no file")
-                    .advice("move the file away, or give the scene another `output`")
+                    .expected("the record of earlier runs, or no file")
+                    .advice("move the file away, or name another: by the scene's `output`, or by --once")
                     .in_file(path));
             }
         }

@@ -64,7 +64,22 @@ impl Job {
             ));
         }
         let routes = |job: &Self| (job.holds, job.sketched_levels, job.image_vectors);
-        (routes(self) != routes(first)).then(|| "made for another --memory".into())
+        (routes(self) != routes(first)).then(|| {
+            let (own, first) = (self.routes_in_words(), first.routes_in_words());
+            format!("made for another --memory ({own}; the first: {first})")
+        })
+    }
+
+    /// What its memory leads to.
+    fn routes_in_words(&self) -> String {
+        let vectors = match self.image_vectors {
+            ImageVectors::Exact => "exact",
+            ImageVectors::Folded => "folded",
+        };
+        format!(
+            "sketched levels {}, image vectors {vectors}",
+            self.sketched_levels
+        )
     }
 }
 

@@ -91,6 +91,29 @@ mod tests {
                 "{routes:?}"
             );
         }
+        // Machines that choose other routes make no common analysis.
+        let routes = [
+            (0, ImageVectors::Exact),
+            (1, ImageVectors::Folded),
+            (1, ImageVectors::Exact),
+        ];
+        let paths = ["r0.npz", "r1.npz", "r2.npz"].map(at);
+        for ((index, path), routes) in (0..).zip(&paths).zip(routes) {
+            let study = Study::decided(&sample, &options, routes, None).unwrap();
+            write_part(&study, Shard { index, count: 3 }, path, quiet).unwrap();
+        }
+        let refused = Parts::open(&paths, &sample)
+            .map(drop)
+            .unwrap_err()
+            .to_string();
+        for says in [
+            "r1.npz is made for another --memory (sketched levels 1, image vectors folded; the first: sketched \
+             levels 0, image vectors exact)",
+            "r2.npz is made for another --memory (sketched levels 1, image vectors exact;",
+            "give every shard the same options and --memory",
+        ] {
+            assert!(refused.contains(says), "{refused}");
+        }
         let all = TextonOptions {
             images: Some("all".parse().unwrap()),
             ..options
