@@ -346,7 +346,7 @@ pub(super) fn join(
     let mut writer = SampleWriter::create(target, whole)?;
     writer.set_heights(parts[0].sample.heights()?);
     for part in &parts {
-        writer.append(part.folder, part.sample.description(), &progress)?;
+        writer.append(part.folder, part.sample.description(), progress)?;
     }
     progress.end();
     writer.finish()

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, Axis as Side};
 use rayon::prelude::*;
 use rustfft::num_complex::{Complex, Complex32};
-use rustfft::{Fft, FftNum, FftPlanner};
+use rustfft::{Fft, FftDirection, FftNum, FftPlanner, FftPlannerScalar};
 
 use crate::grid::TexelGrid;
 use crate::texton::border;
@@ -99,14 +99,19 @@ impl FftFilters {
     pub fn new(grid: TexelGrid, bank: &Array3<f64>) -> Self {
         let y = Axis::new(grid.height as usize, grid.tileable);
         let x = Axis::new(grid.width as usize, grid.tileable);
-        let exact = Transforms::<f64>::new(y.period, x.period);
+        // A few transforms in double precision: vector code for them would take a while to compile.
+        let mut planner = FftPlannerScalar::new();
+        let plan = |side, direction| planner.plan_fft(side, direction);
+        let exact = Transforms::<f64>::new(y.period, x.period, plan);
+        let mut planner = FftPlanner::new();
+        let plan = |side, direction| planner.plan_fft(side, direction);
         let spectra = bank
             .outer_iter()
             .into_par_iter()
             .map(|taps| Spectrum::new(taps, &exact))
             .collect();
         Self {
-            transforms: Transforms::new(y.period, x.period),
+            transforms: Transforms::new(y.period, x.period, plan),
             y,
             x,
             spectra,
@@ -252,13 +257,16 @@ struct Transforms<T: FftNum> {
 }
 
 impl<T: FftNum> Transforms<T> {
-    fn new(rows: usize, columns: usize) -> Self {
-        let mut planner = FftPlanner::new();
+    fn new(
+        rows: usize,
+        columns: usize,
+        mut plan: impl FnMut(usize, FftDirection) -> Arc<dyn Fft<T>>,
+    ) -> Self {
         Self {
             rows,
             columns,
-            forward: [columns, rows].map(|side| planner.plan_fft_forward(side)),
-            inverse: [columns, rows].map(|side| planner.plan_fft_inverse(side)),
+            forward: [columns, rows].map(|side| plan(side, FftDirection::Forward)),
+            inverse: [columns, rows].map(|side| plan(side, FftDirection::Inverse)),
         }
     }
 

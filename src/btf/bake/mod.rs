@@ -138,8 +138,8 @@ pub fn bake_part(
 
 /// Joins the parts of all shards to the sample `target`, as one run bakes it; returns its description. Refuses parts of
 /// other bakes than the first, and shards that are missing or there twice.
-pub fn join(parts: &[PathBuf], target: &Path, progress: &Progress) -> Result<Description> {
-    parts::join(parts, Maker::Bake, target, *progress)
+pub fn join(parts: &[PathBuf], target: &Path, progress: Progress<'_>) -> Result<Description> {
+    parts::join(parts, Maker::Bake, target, progress)
 }
 
 fn bake_share(

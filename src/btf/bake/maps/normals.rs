@@ -8,7 +8,7 @@
 use clap::ValueEnum;
 use glam::DVec3;
 use rustfft::num_complex::Complex64;
-use rustfft::{FftDirection, FftPlanner};
+use rustfft::{FftDirection, FftPlannerScalar};
 use serde::Deserialize;
 
 use crate::btf::bake::maps::normal_map::Normals;
@@ -188,7 +188,7 @@ fn transformed(values: &[f64], width: usize, height: usize) -> Vec<Complex64> {
 
 /// A 2D transform in place, rows then columns, not scaled.
 fn transform(values: &mut [Complex64], width: usize, height: usize, direction: FftDirection) {
-    let mut planner = FftPlanner::new();
+    let mut planner = FftPlannerScalar::new();
     planner.plan_fft(width, direction).process(values);
     let mut columns: Vec<Complex64> = (0..width * height)
         .map(|i| values[(i % height) * width + i / height])
