@@ -40,7 +40,7 @@ use crate::format::polygon_mesh::PolygonMesh;
 pub(crate) const FORMAT: MeshFormat = MeshFormat {
     name: "glTF",
     extensions: &["glb", "gltf"],
-    parse: parse,
+    parse,
     splits_vertices: true,
     companions: Some(companions::companions),
 };

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use crate::error::Result;
 use crate::format::polygon_mesh::PolygonMesh;
 
+/// Finds the other files that a mesh file names, such as its buffers.
+pub(crate) type FindCompanions = fn(&Path) -> Result<Vec<PathBuf>>;
+
 /// A mesh format that is read.
 #[derive(Debug)]
 pub(crate) struct MeshFormat {
@@ -17,5 +20,5 @@ pub(crate) struct MeshFormat {
     /// Whether it gives every face or material vertices of its own: these are joined when a mesh is cleaned.
     pub splits_vertices: bool,
     /// Finds the other files that a file names, if files of this format name any.
-    pub companions: Option<fn(&Path) -> Result<Vec<PathBuf>>>,
+    pub companions: Option<FindCompanions>,
 }

@@ -61,7 +61,6 @@ pub const DESCRIPTION: MethodDescription = MethodDescription {
     figures: &[Figure::Searched],
     microseconds: |work, _| 200.0 + 2.0 * work.texels.sqrt(),
     bytes: |space, _, options| window_bytes(space, options),
-    ..MethodDescription::PLAIN
 };
 
 /// Refuses a single pass.
