@@ -16,7 +16,7 @@ fn main() {
     sample_size = 1
 )]
 fn whole_bake(bencher: Bencher, (preset, samples): (Preset, u32)) {
-    let Ok(material) = preset.material(128, 1, &Progress::silent()) else {
+    let Ok(material) = preset.material(128, 1, Progress::silent()) else {
         return;
     };
     let Ok(folder) = tempfile::tempdir() else {
@@ -35,7 +35,7 @@ fn whole_bake(bencher: Bencher, (preset, samples): (Preset, u32)) {
 /// Rays from the viewer, one a texel of 128 × 128.
 #[divan::bench(args = [15, 45, 75])]
 fn view_rays(bencher: Bencher, theta_deg: i32) {
-    let Ok(material) = Preset::Bark.material(128, 1, &Progress::silent()) else {
+    let Ok(material) = Preset::Bark.material(128, 1, Progress::silent()) else {
         return;
     };
     let surface = material.surface();
@@ -54,7 +54,7 @@ fn view_rays(bencher: Bencher, theta_deg: i32) {
 /// Rays from those points to a light.
 #[divan::bench(args = [15, 45, 75])]
 fn shadow_rays(bencher: Bencher, theta_deg: i32) {
-    let Ok(material) = Preset::Bark.material(128, 1, &Progress::silent()) else {
+    let Ok(material) = Preset::Bark.material(128, 1, Progress::silent()) else {
         return;
     };
     let surface = material.surface();

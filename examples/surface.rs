@@ -32,7 +32,7 @@ fn main() -> Result<()> {
         None => UserMesh::from(kettlebell(20_000)),
     };
     let path = folder.join("weave.sample");
-    let material = Preset::Weave.material(64, 0, &quiet)?;
+    let material = Preset::Weave.material(64, 0, quiet)?;
     let options = BakeOptions {
         samples: Samples::Fixed(1),
         ..BakeOptions::default()

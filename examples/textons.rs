@@ -23,7 +23,7 @@ fn main() -> Result<()> {
     std::fs::create_dir_all(&folder).map_err(Error::io(&folder, "create"))?;
     let quiet = Progress::silent();
     let path = folder.join("weave.sample");
-    let material = Preset::Weave.material(64, 0, &quiet)?;
+    let material = Preset::Weave.material(64, 0, quiet)?;
     let options = BakeOptions {
         samples: Samples::Fixed(1),
         ..BakeOptions::default()

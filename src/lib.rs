@@ -108,7 +108,7 @@
 //! let quiet = Progress::silent();
 //!
 //! // A sample of a woven material, 16 × 16 texels, 5 views × 4 lights.
-//! let material = Preset::Weave.material(16, 0, &quiet)?;
+//! let material = Preset::Weave.material(16, 0, quiet)?;
 //! let baking = BakeOptions {
 //!     views: "rings:0:1,50:4".parse()?,
 //!     lights: "rings:40:4".parse()?,

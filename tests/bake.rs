@@ -212,9 +212,7 @@ fn a_white_furnace_is_white() {
 
 #[test]
 fn view_and_light_may_be_exchanged() {
-    let material = Preset::Cobbles
-        .material(32, 3, &Progress::silent())
-        .unwrap();
+    let material = Preset::Cobbles.material(32, 3, Progress::silent()).unwrap();
     let directions = "rings:0:1,25:2:10,50:3:40";
     let exchange = BakeOptions {
         samples: Samples::Fixed(16),
@@ -265,7 +263,7 @@ fn an_interrupted_bake_goes_on_to_the_same_bytes() {
 }
 
 fn interrupt_and_go_on(options: &BakeOptions) {
-    let material = Preset::Weave.material(16, 1, &Progress::silent()).unwrap();
+    let material = Preset::Weave.material(16, 1, Progress::silent()).unwrap();
     let (_whole_folder, whole) = baked(&material, options);
     let folder = tempfile::tempdir().unwrap();
     let target = folder.path().join("x.sample");
@@ -462,7 +460,7 @@ fn an_output_that_is_an_input_is_refused() {
 #[test]
 fn looking_straight_down_is_like_looking_nearly_so() {
     for preset in [Preset::Bark, Preset::Cobbles] {
-        let material = preset.material(48, 3, &Progress::silent()).unwrap();
+        let material = preset.material(48, 3, Progress::silent()).unwrap();
         for samples in [1, 4] {
             let views = BakeOptions {
                 samples: Samples::Fixed(samples),
@@ -488,9 +486,7 @@ fn looking_straight_down_is_like_looking_nearly_so() {
 
 #[test]
 fn default_samples_halve_the_error_of_one() {
-    let material = Preset::Cobbles
-        .material(32, 3, &Progress::silent())
-        .unwrap();
+    let material = Preset::Cobbles.material(32, 3, Progress::silent()).unwrap();
     let bake = |samples| {
         let some = BakeOptions {
             samples,
@@ -510,9 +506,7 @@ fn default_samples_halve_the_error_of_one() {
 
 #[test]
 fn auto_takes_the_samples_that_an_error_needs() {
-    let material = Preset::Cobbles
-        .material(20, 3, &Progress::silent())
-        .unwrap();
+    let material = Preset::Cobbles.material(20, 3, Progress::silent()).unwrap();
     let bake = |samples, error| {
         let some = BakeOptions {
             samples,

@@ -229,7 +229,7 @@ impl Arguments {
         };
         need.check()?;
         if let Some(preset) = self.preset {
-            let material = preset.material(self.size, session.seed(), &session.progress())?;
+            let material = preset.material(self.size, session.seed(), session.progress())?;
             return Ok((material, Outcome::default()));
         }
         let set = read_set(self.material.as_deref().unwrap_or(Path::new("")))?;

@@ -57,12 +57,14 @@ impl Header {
 /// Reads the header at the start of `bytes`, the beginning of a file of `file_length` bytes, and
 /// checks that the file holds just the numbers it promises.
 pub fn parse_header(bytes: &[u8], file_length: u64) -> Result<Header> {
+    // Read the header.
     check_brackets(header_text(bytes)?)?;
     let mut rest = bytes;
     let header = NpyHeader::from_reader(&mut rest).map_err(|error| {
         Error::data("npy header", error.to_string()).expected("a file written by numpy.save")
     })?;
     let data_offset = bytes.len() - rest.len();
+    // Refuse what is stored in another way.
     if header.order() == Order::Fortran {
         return Err(Error::data("npy header", "the array is in Fortran order")
             .expected("C order")
@@ -71,6 +73,7 @@ pub fn parse_header(bytes: &[u8], file_length: u64) -> Result<Header> {
     let DType::Plain(scalar) = header.dtype() else {
         return Err(Error::data("dtype", header.dtype().descr()).expected("one plain number type"));
     };
+    // Compare the length with the shape.
     let shape: Option<Vec<usize>> = header
         .shape()
         .iter()

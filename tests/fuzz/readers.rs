@@ -247,7 +247,7 @@ fn fit_readers() -> Vec<Reader> {
                     path,
                     both,
                     &ImportOptions::default(),
-                    &target,
+                    target.as_path(),
                     Progress::silent(),
                 )
             },

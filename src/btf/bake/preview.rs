@@ -164,9 +164,7 @@ mod tests {
 
     #[test]
     fn the_flat_panel_is_albedo_times_cosine_and_the_relief_is_not() {
-        let mut material = Preset::Cobbles
-            .material(32, 1, &Progress::silent())
-            .unwrap();
+        let mut material = Preset::Cobbles.material(32, 1, Progress::silent()).unwrap();
         material.albedo.fill(Vec3::splat(0.5));
         let (flat, relief) = (panel(&material, false), panel(&material, true));
         let wanted = 0.5 * 50_f32.to_radians().cos();

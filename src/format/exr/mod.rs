@@ -176,6 +176,7 @@ fn header(
     compression: Compression,
     chromaticities: [[f32; 2]; 4],
 ) -> Result<Header> {
+    // Check the lengths of the channels.
     let [width, height] = image.size.map(|side| side as usize);
     for (name, numbers) in &image.channels {
         if numbers.len() != width * height {
@@ -185,6 +186,7 @@ fn header(
             );
         }
     }
+    // Describe the channels.
     let channels = image
         .channels
         .iter()
@@ -195,6 +197,7 @@ fn header(
         BlockDescription::ScanLines,
         LineOrder::Increasing,
     );
+    // State the primaries.
     let [red, green, blue, white] = chromaticities.map(|[x, y]| Vec2(x, y));
     header.shared_attributes.chromaticities = Some(Chromaticities {
         red,
@@ -204,6 +207,7 @@ fn header(
     });
     header.own_attributes = LayerAttributes::default();
     header.own_attributes.screen_window_width = 1.0;
+    // Add the attributes; those of the standard have places of their own.
     for (name, attribute) in &image.attributes {
         let value = match attribute {
             Attribute::Text(value) => AttributeValue::Text(text(value)),

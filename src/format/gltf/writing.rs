@@ -80,7 +80,7 @@ pub fn write(path: &Path, mesh: &GltfMesh<'_>) -> Result<()> {
 
 /// The kinds of buffer views.
 #[derive(Clone, Copy)]
-enum Target {
+enum BufferKind {
     Vertices = 34962,
     Indices = 34963,
 }
@@ -95,7 +95,7 @@ struct Buffer<'a> {
 
 impl<'a> Buffer<'a> {
     /// Adds a list; returns the number of its view.
-    fn add(&mut self, bytes: &'a [u8], target: Option<Target>) -> usize {
+    fn add(&mut self, bytes: &'a [u8], target: Option<BufferKind>) -> usize {
         let mut view = json!({ "buffer": 0, "byteOffset": self.length, "byteLength": bytes.len() });
         if let Some(target) = target {
             view["target"] = json!(target as u32);
@@ -156,10 +156,10 @@ fn description<'a>(
     }
     // Add an accessor per array that is there.
     let mut accessors = Vec::new();
-    let mut add = |bytes: &'a [u8], count: usize, kind: &str, target: Target| {
+    let mut add = |bytes: &'a [u8], count: usize, kind: &str, target: BufferKind| {
         let component = match target {
-            Target::Indices => 5125,
-            Target::Vertices => 5126,
+            BufferKind::Indices => 5125,
+            BufferKind::Vertices => 5126,
         };
         let view = buffer.add(bytes, Some(target));
         accessors.push(
@@ -169,22 +169,22 @@ fn description<'a>(
     };
     let count = mesh.positions.len();
     let mut attributes = json!({
-        "POSITION": add(bytemuck::cast_slice(mesh.positions), count, "VEC3", Target::Vertices),
-        "NORMAL": add(bytemuck::cast_slice(mesh.normals), count, "VEC3", Target::Vertices),
+        "POSITION": add(bytemuck::cast_slice(mesh.positions), count, "VEC3", BufferKind::Vertices),
+        "NORMAL": add(bytemuck::cast_slice(mesh.normals), count, "VEC3", BufferKind::Vertices),
     });
     let triangles = bytemuck::cast_slice(mesh.triangles);
     let indices = add(
         triangles,
         mesh.triangles.len() * 3,
         "SCALAR",
-        Target::Indices,
+        BufferKind::Indices,
     );
     if let Some(colors) = mesh.colors {
         attributes["COLOR_0"] = json!(add(
             bytemuck::cast_slice(colors),
             count,
             "VEC3",
-            Target::Vertices
+            BufferKind::Vertices
         ));
     }
     if !uvs.is_empty() {
@@ -192,7 +192,7 @@ fn description<'a>(
             bytemuck::cast_slice(uvs),
             count,
             "VEC2",
-            Target::Vertices
+            BufferKind::Vertices
         ));
     }
     if !tangents.is_empty() {
@@ -200,12 +200,12 @@ fn description<'a>(
             bytemuck::cast_slice(tangents),
             count,
             "VEC4",
-            Target::Vertices
+            BufferKind::Vertices
         ));
     }
     for (name, attribute) in mesh.attributes {
         let (bytes, kind) = attribute.parts();
-        attributes[*name] = json!(add(bytes, count, kind, Target::Vertices));
+        attributes[*name] = json!(add(bytes, count, kind, BufferKind::Vertices));
     }
     // State the bounds, which the format wants for positions.
     accessors[0]["min"] = json!(low);

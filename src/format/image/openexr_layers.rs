@@ -295,6 +295,7 @@ fn groups(part_index: usize, part: &Part) -> Vec<Group> {
 }
 
 fn groups_of_layer(part_index: usize, part: &Part, prefix: &str) -> Vec<Group> {
+    // Find the channels of the layer by their names.
     let members: Vec<usize> = (0..part.channels.len())
         .filter(|&index| split(&part.channels[index].0).0 == prefix)
         .collect();
@@ -305,6 +306,7 @@ fn groups_of_layer(part_index: usize, part: &Part, prefix: &str) -> Vec<Group> {
         };
         members.iter().find(is_it).copied()
     };
+    // Say whether a group of them is a colour.
     let group = |kind: Kind, channels: Vec<usize>| {
         let floats = channels
             .iter()
@@ -323,6 +325,7 @@ fn groups_of_layer(part_index: usize, part: &Part, prefix: &str) -> Vec<Group> {
             is_color,
         }
     };
+    // Take R, G, B or two of them.
     let rgb = [
         find(&["R", "red"]),
         find(&["G", "green"]),
@@ -335,6 +338,7 @@ fn groups_of_layer(part_index: usize, part: &Part, prefix: &str) -> Vec<Group> {
         [Some(red), Some(green), None] => return vec![group(Kind::Pair, vec![red, green])],
         _ => {}
     }
+    // Take X, Y, Z or luminance.
     match (find(&["X"]), find(&["Y"]), find(&["Z"])) {
         (Some(x), Some(y), Some(z)) => return vec![group(Kind::Vector, vec![x, y, z])],
         (Some(x), Some(y), None) => return vec![group(Kind::Pair, vec![x, y])],
@@ -346,6 +350,7 @@ fn groups_of_layer(part_index: usize, part: &Part, prefix: &str) -> Vec<Group> {
         }
         _ => {}
     }
+    // Take every other channel by itself.
     let single = |index: usize| Group {
         alpha: None,
         ..group(Kind::Single, vec![index])

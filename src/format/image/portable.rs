@@ -20,6 +20,7 @@ const STRONGEST_COMPRESSION: u64 = 1032;
 
 pub(super) fn read(file: &[u8]) -> Result<Decoded> {
     let file_length = file.len() as u64;
+    // Bound what the decoder may allocate.
     let most = file_length
         .saturating_mul(STRONGEST_COMPRESSION)
         .max(HARMLESS)
@@ -31,6 +32,7 @@ pub(super) fn read(file: &[u8]) -> Result<Decoded> {
     let (color, depth) = reader.output_color_type();
     let stored = color.samples();
     let info = reader.info();
+    // Check the size that the header claims.
     let claim = Claim {
         width: info.width.into(),
         height: info.height.into(),
@@ -38,6 +40,7 @@ pub(super) fn read(file: &[u8]) -> Result<Decoded> {
         decoded_bytes: stored as u64 * if depth == BitDepth::Sixteen { 2 } else { 1 },
     };
     claim.check(STRONGEST_COMPRESSION, file_length)?;
+    // Decode.
     let mut decoded = described(info, stored, depth);
     let length = reader
         .output_buffer_size()
@@ -61,6 +64,7 @@ pub(super) fn read(file: &[u8]) -> Result<Decoded> {
 
 /// What the header and its chunks say, the pixels still missing.
 fn described(info: &Info<'_>, stored: usize, depth: BitDepth) -> Decoded {
+    // Name the channels and how they are stored.
     let channels = if stored < 3 { 1 } else { 3 };
     let pictures = info
         .animation_control
@@ -72,6 +76,7 @@ fn described(info: &Info<'_>, stored: usize, depth: BitDepth) -> Decoded {
     let mut part = only_part(names, &numbers, &compression);
     let texts = info.uncompressed_latin1_text.iter();
     part.attributes = texts.map(|t| (t.keyword.clone(), t.text.clone())).collect();
+    // Note what is not read.
     let mut notes = Vec::new();
     if pictures > 1 {
         let text = format!("the first of its {pictures} images is read");
@@ -105,6 +110,7 @@ fn described(info: &Info<'_>, stored: usize, depth: BitDepth) -> Decoded {
 }
 
 fn statement(info: &Info<'_>, channels: u32) -> Statement {
+    // The most exact statement is taken.
     if let Some(points) = &info.coding_independent_code_points {
         return of_code_points(points);
     }
@@ -114,6 +120,7 @@ fn statement(info: &Info<'_>, channels: u32) -> Statement {
     if info.srgb.is_some() {
         return Statement::srgb("sRGB chunk");
     }
+    // Without one, gamma and primaries are.
     let gamma = info
         .gama_chunk
         .map(|gamma| f64::from(gamma.into_scaled()) / 1e5);

@@ -99,6 +99,7 @@ impl Header {
         let (mut primaries, mut gamma) = (None, 1.0);
         let signature = lines.next("signature")?;
         header.attributes.push(("signature".into(), signature));
+        // Read the lines up to an empty one.
         loop {
             let line = lines.next("header")?;
             if line.is_empty() {
@@ -119,6 +120,7 @@ impl Header {
                 _ => {}
             }
         }
+        // Say what the colours mean.
         let curve = if gamma == 1.0 {
             Curve::Linear
         } else {

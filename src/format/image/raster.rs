@@ -25,6 +25,7 @@ fn strongest_compression(format: ImageFormat) -> u64 {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
+    // Find the format.
     let file_length = bytes.len() as u64;
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
@@ -37,11 +38,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
     if let Some(header) = &jpeg {
         check_jpeg(header)?;
     }
+    // Bound what the decoder may allocate.
     let strongest = strongest_compression(format);
     let mut limits = Limits::no_limits();
     let most = file_length.saturating_mul(strongest).max(HARMLESS);
     limits.max_alloc = Some(most.saturating_add(WORKING));
     reader.limits(limits);
+    // Check the size that the header claims.
     let mut decoder = reader.into_decoder().map_err(undecodable)?;
     let (width, height) = decoder.dimensions();
     let claim = Claim {
@@ -51,6 +54,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
         decoded_bytes: decoder.color_type().bytes_per_pixel().into(),
     };
     claim.check(strongest, file_length)?;
+    // Decode.
     let profile = decoder.icc_profile().map_err(undecodable)?;
     let exif = decoder.exif_metadata().map_err(undecodable)?;
     let image = DynamicImage::from_decoder(decoder).map_err(undecodable)?;
@@ -59,6 +63,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
         .as_flat_samples_u8()
         .ok_or_else(|| undecodable(format!("{:?} numbers", image.color())))?;
     let (channels, data, alpha) = split_alpha(stored, flat.samples, |v| f32::from(v) / 255.0);
+    // Say what the file holds.
     let compression = match &jpeg {
         Some(header) => format!("JPEG, {}", header.process),
         None => format!("{format:?}"),

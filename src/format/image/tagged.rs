@@ -43,6 +43,7 @@ fn limits(decoded: u64, file_length: u64) -> Limits {
 pub(super) fn read(file: &[u8]) -> Result<Decoded> {
     let file_length = file.len() as u64;
     let mut bytes = file.to_vec();
+    // Read kinds of pixels that the decoder does not know as grey.
     let entry = PhotometricEntry::find(&bytes);
     let stated = entry.map_or(1, |entry| entry.value(&bytes));
     let photometric = Photometric::of(stated)?;
@@ -52,6 +53,7 @@ pub(super) fn read(file: &[u8]) -> Result<Decoded> {
     let mut decoder = Decoder::new(Cursor::new(bytes))
         .map_err(undecodable)?
         .with_limits(limits(HARMLESS, file_length));
+    // Check the size that the header claims.
     let layout = Layout::of(&mut decoder, photometric)?;
     let claim = Claim {
         width: layout.width.into(),
@@ -60,6 +62,7 @@ pub(super) fn read(file: &[u8]) -> Result<Decoded> {
         decoded_bytes: u64::from(layout.samples) * u64::from(layout.bits.div_ceil(8)),
     };
     let decoded = claim.check(STRONGEST_COMPRESSION, file_length)?;
+    // Read what the file says.
     let described = described(&mut decoder, &layout)?;
     let palette = match photometric {
         Photometric::Palette => Some(
@@ -69,6 +72,7 @@ pub(super) fn read(file: &[u8]) -> Result<Decoded> {
         ),
         _ => None,
     };
+    // Decode the numbers.
     let mut decoder = decoder.with_limits(limits(decoded, file_length));
     let mut numbers = DecodingResult::U8(Vec::new());
     decoder
@@ -172,6 +176,7 @@ impl Layout {
 
 /// What the tags say of the picture, the pixels still missing.
 fn described(decoder: &mut Reader, layout: &Layout) -> Result<Decoded> {
+    // Read orientation, compression and profile.
     let channels = u32::from(layout.photometric.colors());
     let mut unsigned = |tag: Tag| decoder.find_tag_unsigned::<u16>(tag).map_err(undecodable);
     let orientation = unsigned(Tag::Orientation)?.unwrap_or(1);
@@ -180,6 +185,7 @@ fn described(decoder: &mut Reader, layout: &Layout) -> Result<Decoded> {
         Ok(profile) => icc::statement(&profile, channels),
         Err(_) => Statement::default(),
     };
+    // Note what is not read.
     let mut notes = notes(decoder, layout, &statement);
     let pictures = if decoder.more_images() {
         notes.push(Note::new("pictures", "the first of its images is read"));

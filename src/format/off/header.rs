@@ -69,17 +69,20 @@ impl Header {
             vertices: 0,
             faces: 0,
         };
+        // A file without keyword begins with its counts.
         let Some(end) = upper.find("OFF") else {
             return match first.bytes().all(|byte| byte.is_ascii_digit()) {
                 true => Ok(plain),
                 false => refuse(first),
             };
         };
+        // The letters before OFF say what vertices have.
         let prefix = upper[..end].replace("ST", "T");
         if !prefix.bytes().all(|letter| b"NCT4".contains(&letter)) {
             return refuse(first);
         }
         values.take(end + 3);
+        // Refuse the binary form.
         if let Some(word) = values
             .peek()
             .filter(|word| word.eq_ignore_ascii_case("binary"))

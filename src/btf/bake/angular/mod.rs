@@ -188,7 +188,7 @@ mod tests {
     fn auto_widens_what_is_too_glossy_alone() {
         let set = directions("12x5");
         let chosen = |preset: Preset, choice| {
-            let material = preset.material(16, 1, &Progress::silent()).unwrap();
+            let material = preset.material(16, 1, Progress::silent()).unwrap();
             Widening::choose(choice, &material, &set, &set)
         };
         assert!(
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn few_directions_and_matte_materials_are_left_alone() {
         let (few, many) = (directions("rings:30:5"), directions("12x5"));
-        let mut material = Preset::Scales.material(16, 1, &Progress::silent()).unwrap();
+        let mut material = Preset::Scales.material(16, 1, Progress::silent()).unwrap();
         let refused = |material: &Material, views: &[Direction]| {
             let chosen = |choice| Widening::choose(choice, material, views, &few);
             assert!(chosen(AngularFilter::Auto).unwrap().is_none());

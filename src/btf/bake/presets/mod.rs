@@ -60,7 +60,7 @@ presets! {
 
 impl Preset {
     /// The material on size × size texels.
-    pub fn material(self, size: u32, seed: u64, progress: &Progress) -> Result<Material> {
+    pub fn material(self, size: u32, seed: u64, progress: Progress<'_>) -> Result<Material> {
         if !(16..=8192).contains(&size) {
             return Err(Error::option("size", size.to_string(), "16 to 8192 texels"));
         }
@@ -111,7 +111,7 @@ mod tests {
     fn every_preset_is_sound_tileable_and_has_relief() {
         for &preset in Preset::value_variants() {
             for size in [16, 61, 96] {
-                let material = preset.material(size, 5, &Progress::silent()).unwrap();
+                let material = preset.material(size, 5, Progress::silent()).unwrap();
                 material.check().unwrap();
                 let (low, high) = material
                     .heights
@@ -137,12 +137,12 @@ mod tests {
     fn the_seed_decides_the_details() {
         let heights = |seed| {
             Preset::Cobbles
-                .material(32, seed, &Progress::silent())
+                .material(32, seed, Progress::silent())
                 .unwrap()
                 .heights
         };
         assert_eq!(heights(1), heights(1));
         assert_ne!(heights(1), heights(2));
-        assert!(Preset::Weave.material(8, 0, &Progress::silent()).is_err());
+        assert!(Preset::Weave.material(8, 0, Progress::silent()).is_err());
     }
 }
