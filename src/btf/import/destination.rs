@@ -28,9 +28,12 @@ pub struct Destination<'a> {
 }
 
 /// A whole sample.
-impl<'a> From<&'a Path> for Destination<'a> {
-    fn from(path: &'a Path) -> Self {
-        Self { path, shard: None }
+impl<'a, P: AsRef<Path> + ?Sized> From<&'a P> for Destination<'a> {
+    fn from(path: &'a P) -> Self {
+        Self {
+            path: path.as_ref(),
+            shard: None,
+        }
     }
 }
 

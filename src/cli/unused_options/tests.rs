@@ -597,13 +597,14 @@ fn every_rule_is_among_the_combinations() {
 }
 
 /// Options of commands that join parts, which have an effect on that.
-const OF_JOINING: [&str; 11] = [
+const OF_JOINING: [&str; 12] = [
     "output",
     "reduce",
     "shard",
     "report",
     "montage",
     "label-map",
+    "once",
     "seed",
     "threads",
     "quiet",
