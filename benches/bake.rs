@@ -29,7 +29,7 @@ fn whole_bake(bencher: Bencher, (preset, samples): (Preset, u32)) {
     };
     bencher
         .counter(ItemsCount::new(128_usize * 128 * 3600 * samples as usize))
-        .bench_local(|| bake(&material, &options, &target, &Progress::silent()).is_ok());
+        .bench_local(|| bake(&material, &options, &target, Progress::silent()).is_ok());
 }
 
 /// Rays from the viewer, one a texel of 128 × 128.

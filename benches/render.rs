@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 use glam::Vec3;
-use mesotex::btf::{DType, Description, Direction, FORMAT, Layout, Sample, SampleWriter, VERSION};
+use mesotex::btf::{DType, Description, Direction, Sample, SampleWriter};
 use mesotex::format::ContentId;
 use mesotex::format::exr::{Compression, ExrImage, encode};
 use mesotex::grid::TexCoord;
@@ -44,21 +44,9 @@ fn directions(count: usize) -> Vec<Direction> {
 fn sample(folder: &Path) -> Sample {
     let path = folder.join("bench.sample");
     let description = Description {
-        format: FORMAT.into(),
-        version: VERSION,
-        name: "bench".into(),
-        width: 64,
-        height: 64,
-        channels: 3,
         dtype: DType::F2,
-        texel_mm: None,
-        layout: Layout::Product,
-        views: directions(60),
-        lights: directions(60),
-        pairs: None,
         tileable: true,
-        id: ContentId::of_bytes(b""),
-        source: serde_json::Value::Null,
+        ..Description::product("bench", [64, 64], directions(60), directions(60))
     };
     let mut writer = SampleWriter::create(&path, description).unwrap();
     for image in 0..3600u32 {
@@ -108,6 +96,7 @@ fn torus(sample: &Sample) -> SurfaceTextonMap {
             texel: f64::from(std::f32::consts::TAU) / f64::from(around),
             seed: 0,
             method: "k-coherence".into(),
+            polish: 0,
             sample: sample.id().clone(),
             space: ContentId::of_bytes(b""),
         },

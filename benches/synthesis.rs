@@ -15,8 +15,7 @@ use mesotex::format::ContentId;
 use mesotex::format::image::{Encoding, FloatImage, Precision};
 use mesotex::progress::Progress;
 use mesotex::sites::SiteGrid;
-use mesotex::synthesis::recipes::synthesize;
-use mesotex::synthesis::{Inputs, KCoherenceOptions, Search, SynthesisOptions};
+use mesotex::synthesis::{Inputs, KCoherenceOptions, Search, SynthesisOptions, synthesize};
 
 fn main() {
     divan::main();

@@ -5,8 +5,8 @@ use mesotex::matrix::as_rows;
 use mesotex::progress::Progress;
 use mesotex::random::stream;
 use mesotex::texton::{
-    OuterProducts, PlaneBasis, PlaneFilters, SubGrid, TexelMixtures, cluster, dot_products,
-    leung_malik, mix_into, texel_gram,
+    FftFilters, FilterEigenbasis, PointFilters, ScatterMatrix, TexelSums, cluster, gram_matrix,
+    leung_malik, sum_responses, texel_gram,
 };
 use ndarray::Array2;
 use rand::Rng;
@@ -36,14 +36,14 @@ fn planes() -> Vec<f32> {
 }
 
 fn covariance(planes: &[f32]) -> Array2<f32> {
-    let mut sum = OuterProducts::new(TEXELS);
+    let mut sum = ScatterMatrix::new(TEXELS);
     sum.add(as_rows(planes, PLANES, TEXELS), Progress::silent());
     sum.finish(Progress::silent()).unwrap()
 }
 
 #[divan::bench(sample_count = 5)]
 fn image_coefficients(bencher: divan::Bencher<'_, '_>) {
-    let (basis, planes) = (PlaneBasis::new(grid(true)), planes());
+    let (basis, planes) = (FilterEigenbasis::new(grid(true)), planes());
     bencher.bench(|| basis.coefficients(&planes));
 }
 
@@ -55,7 +55,7 @@ fn image_dot_products(bencher: divan::Bencher<'_, '_>) {
 
 #[divan::bench(args = [true, false], sample_count = 5)]
 fn texel_dot_products(bencher: divan::Bencher<'_, '_>, tileable: bool) {
-    let basis = PlaneBasis::new(grid(tileable));
+    let basis = FilterEigenbasis::new(grid(tileable));
     let transfer = basis.transfer(&leung_malik());
     let covariance = covariance(&planes());
     bencher
@@ -74,20 +74,23 @@ fn k_means(bencher: divan::Bencher<'_, '_>) {
 
 #[divan::bench(args = [true, false], sample_count = 5)]
 fn image_appearance(bencher: divan::Bencher<'_, '_>, tileable: bool) {
-    let (sub_grid, planes) = (SubGrid::new(grid(tileable), &leung_malik(), 8), planes());
-    bencher.bench(|| sub_grid.responses(&planes));
+    let (point_filters, planes) = (
+        PointFilters::new(grid(tileable), &leung_malik(), 8),
+        planes(),
+    );
+    bencher.bench(|| point_filters.responses(&planes));
 }
 
 #[divan::bench(args = [true, false], sample_count = 5)]
 fn texton_centres(bencher: divan::Bencher<'_, '_>, tileable: bool) {
-    let (filters, planes) = (PlaneFilters::new(grid(tileable), &leung_malik()), planes());
+    let (filters, planes) = (FftFilters::new(grid(tileable), &leung_malik()), planes());
     let labels: Vec<u32> = (0..TEXELS).map(|i| (i % TEXTONS) as u32).collect();
     let mut counts = vec![0; TEXTONS];
     labels.iter().for_each(|&label| counts[label as usize] += 1);
-    let averages = TexelMixtures::averages(&labels, &counts, |texel| filters.place(texel));
+    let averages = TexelSums::averages(&labels, &counts, |texel| filters.place(texel));
     bencher.bench(|| {
         let mut centroids = Array2::zeros((TEXTONS, PLANES * 48));
-        mix_into(&filters, &averages, &planes, vec![centroids.view_mut()]);
+        sum_responses(&filters, &averages, &planes, vec![centroids.view_mut()]);
         centroids
     });
 }
@@ -95,5 +98,5 @@ fn texton_centres(bencher: divan::Bencher<'_, '_>, tileable: bool) {
 #[divan::bench(sample_count = 5)]
 fn texton_dot_products(bencher: divan::Bencher<'_, '_>) {
     let vectors = Array2::from_elem((TEXTONS, PLANES * 48), 0.5_f32);
-    bencher.bench(|| dot_products(&vectors).unwrap());
+    bencher.bench(|| gram_matrix(&vectors).unwrap());
 }

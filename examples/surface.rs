@@ -37,7 +37,7 @@ fn main() -> Result<()> {
         samples: Samples::Fixed(1),
         ..BakeOptions::default()
     };
-    bake(&material, &options, &path, &quiet)?;
+    bake(&material, &options, &path, quiet)?;
     let sample = Sample::open(&path)?;
     let found = analyze(&sample, &TextonOptions::default(), quiet)?.vocabulary;
     let textons = folder.join("weave.textons.npz");

@@ -28,7 +28,7 @@ fn main() -> Result<()> {
         samples: Samples::Fixed(1),
         ..BakeOptions::default()
     };
-    bake(&material, &options, &path, &quiet)?;
+    bake(&material, &options, &path, quiet)?;
 
     let options = TextonOptions {
         textons: 100,

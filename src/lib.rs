@@ -115,7 +115,7 @@
 //!     samples: Samples::Fixed(1),
 //!     ..BakeOptions::default()
 //! };
-//! bake(&material, &baking, &folder.join("weave.sample"), &quiet)?;
+//! bake(&material, &baking, &folder.join("weave.sample"), quiet)?;
 //! let sample = Sample::open(&folder.join("weave.sample"))?;
 //!
 //! // Its textons, and the space of their dot products.
@@ -150,8 +150,10 @@
 //! ```
 
 pub mod error;
+pub(crate) mod false_color;
 pub mod grid;
 pub mod index;
+pub(crate) mod lanes;
 pub mod matrix;
 pub mod neighborhood;
 pub mod progress;

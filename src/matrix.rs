@@ -69,7 +69,7 @@ pub fn as_rows_mut<T>(numbers: &mut [T], rows: usize, columns: usize) -> ArrayVi
 
 /// What becomes of the numbers already in the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum Update {
     /// target ← a b
     Replace,
     /// target ← target + a b
@@ -81,9 +81,9 @@ pub fn multiply<T: Real>(
     a: ArrayView2<'_, T>,
     b: ArrayView2<'_, T>,
     target: ArrayViewMut2<'_, T>,
-    mode: Target,
+    update: Update,
 ) {
-    product(a, b, target, mode, Parallelism::None);
+    product(a, b, target, update, Parallelism::None);
 }
 
 /// a b into `target` on all threads.
@@ -91,15 +91,15 @@ pub fn multiply_on_all_threads<T: Real>(
     a: ArrayView2<'_, T>,
     b: ArrayView2<'_, T>,
     target: ArrayViewMut2<'_, T>,
-    mode: Target,
+    update: Update,
 ) {
-    product(a, b, target, mode, Parallelism::Rayon(0));
+    product(a, b, target, update, Parallelism::Rayon(0));
 }
 
 /// The product a b as a new matrix, on the calling thread.
 pub fn product_of<T: Real>(a: ArrayView2<'_, T>, b: ArrayView2<'_, T>) -> Array2<T> {
     let mut target = Array2::from_elem((a.nrows(), b.ncols()), T::from(0));
-    multiply(a, b, target.view_mut(), Target::Replace);
+    multiply(a, b, target.view_mut(), Update::Replace);
     target
 }
 
@@ -107,7 +107,7 @@ fn product<T: Real>(
     a: ArrayView2<'_, T>,
     b: ArrayView2<'_, T>,
     mut target: ArrayViewMut2<'_, T>,
-    mode: Target,
+    update: Update,
     parallelism: Parallelism,
 ) {
     let (mut a, mut b) = (a.reborrow(), b.reborrow());
@@ -148,7 +148,7 @@ fn product<T: Real>(
             target.as_mut_ptr(),
             target.strides()[1],
             target.strides()[0],
-            mode == Target::Add,
+            update == Update::Add,
             a.as_ptr(),
             a.strides()[1],
             a.strides()[0],
@@ -197,12 +197,12 @@ mod tests {
         let expected = a.dot(&b);
         assert_eq!(product_of(a, b), expected);
         let mut transposed = Array2::<f64>::ones((4, 5));
-        multiply(a, b, transposed.view_mut().reversed_axes(), Target::Add);
+        multiply(a, b, transposed.view_mut().reversed_axes(), Update::Add);
         assert_eq!(transposed.t(), &expected + 1.0);
         // Upside down and from right to left, target and factors.
         let mut turned = Array2::<f64>::zeros((5, 4));
         let (a, b) = (a.slice(s![..;-1, ..;-1]), b.slice(s![..;-1, ..;-1]));
-        multiply(a, b, turned.slice_mut(s![..;-1, ..;-1]), Target::Replace);
+        multiply(a, b, turned.slice_mut(s![..;-1, ..;-1]), Update::Replace);
         assert_eq!(turned, expected);
     }
 
@@ -214,7 +214,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             pool.unwrap().install(|| {
                 let mut target = Array2::zeros((300, 190));
-                multiply_on_all_threads(a.view(), b.view(), target.view_mut(), Target::Replace);
+                multiply_on_all_threads(a.view(), b.view(), target.view_mut(), Update::Replace);
                 target
             })
         };

@@ -68,7 +68,7 @@ fn baked(material: &Material, options: &BakeOptions) -> (tempfile::TempDir, Samp
 fn reported(material: &Material, options: &BakeOptions) -> (tempfile::TempDir, Sample, Baked) {
     let folder = tempfile::tempdir().unwrap();
     let target = folder.path().join("x.sample");
-    let baked = bake(material, options, &target, &Progress::silent()).unwrap();
+    let baked = bake(material, options, &target, Progress::silent()).unwrap();
     let sample = Sample::open(&target).unwrap();
     (folder, sample, baked)
 }
@@ -279,11 +279,11 @@ fn interrupt_and_go_on(options: &BakeOptions) {
         &material,
         options,
         &target,
-        &Progress::new(&listener, Some(&stop)),
+        Progress::new(&listener, Some(&stop)),
     );
     assert!(matches!(interrupted, Err(Error::Interrupted)));
     assert!(!target.exists());
-    let rest = bake(&material, options, &target, &Progress::silent()).unwrap();
+    let rest = bake(&material, options, &target, Progress::silent()).unwrap();
     assert!((1..85).contains(&rest.resumed), "{}", rest.resumed);
     assert_eq!(&rest.description, whole.description());
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
@@ -578,7 +578,7 @@ fn what_half_precision_cannot_hold_is_found_before_the_bake() {
             ..single
         };
         let target = folder.path().join(format!("{seed}.sample"));
-        let result = bake(&material, &half, &target, &Progress::silent());
+        let result = bake(&material, &half, &target, Progress::silent());
         assert_eq!(
             result.is_err(),
             brightest > 65_504.0,
@@ -592,7 +592,7 @@ fn what_half_precision_cannot_hold_is_found_before_the_bake() {
                 clamp: true,
                 ..half
             };
-            let report = bake(&material, &clamping, &target, &Progress::silent()).unwrap();
+            let report = bake(&material, &clamping, &target, Progress::silent()).unwrap();
             assert!(report.clamped > 0);
         }
     }

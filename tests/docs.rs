@@ -266,9 +266,10 @@ fn copy_all(from: &Path, to: &Path) {
 
 /// The user's files that the pages speak of.
 mod fixtures {
+    use std::collections::BTreeMap;
     use std::fmt::Write as _;
     use std::fs;
-    use std::path::Path;
+    use std::path::{Path, PathBuf};
 
     use image::{GrayImage, Luma, Rgb, RgbImage};
     use mesotex::mesh::builtin::kettlebell;
@@ -379,7 +380,18 @@ mod fixtures {
         });
         let members = program::files(&unpacked);
         image_set_files::zip(&folder.join("UBO_IMPALLA256.zip"), &members, true);
+        in_two(&folder.join("parts"), &members);
         fs::remove_dir_all(unpacked).unwrap();
+    }
+
+    /// The members of an archive in two, by their lights.
+    fn in_two(folder: &Path, members: &BTreeMap<PathBuf, Vec<u8>>) {
+        fs::create_dir(folder).unwrap();
+        for (name, is_first) in [("lights-a.zip", true), ("lights-b.zip", false)] {
+            let mut own = members.clone();
+            own.retain(|path, _| path.to_string_lossy().contains("tl000") == is_first);
+            image_set_files::zip(&folder.join(name), &own, true);
+        }
     }
 
     fn near(folder: &Path) {

@@ -7,9 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use mesotex::btf::factored::{FactoredWriter, Factorization};
-use mesotex::btf::{DType, Description, Direction, FORMAT, Layout, Sample, SampleWriter, VERSION};
+use mesotex::btf::{Description, Direction, Layout, Sample, SampleWriter};
 use mesotex::exemplar::{Features, Space};
-use mesotex::format::ContentId;
 use mesotex::texton::Vocabulary;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -63,21 +62,9 @@ fn description(layout: Layout) -> Description {
         directions.collect()
     };
     Description {
-        format: FORMAT.into(),
-        version: VERSION,
-        name: "waves".into(),
-        width: SIDE,
-        height: SIDE,
-        channels: 3,
-        dtype: DType::F4,
-        texel_mm: None,
         layout,
-        views: ring(5, 0.4),
-        lights: ring(8, 0.7),
-        pairs: None,
         tileable: true,
-        id: ContentId::of_bytes(b""),
-        source: Value::Null,
+        ..Description::product("waves", [SIDE, SIDE], ring(5, 0.4), ring(8, 0.7))
     }
 }
 

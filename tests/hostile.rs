@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
-use mesotex::btf::{DType, Description, Direction, Layout, Sample, SampleWriter};
+use mesotex::btf::{DType, Description, Direction, Sample, SampleWriter};
 use mesotex::exemplar::neighbor_table::NeighborTable;
 use mesotex::exemplar::{Features, KnnOptions, Space, SpaceLevel, neighbor_table};
 use mesotex::format::{ContentId, npz};
@@ -242,24 +242,17 @@ fn a_sample_that_shrinks_while_it_is_open_is_an_error() {
     let path = folder.path().join("a.sample");
     let side = 64;
     let description = Description {
-        format: "mesotex-btf".into(),
-        version: 1,
-        name: "a".into(),
-        width: side,
-        height: side,
-        channels: 3,
         dtype: DType::F2,
-        texel_mm: None,
-        layout: Layout::Product,
-        views: vec![Direction::from_angles(0.0, 0.0)],
-        lights: vec![
-            Direction::from_angles(0.0, 0.0),
-            Direction::from_angles(0.5, 0.0),
-        ],
-        pairs: None,
         tileable: true,
-        id: ContentId::of_bytes(b""),
-        source: json!(null),
+        ..Description::product(
+            "a",
+            [side, side],
+            vec![Direction::from_angles(0.0, 0.0)],
+            vec![
+                Direction::from_angles(0.0, 0.0),
+                Direction::from_angles(0.5, 0.0),
+            ],
+        )
     };
     let mut writer = SampleWriter::create(&path, description).unwrap();
     for _ in 0..2 {

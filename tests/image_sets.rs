@@ -252,14 +252,14 @@ fn the_faulty_size_line_of_atrium_is_read_as_its_makers_do() {
 }
 
 #[test]
-fn pictures_are_cropped_reduced_and_chosen() {
+fn pictures_are_cropped_downsampled_and_chosen() {
     let folder = tempfile::tempdir().unwrap();
     small_set(folder.path());
     let words = [
         ".",
         "--crop",
         "2x2+0+1",
-        "--reduce",
+        "--downsample",
         "2",
         "--texel-mm",
         "0.1",
@@ -278,7 +278,7 @@ fn pictures_are_cropped_reduced_and_chosen() {
     fs::remove_dir_all(folder.path().join("x.sample")).unwrap();
     for (words, says) in [
         (vec![".", "--crop", "9x9+0+0"], "9x9+0+0 in images of 2 × 3"),
-        (vec![".", "--reduce", "2"], "--crop 2x2+0+0"),
+        (vec![".", "--downsample", "2"], "--crop 2x2+0+0"),
         (vec![".", "--keep-views", "7"], "direction 7 of 2"),
         (vec![".", "--crop", "tall"], "WIDTHxHEIGHT"),
         (vec![".", "--images", "*.png"], "--images"),

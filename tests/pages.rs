@@ -17,7 +17,7 @@ fn scene() -> TempDir {
         folder.path().join("scene.toml"),
         "name = \"ball\"\nsurface = \"ball.ply\"\n\
          [bake]\npreset = \"weave\"\nsize = 16\nsamples = 1\nviews = \"fibonacci:9\"\nlights = \"fibonacci:9\"\n\
-         [textons]\ntextons = 12\nimages = 9\nlevels = 2\n[knn]\nk = 4\n\
+         [textons]\ntextons = 12\nimages = 9\nlevels = 2\n[knn]\nk = 4\n[synth]\npolish = 1\n\
          [[render]]\nsweep = \"light-azimuth\"\nframes = 3\nsize = \"48x32\"\n",
     )
     .unwrap();
@@ -104,6 +104,7 @@ fn report_holds_every_chapter(folder: &Path) {
         ("<figure><img src=\"data:image/png", 8),
         ("class=\"player\"", 1),
         ("energy_ratio_full", 1),
+        ("1.00 to 3.00 after polish", 1),
         ("--preset=weave", 1),
         ("by energy", 1),
         ("the orientation field", 1),

@@ -8,50 +8,23 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use program::{files, refuse, succeed, write_obj};
+use program::{files, refuse, small_scene, succeed, write_capture, write_obj};
 use serde_json::Value;
 use tempfile::TempDir;
 
-const SWEEP: &str = r#"
-name = "small"
-output = "out"
-
-[matrix]
-"mesh.input" = ["k.obj", "bell.obj"]
-
-[bake]
-preset = "weave"
-size = 16
-views = "fibonacci:4"
-lights = "fibonacci:4"
-samples = 1
-
-[textons]
-textons = 8
-levels = 2
-
-[knn]
-k = 3
-neighborhood = 3
-
-[mesh]
-orient = true
-
-[synth]
-levels = 2
-k = 2
-
-[[render]]
-sweep = "light-azimuth"
-frames = 5
-size = "32x24"
-"#;
+fn sweep() -> String {
+    small_scene(
+        "\"mesh.input\" = [\"k.obj\", \"bell.obj\"]",
+        ["preset = \"weave\"\n", ""],
+        "sweep = \"light-azimuth\"\nframes = 5\n",
+    )
+}
 
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     write_obj(&folder.path().join("k.obj"), 300);
     write_obj(&folder.path().join("bell.obj"), 400);
-    fs::write(folder.path().join("sweep.toml"), SWEEP).unwrap();
+    fs::write(folder.path().join("sweep.toml"), sweep()).unwrap();
     folder
 }
 
@@ -247,6 +220,56 @@ fn analyses_state_their_memory() {
     assert!(stated(SWEEP, "small.textons.reduce").is_empty());
 }
 
+const CAPTURE: &str = r#"
+name = "coin"
+output = "out"
+surface = "k.obj"
+
+[import]
+path = "capture"
+
+[textons]
+textons = 6
+levels = 2
+
+[knn]
+k = 3
+neighborhood = 3
+
+[synth]
+levels = 1
+k = 2
+"#;
+
+#[test]
+fn an_import_is_shared_and_tells_the_size_of_what_follows() {
+    let fresh = || {
+        let folder = folder();
+        write_capture(&folder.path().join("capture"));
+        fs::write(folder.path().join("sweep.toml"), CAPTURE).unwrap();
+        folder
+    };
+    let (whole, parted) = (fresh(), fresh());
+    let made = plan(parted.path(), &["--shards", "2"]);
+    let part = task(&made, "coin.import.1of2");
+    let words = "mesotex import capture -o out/coin.1of2 --shard=1/2 --seed 0 --threads 1";
+    let words: Vec<_> = words.split(' ').collect();
+    assert_eq!(part["command"], serde_json::json!(words));
+    let join = task(&made, "coin.import.reduce");
+    assert_eq!(
+        join["inputs"],
+        serde_json::json!(["out/coin.0of2", "out/coin.1of2"])
+    );
+    for task in made["tasks"].as_array().unwrap() {
+        assert!(task["seconds"].as_f64().unwrap() > 0.0, "{task}");
+    }
+    succeed(whole.path(), &["run", "sweep.toml", "--no-pages"]);
+    let words = "plan sweep.toml --shards 3 --format shell -o plan.sh";
+    succeed(parted.path(), &words.split(' ').collect::<Vec<_>>());
+    sh(parted.path(), "plan.sh");
+    assert!(products(whole.path()) == products(parted.path()));
+}
+
 #[test]
 fn tasks_know_their_files_and_what_comes_before() {
     let folder = folder();
@@ -333,7 +356,7 @@ fn scenes_of_several_folders_make_one_plan() {
     let inner = folder.path().join("in ner");
     fs::create_dir(&inner).unwrap();
     write_obj(&inner.join("k.obj"), 300);
-    let scene = SWEEP
+    let scene = sweep()
         .replace(", \"bell.obj\"", "")
         .replace("\"small\"", "\"other\"");
     fs::write(inner.join("scene.toml"), scene).unwrap();
@@ -360,7 +383,7 @@ fn scenes_of_several_folders_make_one_plan() {
     // The same scene twice is the same tasks.
     let twice = succeed(folder.path(), &["plan", "sweep.toml", "sweep.toml"]);
     assert_eq!(twice, succeed(folder.path(), &["plan", "sweep.toml"]));
-    let other = SWEEP.replace("size = 16", "size = 32");
+    let other = sweep().replace("size = 16", "size = 32");
     fs::write(folder.path().join("other.toml"), other).unwrap();
     let refused = refuse(folder.path(), &["plan", "sweep.toml", "other.toml"], 1);
     assert!(refused.contains("both make out/small.sample"), "{refused}");
@@ -369,11 +392,11 @@ fn scenes_of_several_folders_make_one_plan() {
 #[test]
 fn a_plan_over_files_that_do_not_exist_is_refused() {
     let folder = folder();
-    let scene = SWEEP
+    let scene = sweep()
         .replace("bell.obj", "gone.obj")
         .replace("\"k.obj", "\"lost.obj");
     fs::write(folder.path().join("a.toml"), scene).unwrap();
-    let scene = SWEEP.replace("preset = \"weave\"", "material = \"oak.toml\"");
+    let scene = sweep().replace("preset = \"weave\"", "material = \"oak.toml\"");
     fs::write(folder.path().join("b.toml"), scene).unwrap();
     let words = [
         "plan",

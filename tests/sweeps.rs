@@ -5,52 +5,26 @@ mod program;
 use std::fs;
 use std::path::Path;
 
-use program::{files, refuse, succeed, write_obj};
+use program::{files, refuse, small_scene, succeed, write_obj};
 use serde_json::Value;
 use tempfile::TempDir;
 
-const SWEEP: &str = r#"
-name = "small"
-output = "out"
-
-[matrix]
-bake.preset = ["weave", "knit"]
-"mesh.input" = ["k.obj", "in/bell.obj"]
-"synth.seed" = [0, 3]
-
-[bake]
-size = 16
-views = "fibonacci:4"
-lights = "fibonacci:4"
-samples = 1
-
-[textons]
-textons = 8
-levels = 2
-report = "out/textons.json"
-
-[knn]
-k = 3
-neighborhood = 3
-
-[mesh]
-orient = true
-
-[synth]
-levels = 2
-k = 2
-
-[[render]]
-size = "32x24"
-"#;
+fn sweep() -> String {
+    small_scene(
+        "bake.preset = [\"weave\", \"knit\"]\n\
+         \"mesh.input\" = [\"k.obj\", \"in/bell.obj\"]\n\
+         \"synth.seed\" = [0, 3]",
+        ["", "report = \"out/textons.json\"\n"],
+        "",
+    )
+}
 
 /// One of its runs as a scene of its own.
 fn alone(preset: &str, mesh: &str, seed: u32, name: &str) -> String {
-    let (matrix, rest) = (
-        SWEEP.find("[matrix]").unwrap(),
-        SWEEP.find("[bake]").unwrap(),
-    );
-    let scene = format!("{}{}", &SWEEP[..matrix], &SWEEP[rest..]);
+    let sweep = sweep();
+    let (head, rest) = sweep.split_once("[matrix]").unwrap();
+    let (_, stages) = rest.split_once("[bake]").unwrap();
+    let scene = format!("{head}[bake]{stages}");
     scene
         .replace("\"small\"", &format!("\"{name}\""))
         .replace("[bake]", &format!("[bake]\npreset = \"{preset}\""))
@@ -63,7 +37,7 @@ fn folder() -> TempDir {
     fs::create_dir(folder.path().join("in")).unwrap();
     write_obj(&folder.path().join("k.obj"), 300);
     write_obj(&folder.path().join("in/bell.obj"), 400);
-    fs::write(folder.path().join("sweep.toml"), SWEEP).unwrap();
+    fs::write(folder.path().join("sweep.toml"), sweep()).unwrap();
     folder
 }
 
@@ -148,7 +122,7 @@ fn every_run_is_as_a_scene_of_its_own_would_be() {
 #[test]
 fn every_run_has_pages_and_a_report() {
     let folder = folder();
-    let sweep = SWEEP
+    let sweep = sweep()
         .replace(", \"knit\"", "")
         .replace(", \"in/bell.obj\"", "");
     fs::write(folder.path().join("sweep.toml"), sweep).unwrap();
@@ -183,7 +157,7 @@ fn every_run_has_pages_and_a_report() {
 fn faults_name_key_and_value() {
     let folder = folder();
     let refused = |from: &str, to: &str, code: i32| {
-        fs::write(folder.path().join("sweep.toml"), SWEEP.replace(from, to)).unwrap();
+        fs::write(folder.path().join("sweep.toml"), sweep().replace(from, to)).unwrap();
         refuse(folder.path(), &["run", "sweep.toml"], code)
     };
     let missing = refused(
@@ -212,7 +186,7 @@ fn faults_name_key_and_value() {
     );
     fs::write(
         folder.path().join("sweep.toml"),
-        SWEEP.replace("synth.seed", "seed"),
+        sweep().replace("synth.seed", "seed"),
     )
     .unwrap();
     let both = refuse(folder.path(), &["run", "sweep.toml", "--seed", "1"], 2);

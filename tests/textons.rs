@@ -6,9 +6,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use mesotex::btf::{DType, Description, Direction, FORMAT, Layout, Sample, SampleWriter, VERSION};
+use mesotex::btf::{Description, Direction, Sample, SampleWriter};
 use mesotex::exemplar::{Features, Space};
-use mesotex::format::ContentId;
 use mesotex::texton::Vocabulary;
 use ndarray::Array2;
 use tempfile::TempDir;
@@ -19,21 +18,13 @@ fn write_sample(path: &Path, [width, height]: [u32; 2], images: usize, tileable:
         .map(|i| Direction::from_angles(0.2 + 0.9 * i as f64 / images as f64, i as f64 * 2.4))
         .collect();
     let description = Description {
-        format: FORMAT.into(),
-        version: VERSION,
-        name: "bumps".into(),
-        width,
-        height,
-        channels: 3,
-        dtype: DType::F4,
-        texel_mm: None,
-        layout: Layout::Product,
-        views: vec![Direction::from_angles(0.0, 0.0)],
-        lights: lights.clone(),
-        pairs: None,
         tileable,
-        id: ContentId::of_bytes(b""),
-        source: serde_json::Value::Null,
+        ..Description::product(
+            "bumps",
+            [width, height],
+            vec![Direction::from_angles(0.0, 0.0)],
+            lights.clone(),
+        )
     };
     let mut writer = SampleWriter::create(path, description).unwrap();
     for light in lights {

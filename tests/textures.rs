@@ -77,6 +77,7 @@ fn ball() -> AtlasMap {
             texel: std::f64::consts::TAU / f64::from(SAMPLE),
             seed: 3,
             method: "coherent".into(),
+            polish: 0,
             sample: id.clone(),
             space: id,
         },

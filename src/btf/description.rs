@@ -113,6 +113,33 @@ pub struct Description {
 }
 
 impl Description {
+    /// A sample of all pairs of some views and lights, `[width, height]` texels large: in 32-bit floats, not tileable, of
+    /// unknown scale and origin. The writer of its images sets the id.
+    pub fn product(
+        name: impl Into<String>,
+        [width, height]: [u32; 2],
+        views: Vec<Direction>,
+        lights: Vec<Direction>,
+    ) -> Self {
+        Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            name: name.into(),
+            width,
+            height,
+            channels: 3,
+            dtype: DType::F4,
+            texel_mm: None,
+            layout: Layout::Product,
+            views,
+            lights,
+            pairs: None,
+            tileable: false,
+            id: ContentId::of_bytes(b""),
+            source: Value::Null,
+        }
+    }
+
     /// Images in all.
     pub fn image_count(&self) -> usize {
         match &self.pairs {

@@ -9,8 +9,6 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
-
 use crate::btf::direction::{Direction, SAME_DIRECTION};
 use crate::btf::import::light_positions;
 use crate::btf::table::{Row, Table};
@@ -74,8 +72,7 @@ const BONN_151: [Ring; 10] = [
 ];
 
 /// A set of directions, by name.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum DirectionSet {
     /// `12x5`: θ = 15, 30 … 75° outer, φ = 0, 30 … 330° inner (Tong 2002 §4).
     #[default]
@@ -267,21 +264,6 @@ impl fmt::Display for DirectionSet {
     }
 }
 
-impl TryFrom<String> for DirectionSet {
-    type Error = String;
-
-    fn try_from(text: String) -> std::result::Result<Self, String> {
-        text.parse()
-            .map_err(|error: String| format!("`{text}`: {error}"))
-    }
-}
-
-impl From<DirectionSet> for String {
-    fn from(set: DirectionSet) -> Self {
-        set.to_string()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -353,7 +335,7 @@ mod tests {
         ] {
             let set: DirectionSet = name.parse().unwrap();
             assert_eq!(set.to_string(), name);
-            assert_eq!(DirectionSet::try_from(String::from(set.clone())), Ok(set));
+            assert_eq!(set.to_string().parse(), Ok(set));
         }
     }
 

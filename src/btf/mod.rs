@@ -3,6 +3,7 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`sample`], [`writer`] | a sample in its folder, read in parts and written image by image |
+//! | [`parts`] | parts of a sample that several runs make, and how they are joined |
 //! | [`description`], [`image_source`] | what a sample is of, and images that are read in runs |
 //! | [`height_map`] | how high the surface lies at every texel |
 //! | [`heights`] | the same, estimated from the images |
@@ -26,6 +27,7 @@ pub mod heights;
 pub mod image_sets;
 pub(crate) mod image_source;
 pub mod import;
+pub(crate) mod parts;
 pub(crate) mod sample;
 mod table;
 pub(crate) mod texel_size;
@@ -37,5 +39,6 @@ pub use direction_set::{DirectionSet, Ring};
 pub use factored::FactoredWriter;
 pub use height_map::HeightMap;
 pub use image_source::ImageSource;
+pub use parts::WrittenSample;
 pub use sample::{DType, Pixels, Sample};
 pub use writer::SampleWriter;

@@ -167,7 +167,7 @@ impl SampleWriter {
         &mut self,
         folder: &Path,
         sample: &Description,
-        progress: &Progress,
+        progress: Progress<'_>,
     ) -> Result<()> {
         let path = folder.join(RADIANCE);
         let mut file = File::open(&path).map_err(Error::io(&path, "read"))?;

@@ -105,8 +105,8 @@ impl Arguments {
         let started = Instant::now();
         let (output, progress) = (&self.output, session.progress());
         let baked = match self.shard {
-            Some(shard) => bake_part(&material, &options, shard, output, &progress)?,
-            None => bake(&material, &options, output, &progress)?,
+            Some(shard) => bake_part(&material, &options, shard, output, progress)?,
+            None => bake(&material, &options, output, progress)?,
         };
         if let Some(shard) = self.shard.filter(|_| baked.is_kept) {
             return Ok(self.outcome_of_kept(shard, &baked));
@@ -151,7 +151,7 @@ impl Arguments {
     /// Joins parts.
     fn join(&self, session: &Session) -> Result<Outcome> {
         self.check_seed(session)?;
-        let description = join(&self.reduce, &self.output, &session.progress())?;
+        let description = join(&self.reduce, &self.output, session.progress())?;
         let (views, lights) = (description.views.len(), description.lights.len());
         Ok(Outcome::default()
             .line(format!(
@@ -234,7 +234,7 @@ impl Arguments {
         }
         let set = read_set(self.material.as_deref().unwrap_or(Path::new("")))?;
         let mut report = with_files(Outcome::default(), &set);
-        let loaded = maps::material(&set.recipe?, &self.maps, self.size, &session.progress())?;
+        let loaded = maps::material(&set.recipe?, &self.maps, self.size, session.progress())?;
         for note in loaded.notes {
             report = report.line(note);
         }
@@ -262,7 +262,7 @@ impl Arguments {
                 material.name
             ))
             .line(format!(
-                "{} rays in {seconds:.2} s, {rate:.1} million a second",
+                "{} rays in {seconds:.2} s, {rate:.1} million per second",
                 baked.rays
             ))
             .line(steepness.describe());

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::format::mesh_formats;
 use crate::format::ours::Format;
+use crate::mesh::writing;
 
-/// Endings that a reader takes for one kind of file.
-const OF_FILES: [&str; 29] = [
-    "bmp", "btf", "csv", "exr", "gif", "glb", "gltf", "gz", "hdr", "htm", "html", "jpeg", "jpg",
-    "json", "lp", "npy", "npz", "obj", "off", "ply", "png", "ptm", "rti", "stl", "tif", "tiff",
-    "toml", "usda", "zip",
+/// Endings that a reader takes for one kind of file, those of meshes apart.
+const OF_FILES: [&str; 23] = [
+    "bmp", "btf", "csv", "exr", "gif", "gz", "hdr", "htm", "html", "jpeg", "jpg", "json", "lp",
+    "npy", "npz", "png", "ptm", "rti", "tif", "tiff", "toml", "usda", "zip",
 ];
 /// Endings of products that are folders.
 const OF_FOLDERS: [&str; 2] = ["sample", "atlas"];
@@ -45,7 +46,9 @@ pub(super) fn check_folder(option: &str, path: &Path, own: Option<&str>) -> Resu
 }
 
 fn is_known(ending: &str) -> bool {
-    OF_FILES.contains(&ending) || OF_FOLDERS.contains(&ending)
+    OF_FILES.contains(&ending)
+        || OF_FOLDERS.contains(&ending)
+        || mesh_formats::has_extension(ending)
 }
 
 fn refusal(option: &str, path: &Path, ending: &str, expected: &str) -> Error {
@@ -82,7 +85,7 @@ fn ending_of(path: &Path) -> Option<String> {
 fn endings(format: Format) -> &'static [&'static str] {
     match format {
         Format::Archive => &["npz"],
-        Format::Mesh => &["ply", "obj", "glb"],
+        Format::Mesh => &writing::EXTENSIONS,
         Format::Ply => &["ply"],
         Format::Obj => &["obj"],
         Format::Scene => &["toml"],

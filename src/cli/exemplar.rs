@@ -19,7 +19,7 @@ pub use crate::cli::exemplar::arguments::Arguments;
 pub use crate::cli::exemplar::describe::describe_channels;
 
 use crate::btf::direction::Direction;
-use crate::btf::sample::{DType, Description, Layout};
+use crate::btf::sample::Description;
 use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
 use crate::cli::endings::check_stem;
 use crate::cli::outcome::Outcome;
@@ -147,21 +147,15 @@ impl PlainSample<'_> {
         let mut writer = SampleWriter::create(
             path,
             Description {
-                format: crate::btf::sample::FORMAT.into(),
-                version: crate::btf::sample::VERSION,
-                name: name.into_owned(),
-                width: colors.width,
-                height: colors.height,
-                channels: 3,
-                dtype: DType::F4,
                 texel_mm: self.texel_mm,
-                layout: Layout::Product,
-                views: vec![above],
-                lights: vec![above],
-                pairs: None,
                 tileable: self.tileable,
-                id: ContentId::of_bytes(&[]),
                 source: self.source,
+                ..Description::product(
+                    name.into_owned(),
+                    [colors.width, colors.height],
+                    vec![above],
+                    vec![above],
+                )
             },
         )?;
         writer.push(&radiance)?;

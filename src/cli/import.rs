@@ -1,5 +1,6 @@
 //! `mesotex import`: measured image sets → sample.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -10,15 +11,21 @@ use crate::btf::fits::{Fit, hsh, ptm};
 use crate::btf::import::recognize::Source;
 use crate::btf::import::stated_directions::StatedDirections;
 use crate::btf::import::{
-    ImportOptions, ListOptions, Place, SetOptions, array, assemble, check_unused, read_source,
-    source_of,
+    Destination, ImportOptions, ListOptions, SetOptions, array, assemble, check_unused, foresee,
+    join, read_source, source_of,
 };
-use crate::btf::sample::Description;
+use crate::btf::parts::WrittenSample;
+use crate::btf::sample::{self, Description};
 use crate::btf::writer::SAMPLE_FOLDER;
+use crate::cli::STAGE_IF_INTERRUPTED;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::shard::Shard;
+
+/// How to continue with a shard after an interruption.
+const SHARD_IF_INTERRUPTED: &str = "type the same command to continue after the last whole image";
 
 /// Import a measured image set as a BTF sample.
 ///
@@ -38,13 +45,26 @@ use crate::error::{Error, Result};
   mesotex import carpet01_resampled_W400xH400_L151xV151.btf -o carpet01.sample
   mesotex import pictures/angles.csv --corners pictures/corners.csv -o patch.sample
   mesotex import coin.ptm --lights bonn81 -o coin.sample
-  mesotex import felt.npy --views bonn151 --lights bonn151 -o felt.sample")]
+  mesotex import felt.npy --views bonn151 --lights bonn151 -o felt.sample
+  mesotex import felt1.zip felt2.zip -o felt.sample        (archives that hold one set together)
+  mesotex import felt.zip --shard 0/2 -o felt.0of2         (and --shard 1/2 -o felt.1of2, elsewhere)
+  mesotex import --reduce felt.0of2 felt.1of2 -o felt.sample")]
 pub struct Arguments {
-    /// The archive, the folder, the .lp or .csv file, the fit or the array.
-    pub path: PathBuf,
-    /// The sample to write, NAME.sample.
+    /// The archive, the folder, the .lp or .csv file, the fit or the array; or several archives and folders that hold one
+    /// set together.
+    #[arg(value_name = "PATH", required_unless_present = "reduce")]
+    pub paths: Vec<PathBuf>,
+    /// The sample to write, NAME.sample; with --shard, the folder of a part, as felt.0of3.
     #[arg(short, long)]
     pub output: PathBuf,
+    /// Import the i-th of n shares of the images, from 0, into a part; all parts are joined by --reduce. A part that is
+    /// there already, of the same source and options, is kept.
+    #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
+    pub shard: Option<Shard>,
+    /// Join the parts of all shards to the sample that one run without --shard imports, byte for byte. The options are
+    /// those of the parts.
+    #[arg(long, value_name = "PART", num_args = 1..)]
+    pub reduce: Vec<PathBuf>,
     #[command(flatten)]
     pub list: ListOptions,
     #[command(flatten)]
@@ -62,22 +82,23 @@ pub struct Arguments {
 impl Arguments {
     /// What the command reads and writes.
     pub fn files(&self) -> Result<Files> {
-        let files = Files::default().read([&self.path]).write(
+        let files = Files::default().read(&self.paths).write(
             "output",
             [&self.output],
             Product::Folder(&SAMPLE_FOLDER),
         );
-        Ok(match source_of(&self.path, &self.set)? {
+        if !self.reduce.is_empty() {
+            let parts = self.reduce.iter().flat_map(|part| sample::files_of(part));
+            return Ok(files.read(&parts.collect::<Vec<_>>()));
+        }
+        Ok(match self.source()? {
             Source::List(_) | Source::ImageSet(_) => {
-                let list = read_source(&self.path, &self.list, &self.set)?;
-                let files = files.read(&self.options.photographs.corners);
-                let images = list.images.into_iter().map(|image| image.path);
-                match list.place {
-                    Place::Files => files
-                        .read([&list.path])
-                        .read(&images.collect::<Vec<PathBuf>>()),
-                    Place::Archive(_) => files,
-                }
+                let list = read_source(&self.paths, &self.list, &self.set)?;
+                let paths = list.images.iter().map(|image| image.path.as_path());
+                let listed = paths.chain([list.path.as_path()]);
+                let held: BTreeSet<&Path> = listed.map(|path| list.place.file_of(path)).collect();
+                let held: Vec<PathBuf> = held.into_iter().map(Path::to_path_buf).collect();
+                files.read(&self.options.photographs.corners).read(&held)
             }
             Source::Ptm(_) | Source::Hsh(_) | Source::Array(_) => {
                 files.read(self.directions.files())
@@ -86,8 +107,26 @@ impl Arguments {
         })
     }
 
+    /// What the paths are.
+    fn source(&self) -> Result<Source> {
+        source_of(&self.paths, &self.set)
+    }
+
+    /// Refuses options that no input could satisfy.
+    pub fn check(&self) -> Result<()> {
+        let (Some(path), Some(part)) = (self.paths.first(), self.reduce.first()) else {
+            return Ok(());
+        };
+        let (path, part) = (path.display(), part.display());
+        Err(Error::option(
+            "reduce",
+            format!("{part}, given with {path}"),
+            "the parts of a sample and no source (--downsample N takes means of blocks of pixels)",
+        ))
+    }
+
     /// Refuses options that say nothing of a source.
-    fn check(&self, source: &Source) -> Result<()> {
+    fn check_source(&self, source: &Source) -> Result<()> {
         match source {
             Source::List(_) | Source::ImageSet(_) | Source::Bonn(_) => check_unused(
                 self.directions.given(),
@@ -104,17 +143,62 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
-        let source = source_of(&self.path, &self.set)?;
+        if !self.reduce.is_empty() {
+            return self.join(session);
+        }
+        let source = self.source()?;
         self.check_bonn(&source)?;
-        self.check(&source)?;
-        let sample = match source {
+        self.check_source(&source)?;
+        let written = match source {
             Source::List(_) | Source::ImageSet(_) => self.import_images(session)?,
             Source::Ptm(path) => self.import_fit("ptm", &path, ptm::read, session)?,
             Source::Hsh(path) => self.import_fit("hsh", &path, hsh::read, session)?,
             Source::Array(path) => self.import_array(&path, session)?,
             Source::Bonn(path) => return self.import_bonn(&path, session),
         };
-        Ok(self.outcome(&sample))
+        Ok(self.outcome(&written))
+    }
+
+    /// Where the run writes to.
+    fn destination(&self) -> Destination<'_> {
+        Destination {
+            path: &self.output,
+            shard: self.shard,
+        }
+    }
+
+    /// Joins parts.
+    fn join(&self, session: &Session) -> Result<Outcome> {
+        let description = join(&self.reduce, &self.output, session.progress())?;
+        let (parts, outcome) = (self.reduce.len(), Outcome::default());
+        Ok(described(outcome, &description)
+            .line(format!("joined from {parts} parts"))
+            .figure("parts", parts)
+            .wrote(&self.output)
+            .next(self.next_command()))
+    }
+
+    /// What a user types to continue after an interruption.
+    pub fn if_interrupted(&self) -> &'static str {
+        match self.shard {
+            Some(_) => SHARD_IF_INTERRUPTED,
+            None => STAGE_IF_INTERRUPTED,
+        }
+    }
+
+    /// What the sample of images will be, as far as one of them tells it, and the pixels of that image; `None` for other
+    /// sources, and for the part of a shard.
+    pub fn foresee(&self) -> Result<Option<(Description, u64)>> {
+        if self.shard.is_some() || !self.reduce.is_empty() {
+            return Ok(None);
+        }
+        match self.source()? {
+            Source::List(_) | Source::ImageSet(_) => {
+                let list = read_source(&self.paths, &self.list, &self.set)?;
+                foresee(&list, &self.options).map(Some)
+            }
+            Source::Ptm(_) | Source::Hsh(_) | Source::Array(_) | Source::Bonn(_) => Ok(None),
+        }
     }
 
     /// Refuses options of .btf files for other sources, and of lists and image sets for .btf files.
@@ -139,11 +223,11 @@ impl Arguments {
             bonn: &self.bonn,
             handedness: self.list.handedness,
             seed: session.seed(),
-            target: &self.output,
+            destination: self.destination(),
             progress: session.progress(),
         };
-        let (sample, told) = import.run()?;
-        let outcome = self.outcome(&sample);
+        let (written, told) = import.run()?;
+        let outcome = self.outcome(&written);
         let outcome = told.lines.into_iter().fold(outcome, Outcome::line);
         Ok(outcome.figure("error", told.error))
     }
@@ -157,12 +241,13 @@ impl Arguments {
         check_unused(self.options.given_for_images(), wanted)
     }
 
-    fn import_images(&self, session: &Session) -> Result<Description> {
-        let list = read_source(&self.path, &self.list, &self.set)?;
+    fn import_images(&self, session: &Session) -> Result<WrittenSample> {
+        let list = read_source(&self.paths, &self.list, &self.set)?;
         for note in &list.notes {
             session.progress().warn(note.as_str());
         }
-        assemble(&list, &self.options, &self.output, session.progress())
+        let progress = session.progress();
+        assemble(&list, &self.options, self.destination(), progress)
     }
 
     fn import_fit(
@@ -171,47 +256,77 @@ impl Arguments {
         path: &Path,
         read: fn(&Path) -> Result<Fit>,
         session: &Session,
-    ) -> Result<Description> {
+    ) -> Result<WrittenSample> {
         let lights = self.directions.lights(self.list.handedness)?;
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let (options, progress) = (&self.options, session.progress());
+        let destination = self.destination();
         evaluate(
             &read(path)?,
-            (&name, kind),
+            (path, kind),
             &lights,
             options,
-            &self.output,
+            destination,
             progress,
         )
     }
 
-    fn import_array(&self, path: &Path, session: &Session) -> Result<Description> {
+    fn import_array(&self, path: &Path, session: &Session) -> Result<WrittenSample> {
         let views = self.directions.views(self.list.handedness)?;
         let lights = self.directions.lights(self.list.handedness)?;
         let (options, progress) = (&self.options, session.progress());
-        array::import(path, (&views, &lights), options, &self.output, progress)
+        let destination = self.destination();
+        array::import(path, (&views, &lights), options, destination, progress)
     }
 
-    fn outcome(&self, sample: &Description) -> Outcome {
-        Outcome::default()
-            .line(format!(
-                "{}: {} views, {} lights, {} images of {} × {} texels",
-                sample.name,
-                sample.views.len(),
-                sample.lights.len(),
-                sample.image_count(),
-                sample.width,
-                sample.height
-            ))
-            .figure("id", sample.id.to_string())
-            .figure("views", sample.views.len())
-            .figure("lights", sample.lights.len())
-            .figure("images", sample.image_count())
-            .wrote(&self.output)
-            .next(format!(
-                "mesotex textons {0} -o {1}",
-                self.output.display(),
-                self.output.with_extension("textons.npz").display()
-            ))
+    fn outcome(&self, written: &WrittenSample) -> Outcome {
+        let outcome = match (self.shard, written.is_kept, written.resumed) {
+            (Some(shard), true, _) => {
+                let output = self.output.display();
+                return Outcome::default()
+                    .line(format!(
+                        "{output} is there already: shard {shard} of this source and these options"
+                    ))
+                    .figure("shard", shard.to_string())
+                    .figure("kept", true)
+                    .figure("resumed", written.resumed);
+            }
+            (_, _, 0) => Outcome::default(),
+            (_, _, images) => Outcome::default().line(format!("went on after {images} images")),
+        };
+        let outcome = described(outcome, &written.description).wrote(&self.output);
+        match self.shard {
+            None => outcome.next(self.next_command()),
+            Some(shard) => outcome
+                .figure("shard", shard.to_string())
+                .figure("kept", false)
+                .figure("resumed", written.resumed)
+                .next("mesotex import --reduce PART... -o NAME.sample"),
+        }
     }
+
+    fn next_command(&self) -> String {
+        format!(
+            "mesotex textons {} -o {}",
+            self.output.display(),
+            self.output.with_extension("textons.npz").display()
+        )
+    }
+}
+
+/// Says what a sample holds.
+fn described(outcome: Outcome, sample: &Description) -> Outcome {
+    outcome
+        .line(format!(
+            "{}: {} views, {} lights, {} images of {} × {} texels",
+            sample.name,
+            sample.views.len(),
+            sample.lights.len(),
+            sample.image_count(),
+            sample.width,
+            sample.height
+        ))
+        .figure("id", sample.id.to_string())
+        .figure("views", sample.views.len())
+        .figure("lights", sample.lights.len())
+        .figure("images", sample.image_count())
 }

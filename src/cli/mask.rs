@@ -22,7 +22,7 @@ use crate::exemplar::controls::MASK_LABELS;
 use crate::format::image::{FloatImage, Orientation, SourceEncoding, write_png};
 use crate::format::ours::Format;
 use crate::vary::color_mask::{Pick, mask_of_colors};
-use crate::vary::contours::{Feature, Features};
+use crate::vary::contours::{Feature, MaskFeatures};
 use crate::vary::label_set::LabelSet;
 use crate::vary::material::Material;
 use crate::vary::morphology::Edit;
@@ -112,7 +112,7 @@ impl Arguments {
             mask = edit.apply(&mask);
         }
         self.warn_of_one_label(&mask, session);
-        let features = Features::of(&mask, LabelSet::FEATURES);
+        let features = MaskFeatures::of(&mask, LabelSet::FEATURES);
         if let Some(path) = &self.overlay {
             overlay::draw(&image, &mask, &features).write(path)?;
         }
@@ -143,7 +143,7 @@ impl Arguments {
         }
     }
 
-    fn outcome(&self, mask: &Array2<u8>, features: &Features) -> Outcome {
+    fn outcome(&self, mask: &Array2<u8>, features: &MaskFeatures) -> Outcome {
         let mut counts = [0_u64; MASK_LABELS as usize];
         mask.iter()
             .for_each(|&label| counts[usize::from(label)] += 1);

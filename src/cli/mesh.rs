@@ -19,8 +19,8 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
-use crate::format::gltf::companions::companions;
 use crate::format::json as json_file;
+use crate::format::mesh_formats::{companions, listed_extensions};
 use crate::format::ours::Format;
 use crate::mesh::quality::hausdorff;
 use crate::mesh::reading::{CleaningOptions, UserMesh, read_with};
@@ -124,10 +124,11 @@ fn check_field_memory(user: &UserMesh, options: &SurfaceOptions) -> Result<()> {
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The mesh: .obj, .ply, .stl, .off, .glb or .gltf, each also with .gz.
+    /// The mesh.
+    #[arg(help = format!("The mesh: {}, each also with .gz", listed_extensions()))]
     pub input: PathBuf,
-    /// Where to write it: .ply, .obj or .glb.
-    #[arg(long, short)]
+    /// Where to write it.
+    #[arg(long, short, help = format!("Where to write it: {}", writing::listed_extensions()))]
     pub output: PathBuf,
     /// What is done.
     #[command(flatten)]

@@ -193,8 +193,8 @@ impl Command {
             Self::Report(arguments) => arguments.check(),
             Self::Demo(arguments) => arguments.check(),
             Self::Plan(arguments) => arguments.check(),
-            Self::Import(_)
-            | Self::Factor(_)
+            Self::Import(arguments) => arguments.check(),
+            Self::Factor(_)
             | Self::Info(_)
             | Self::Init(_)
             | Self::Gram(_)
@@ -237,11 +237,11 @@ impl Command {
     fn if_interrupted(&self) -> &'static str {
         match self {
             Self::Bake(arguments) => arguments.if_interrupted(),
+            Self::Import(arguments) => arguments.if_interrupted(),
             Self::Synth(arguments) => arguments.if_interrupted(),
             Self::Render(_) => render::IF_INTERRUPTED,
             Self::Run(_) | Self::Demo(_) => CHAIN_IF_INTERRUPTED,
-            Self::Import(_)
-            | Self::Factor(_)
+            Self::Factor(_)
             | Self::Export(_)
             | Self::Heights(_)
             | Self::Info(_)

@@ -18,7 +18,7 @@ use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::render::overviews::Overviews;
-use crate::cli::render::surface::Surface;
+use crate::cli::render::surface::DrawnSurface;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
 use crate::format::ours::Format;
@@ -111,7 +111,7 @@ impl Arguments {
         let sample = Sample::open(&self.sample)?;
         let drawn_as = (self.look(), self.options.image.shading);
         let surface = surface::read(&self.map, drawn_as, session.progress())?;
-        let Surface { map, cover, id } = surface;
+        let DrawnSurface { map, cover, id } = surface;
         self.check_memory(&sample, &map)?;
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let inputs = Inputs {

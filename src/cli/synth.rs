@@ -30,24 +30,25 @@ use crate::cli::synth::target::TargetArguments;
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
-use crate::format::gltf::companions::companions;
 use crate::format::json;
+use crate::format::mesh_formats::companions;
 use crate::format::ours::Format;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::check::Plan;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::level_choice::LevelChoice;
 use crate::synthesis::map::surface_map;
-use crate::synthesis::options::{Method, SynthesisOptions};
+use crate::synthesis::method::Figure;
+use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::pattern_controls::PatternControls;
 use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::{self, Agreement};
-use crate::synthesis::recipes::synthesize;
 use crate::synthesis::{check, quality};
 use crate::textures::channel::SampleChannel;
 use crate::textures::model::ModelOptions;
@@ -468,9 +469,9 @@ impl WithSites for Measure<'_> {
             || quality::measure(inputs, coords, self.edges, options.seed, progress),
             || arguments.pictures.energies(inputs, coords, progress),
         );
-        let agreement = match options.method {
-            Method::KCoherence => agreement::measure(inputs, coords, options, progress)?,
-            _ => None,
+        let agreement = match options.method.reports(Figure::MetricAgreement) {
+            true => agreement::measure(inputs, coords, options, progress)?,
+            false => None,
         };
         Ok(Measured {
             quality: quality?,

@@ -1,6 +1,6 @@
 //! `mesotex textons`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -12,11 +12,10 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
-use crate::format::image::write_png;
 use crate::format::json;
 use crate::format::ours::Format;
 use crate::shard::Shard;
-use crate::texton::picture::{self, Picture};
+use crate::texton::montage::{label_map, montage};
 use crate::texton::report::{AnalysisReport, LevelReport};
 use crate::texton::vocabulary::FoundVocabulary;
 use crate::texton::{self, Analysis, PartReport, Parts, Study, TextonOptions};
@@ -43,7 +42,7 @@ pub struct Arguments {
     /// Write a picture of what each texton looks like, the most frequent first.
     #[arg(long, value_name = "FILE.png")]
     pub montage: Option<PathBuf>,
-    /// Write a picture of the finest texton map, a stable colour a label.
+    /// Write a picture of the finest texton map, each label in a colour of its own that is the same in every picture.
     #[arg(long, value_name = "FILE.png")]
     pub label_map: Option<PathBuf>,
     /// Do the i-th of n shares of the work on the images, from 0, and write a part; all parts are joined by
@@ -174,13 +173,10 @@ impl Arguments {
     fn write_side_outputs(&self, sample: &Sample, analysis: &Analysis) -> Result<()> {
         let finest = &analysis.vocabulary.levels[0];
         if let Some(path) = &self.montage {
-            write(
-                path,
-                &picture::montage(sample, &finest.labels, &finest.counts)?,
-            )?;
+            montage(sample, &finest.labels, &finest.counts)?.write(path)?;
         }
         if let Some(path) = &self.label_map {
-            write(path, &picture::label_map(finest.grid, &finest.labels))?;
+            label_map(finest.grid, &finest.labels).write(path)?;
         }
         match &self.report {
             Some(path) => json::write(path, &figures(&analysis.report)?),
@@ -212,10 +208,6 @@ impl Arguments {
             self.output.display()
         )))
     }
-}
-
-fn write(path: &Path, picture: &Picture) -> Result<()> {
-    write_png(path, picture.width, picture.height, &picture.pixels)
 }
 
 /// The report with the process' memory.

@@ -4,7 +4,7 @@
 //! other Σ_o d(x + o, x′ + o).
 //!
 //! Lanes hold *shifts*: lane c beside column x stands for column x + c, so that a window moves along a
-//! diagonal within its lane. Columns are counted round, the border's too; sums are stored at the columns
+//! diagonal within its lane. Column numbers wrap, those of the border included; sums are stored at the columns
 //! they are for.
 
 use std::iter::Take;
@@ -13,10 +13,7 @@ use std::slice::ChunksMut;
 use multiversion::multiversion;
 use ndarray::Array2;
 
-/// Numbers added at once.
-pub const LANES: usize = 16;
-/// As many numbers.
-pub type Lanes = [f32; LANES];
+use crate::lanes::{LANES, LaneBlock};
 
 /// The part of two rows that is summed along x.
 #[derive(Clone, Copy)]
@@ -65,7 +62,7 @@ pub fn vector_sums(along: WindowRow, depth: usize, from: &[f32], to: &[f32], sum
 /// Two rows of the bordered grid.
 trait RowPair {
     /// Distances of a place of one row to those of the other that lie some shifts behind, lane by lane.
-    fn distances(&self, place: usize, shift: usize) -> Lanes;
+    fn distances(&self, place: usize, shift: usize) -> LaneBlock;
 }
 
 struct LabelRows<'a> {
@@ -77,7 +74,7 @@ struct LabelRows<'a> {
 
 impl RowPair for LabelRows<'_> {
     #[inline(always)]
-    fn distances(&self, place: usize, shift: usize) -> Lanes {
+    fn distances(&self, place: usize, shift: usize) -> LaneBlock {
         let row = &self.table[self.from[place] as usize * self.features..][..self.features];
         let others = &self.to[place + shift..][..LANES];
         let mut distances = [0.0; LANES];
@@ -98,7 +95,7 @@ struct VectorRows<'a> {
 
 impl RowPair for VectorRows<'_> {
     #[inline(always)]
-    fn distances(&self, place: usize, shift: usize) -> Lanes {
+    fn distances(&self, place: usize, shift: usize) -> LaneBlock {
         let own = &self.from[place * self.depth..][..self.depth];
         let mut distances = [0.0; LANES];
         let mut begin = place + shift;
@@ -180,7 +177,7 @@ impl WindowRow {
 
     /// Puts down the sums of a column at the columns they are for; twice where they go round.
     #[inline(always)]
-    fn store(self, sums: &mut [f32], column: usize, shift: usize, sum: Lanes) {
+    fn store(self, sums: &mut [f32], column: usize, shift: usize, sum: LaneBlock) {
         let begin = column * self.step() + LANES;
         let mut other = self.first + column + shift;
         if other >= self.period {
@@ -194,7 +191,7 @@ impl WindowRow {
 }
 
 #[inline(always)]
-fn add_lanes(sum: &mut Lanes, term: &Lanes) {
+fn add_lanes(sum: &mut LaneBlock, term: &LaneBlock) {
     for lane in 0..LANES {
         sum[lane] += term[lane];
     }
@@ -218,7 +215,7 @@ pub fn add_rows(along: WindowRow, rows: &[f32], targets: Take<ChunksMut<'_, f32>
 }
 
 #[inline(always)]
-fn sum_of_rows(along: WindowRow, rows: &[f32], begin: usize) -> Lanes {
+fn sum_of_rows(along: WindowRow, rows: &[f32], begin: usize) -> LaneBlock {
     let mut total = [0.0; LANES];
     for row in 0..along.window {
         let sums = &rows[row * along.size() + begin..][..LANES];

@@ -11,12 +11,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use ndarray::{Array2, Array3};
 
 use crate::exemplar::space::{Features, SpaceLevel};
-
-/// Numbers in a block: vectors are padded to whole blocks, which the distance loop adds lane by lane.
-pub const LANES: usize = 16;
-
-/// A block of a feature vector.
-pub type LaneBlock = [f32; LANES];
+use crate::lanes::{LANES, LaneBlock};
 
 /// The feature vectors of a level, the default's last.
 #[derive(Clone, Debug, PartialEq)]

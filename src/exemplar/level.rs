@@ -2,8 +2,7 @@
 //! neighbour lists.
 //!
 //! A *feature row* is an index into a level's feature vectors: the texton label where the exemplar
-//! has textons, the texel itself where it has a feature vector a texel. One row more, the last, is
-//! the default's.
+//! has textons, the texel itself where it has a feature vector per texel. One more row, the last, is that of the default texton.
 
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
@@ -45,7 +44,7 @@ pub struct CoarseWindows {
 }
 
 impl<'a> ExemplarLevel<'a> {
-    /// Level `level` of an exemplar, of whose table `k` neighbours a texel are used; with windows on
+    /// Level `level` of an exemplar, of whose table `k` neighbours per texel are used; with windows on
     /// the parent level if `two_level`.
     ///
     /// Space and table must have passed [`check`](crate::synthesis::check).

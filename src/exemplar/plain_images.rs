@@ -3,7 +3,7 @@
 //!
 //! In: images of one size, each with what it is; controls of the same size. Out: a [`Space`] of kind
 //! `features`, level by level 2×2 means. Colours are used as an integer file stores them: by the sRGB
-//! curve, which is closer to what the eye tells apart than linear light; floats are linear and are
+//! curve, which is closer to perceived differences than linear light; floats are linear and are
 //! brought to that curve. All other kinds are used as they stand. Not handled: images of different
 //! sizes (crop or scale them first).
 

@@ -1,4 +1,4 @@
-//! Choosing neighbours greedily by (distance, flat index), each a least separation from all taken.
+//! Choosing neighbours greedily by (distance, flat index), each at least a given separation from all taken.
 //!
 //! In: distances of a texel to all texels. Out: its neighbours, nearest first, itself in column 0.
 
@@ -9,9 +9,7 @@ use multiversion::multiversion;
 use crate::exemplar::neighbor_list::{Near, Row};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
-
-/// Numbers compared at once.
-const LANES: usize = 16;
+use crate::lanes::{LANES, least_of_lanes, smaller};
 
 /// The texels a level's neighbours are chosen from.
 #[derive(Clone, Debug)]
@@ -44,7 +42,7 @@ impl Band {
 }
 
 impl Choice {
-    /// Chooses `k` neighbours a texel, itself included, among `whole` texels; with a band, of those in each
+    /// Chooses `k` neighbours per texel, itself included, among `whole` texels; with a band, of those in each
     /// other's.
     pub fn new(
         grid: TexelGrid,
@@ -196,11 +194,6 @@ impl<'a> Field<'a> {
     }
 }
 
-#[inline(always)]
-fn smaller(a: f32, b: f32) -> f32 {
-    if b < a { b } else { a }
-}
-
 /// The least of some numbers, none of them NaN; infinity of none.
 #[inline(always)]
 fn least_of(values: &[f32]) -> f32 {
@@ -211,14 +204,7 @@ fn least_of(values: &[f32]) -> f32 {
             lanes[lane] = smaller(lanes[lane], values[lane]);
         }
     }
-    let mut half = LANES / 2;
-    while half > 0 {
-        for lane in 0..half {
-            lanes[lane] = smaller(lanes[lane], lanes[lane + half]);
-        }
-        half /= 2;
-    }
-    rest.iter().copied().fold(lanes[0], smaller)
+    rest.iter().copied().fold(least_of_lanes(lanes), smaller)
 }
 
 /// The place of the first of some numbers that equals one.

@@ -1,6 +1,6 @@
 //! The surface texton space (Tong 2002 §4): per level the texton map and the Gram matrix Φ; or,
 //! for plain images, one feature vector per texel. In: a vocabulary, or a file. Out: the file
-//! `NAME.space.npz`. Appearance vectors end here: everything later needs their dot products alone.
+//! `NAME.space.npz`. Appearance vectors are not used beyond this stage: everything later needs only their dot products.
 //! What the numbers of a feature vector are is in [`channels`], what else is known of
 //! texels in [`controls`](super::controls).
 
@@ -21,7 +21,7 @@ use crate::format::id::ContentId;
 use crate::format::json::as_map;
 use crate::format::npz;
 use crate::grid::TexelGrid;
-use crate::texton::dot_products::{RowVectors, dot_products};
+use crate::texton::gram::{RowVectors, gram_matrix};
 use crate::texton::vocabulary::{Vocabulary, VocabularyLevel, label_image};
 
 /// `format` in the file's `meta.json`.
@@ -90,7 +90,7 @@ pub fn space_of_vocabulary<C: RowVectors>(vocabulary: &Vocabulary<C>) -> Result<
 }
 
 fn space_level<C: RowVectors>((at, level): (usize, &VocabularyLevel<C>)) -> Result<SpaceLevel> {
-    let gram = with_default_texton(&dot_products(&level.centroids)?);
+    let gram = with_default_texton(&gram_matrix(&level.centroids)?);
     match gram.iter().find(|value| !is_sound(**value)) {
         None => Ok(SpaceLevel {
             grid: level.grid,

@@ -3,7 +3,7 @@
 //! In: a level of a space. Out: for a block of texels the squared window distances to all texels. A
 //! window distance is the sum of texel distances along a diagonal: Σ_o d²(p + o, q + o). So texel
 //! distances of two rows are summed along x as they are found, and the sums of as many pairs of rows
-//! as a window has are added: about 12 additions a pair for 7 × 7 instead of 49 look-ups.
+//! as a window has are added: about 12 additions per pair for 7 × 7 instead of 49 look-ups.
 //!
 //! Off the grid a sample holds the default texton (of a plain image, the mean); a tileable level
 //! continues on the other side.
@@ -11,11 +11,12 @@
 use ndarray::Array2;
 
 use crate::exemplar::aligned_buffer::AlignedNumbers;
-use crate::exemplar::diagonal_sums::{LANES, WindowRow, add_rows, label_sums, vector_sums};
+use crate::exemplar::diagonal_sums::{WindowRow, add_rows, label_sums, vector_sums};
 use crate::exemplar::space::{Features, SpaceLevel};
 use crate::exemplar::texel_block::TexelBlock;
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
+use crate::lanes::LANES;
 
 /// What stands at every place of the level and of a border around it: once as the bordered grid is,
 /// row by row; and once each row as often round as shifts are read.

@@ -15,7 +15,7 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// Pads `rows` (one a texel) by the reach of `offsets` ([drow, dcol]): wrapped when the grid is
+    /// Pads `rows` (one per texel) by the reach of `offsets` ([drow, dcol]): wrapped when the grid is
     /// tileable, else with `default_row`.
     pub fn new(grid: TexelGrid, rows: &[u32], default_row: u32, offsets: &[[i32; 2]]) -> Self {
         let reach = offsets.iter().flatten().map(|o| o.unsigned_abs()).max();

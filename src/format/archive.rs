@@ -64,15 +64,25 @@ impl Archive {
         self.members.iter().map(|member| member.name.as_str())
     }
 
-    /// Reads and expands a file; its length and checksum are compared.
-    pub fn read(&self, name: &str) -> Result<Vec<u8>> {
+    /// The length and the checksum (CRC-32) that the directory states of a file.
+    pub fn stated(&self, name: &str) -> Result<(u64, u32)> {
+        let member = self.member(name)?;
+        Ok((member.length, member.checksum))
+    }
+
+    fn member(&self, name: &str) -> Result<&Member> {
         let place = self
             .members
             .binary_search_by(|member| member.name.as_str().cmp(name));
-        let Ok(place) = place else {
-            return Err(self.fault(name, "not in the archive"));
-        };
-        let member = &self.members[place];
+        match place {
+            Ok(place) => Ok(&self.members[place]),
+            Err(_) => Err(self.fault(name, "not in the archive")),
+        }
+    }
+
+    /// Reads and expands a file; its length and checksum are compared.
+    pub fn read(&self, name: &str) -> Result<Vec<u8>> {
+        let member = self.member(name)?;
         let most = member
             .packed
             .saturating_mul(EXPANSION_FACTOR)

@@ -9,7 +9,7 @@
 
 mod accessors;
 mod buffers;
-pub(crate) mod companions;
+mod companions;
 mod description;
 mod extensions;
 mod material;
@@ -33,7 +33,17 @@ use crate::format::gltf::buffers::Buffers;
 use crate::format::gltf::description::Description;
 use crate::format::gltf::nodes::Nodes;
 use crate::format::gltf::room::Room;
+use crate::format::mesh_format::MeshFormat;
 use crate::format::polygon_mesh::PolygonMesh;
+
+/// The format.
+pub(crate) const FORMAT: MeshFormat = MeshFormat {
+    name: "glTF",
+    extensions: &["glb", "gltf"],
+    parse,
+    splits_vertices: true,
+    companions: Some(companions::companions),
+};
 
 /// Parses a glTF file's bytes; buffers outside lie beside `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
@@ -49,7 +59,6 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<PolygonMesh> {
         accessors: Accessors::new(buffers.contents, room.most),
         room,
         mesh: PolygonMesh {
-            splits_vertices: true,
             corner_uvs: Some(Vec::new()),
             normals: Some(Vec::new()),
             unused: unneeded,

@@ -8,8 +8,9 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`image`], [`exr`] | images in and previews out; OpenEXR frames out |
-//! | [`obj`], [`ply`], [`stl`], [`off`], [`gltf`], [`polygon_mesh`] | mesh files, and what any of them holds |
+//! | [`image`], [`rgb_image`], [`exr`] | images in and previews out; OpenEXR frames out |
+//! | [`obj`], [`ply`], [`stl`], [`off`], [`gltf`] | mesh files |
+//! | [`mesh_format`], [`mesh_formats`], [`polygon_mesh`] | what a mesh format states, all of them, and what any mesh file holds |
 //! | [`npy`], [`npz`], [`zip_sink`] | arrays and archives of them |
 //! | [`archive`], [`compress`], [`zip_directory`] | archives that users bring, files of Unix compress |
 //! | [`stored_array`], [`nameless`], [`positioned`] | numbers that stay in a file |
@@ -22,30 +23,48 @@ pub(crate) mod archive;
 pub(crate) mod atomic;
 pub mod compress;
 pub mod exr;
-pub mod gltf;
 pub mod guard;
 pub(crate) mod id;
 pub mod image;
 pub mod json;
 pub(crate) mod lock;
+mod mesh_format;
+pub(crate) mod mesh_formats;
 pub(crate) mod nameless;
 pub mod npy;
 pub mod npz;
-pub mod obj;
-pub(crate) mod off;
 pub(crate) mod ours;
 pub(crate) mod own_folder;
-pub mod ply;
 pub(crate) mod polygon_mesh;
 pub(crate) mod positioned;
+pub(crate) mod rgb_image;
 pub(crate) mod seal;
 pub(crate) mod source;
-pub(crate) mod stl;
 pub(crate) mod stored_array;
 pub(crate) mod text;
 mod zip_directory;
 mod zip_sink;
 
+/// Registers the mesh formats that are read: one row per file. It declares the file's module and enters its `FORMAT` into the
+/// table, from which readers, messages and the names of outputs take what they need. Messages list the formats in this order.
+macro_rules! mesh_formats {
+    ($($visibility:vis mod $file:ident;)*) => {
+        $($visibility mod $file;)*
+
+        /// The mesh formats that are read.
+        static MESH_FORMATS: &[mesh_format::MeshFormat] = &[$($file::FORMAT),*];
+    };
+}
+
+mesh_formats! {
+    pub mod obj;
+    pub mod ply;
+    pub(crate) mod stl;
+    pub(crate) mod off;
+    pub mod gltf;
+}
+
 pub use id::ContentId;
 pub use lock::OutputLock;
 pub use polygon_mesh::PolygonMesh;
+pub use rgb_image::RgbImage;

@@ -9,9 +9,19 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::format::atomic;
+use crate::format::mesh_format::MeshFormat;
 use crate::format::ours::MESH_MARK;
 use crate::format::polygon_mesh::{PolygonMesh, from_origin};
 use crate::format::text;
+
+/// The format.
+pub(crate) const FORMAT: MeshFormat = MeshFormat {
+    name: "OBJ",
+    extensions: &["obj"],
+    parse: |bytes, _| parse(bytes),
+    splits_vertices: false,
+    companions: None,
+};
 
 /// The lists a face's indices point into, and the faces so far.
 #[derive(Default)]

@@ -7,10 +7,20 @@ mod header;
 mod values;
 
 use crate::error::{Error, Result};
+use crate::format::mesh_format::MeshFormat;
 use crate::format::off::header::Header;
 use crate::format::off::values::Values;
 use crate::format::polygon_mesh::PolygonMesh;
 use crate::format::text;
+
+/// The format.
+pub(crate) const FORMAT: MeshFormat = MeshFormat {
+    name: "OFF",
+    extensions: &["off"],
+    parse: |bytes, _| parse(bytes),
+    splits_vertices: false,
+    companions: None,
+};
 
 /// How the numbers of vertices are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,6 +4,7 @@
 //! texture coordinates of their corners. Strips of triangles (`tristrips`) are faces as well. Other list
 //! properties and other elements are skipped.
 
+mod polygons;
 mod preamble;
 mod rows;
 mod writing;
@@ -19,35 +20,19 @@ pub use crate::format::ply::writing::{Column, write, write_textured, write_with_
 
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
+use crate::format::mesh_format::MeshFormat;
 use crate::format::ply::preamble::Preamble;
 use crate::format::ply::rows::{Record, Rows, fault};
+use crate::format::polygon_mesh::Polygons;
 
-/// Polygons of any number of corners, in one flat list.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Polygons {
-    /// Corners of each polygon.
-    pub sizes: Vec<u32>,
-    /// Vertex indices, polygon after polygon.
-    pub corners: Vec<u32>,
-}
-
-impl Polygons {
-    /// Adds a polygon.
-    pub fn push(&mut self, polygon: &[u32]) {
-        self.sizes.push(polygon.len() as u32);
-        self.corners.extend_from_slice(polygon);
-    }
-
-    /// The polygons, one after the other.
-    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
-        let mut rest = self.corners.as_slice();
-        self.sizes.iter().map(move |&size| {
-            let (polygon, tail) = rest.split_at(size as usize);
-            rest = tail;
-            polygon
-        })
-    }
-}
+/// The format.
+pub(crate) const FORMAT: MeshFormat = MeshFormat {
+    name: "PLY",
+    extensions: &["ply"],
+    parse: |bytes, _| polygons::parse(bytes),
+    splits_vertices: false,
+    companions: None,
+};
 
 /// What a PLY file holds of vertices and faces.
 #[derive(Clone, Debug, Default, PartialEq)]

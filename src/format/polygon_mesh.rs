@@ -1,7 +1,37 @@
 //! What any mesh file holds: positions, polygons, and what came with them. The file's own order
 //! and indices; nothing repaired.
 
-use crate::format::ply::Polygons;
+use crate::error::{Error, Result};
+
+/// The largest coordinate of a vertex: squares of distances stay finite.
+pub const FARTHEST: f64 = 1e15;
+
+/// Polygons of any number of corners, in one flat list.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Polygons {
+    /// Corners of each polygon.
+    pub sizes: Vec<u32>,
+    /// Vertex indices, polygon after polygon.
+    pub corners: Vec<u32>,
+}
+
+impl Polygons {
+    /// Adds a polygon.
+    pub fn push(&mut self, polygon: &[u32]) {
+        self.sizes.push(polygon.len() as u32);
+        self.corners.extend_from_slice(polygon);
+    }
+
+    /// The polygons, one after the other.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        let mut rest = self.corners.as_slice();
+        self.sizes.iter().map(move |&size| {
+            let (polygon, tail) = rest.split_at(size as usize);
+            rest = tail;
+            polygon
+        })
+    }
+}
 
 /// A mesh as its file has it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,7 +48,7 @@ pub struct PolygonMesh {
     pub normals: Option<Vec<[f32; 3]>>,
     /// Named numbers, one per vertex.
     pub columns: Vec<(String, Vec<f64>)>,
-    /// Whether the format gives every face or material vertices of its own.
+    /// Whether the format gives every face or material vertices of its own, as the format's file states.
     pub splits_vertices: bool,
     /// Faces that were left out in reading, for the user.
     pub notes: Vec<String>,
@@ -45,4 +75,17 @@ impl PolygonMesh {
 /// A position that counts from an origin, in the file's coordinates.
 pub fn from_origin(origin: [f64; 3], position: [f32; 3]) -> [f64; 3] {
     std::array::from_fn(|axis| origin[axis] + f64::from(position[axis]))
+}
+
+/// The coordinates of an origin as `comment origin` of a map has them.
+pub fn parse_origin(text: &str) -> Result<[f64; 3]> {
+    let numbers: Vec<f64> = text
+        .split(' ')
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    match numbers[..] {
+        [x, y, z] if numbers.iter().all(|value| value.abs() <= FARTHEST) => Ok([x, y, z]),
+        _ => Err(Error::data("comment origin", format!("`{text}`"))
+            .expected("three numbers, none beyond 1e15")),
+    }
 }

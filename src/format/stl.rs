@@ -1,8 +1,18 @@
 //! STL, text or binary: triangles that share no vertices. Facet normals are skipped: they follow from the corners.
 
 use crate::error::{Error, Result};
+use crate::format::mesh_format::MeshFormat;
 use crate::format::polygon_mesh::PolygonMesh;
 use crate::format::text;
+
+/// The format.
+pub(crate) const FORMAT: MeshFormat = MeshFormat {
+    name: "STL",
+    extensions: &["stl"],
+    parse: |bytes, _| parse(bytes),
+    splits_vertices: true,
+    companions: None,
+};
 
 /// Bytes before the first triangle of a binary file, and bytes per triangle.
 const BINARY_HEADER: usize = 84;
@@ -46,8 +56,10 @@ fn parse_binary(bytes: &[u8]) -> Result<PolygonMesh> {
             .expected(format!("{stated}, for the {count} triangles of its header"))
             .advice("the file is truncated or is no STL"));
     }
-    let mut mesh = new_mesh();
-    mesh.single_precision = true;
+    let mut mesh = PolygonMesh {
+        single_precision: true,
+        ..PolygonMesh::default()
+    };
     for record in bytes[BINARY_HEADER..stated].chunks_exact(BINARY_TRIANGLE) {
         let number = |at: usize| {
             let four = std::array::from_fn(|byte| record[at + byte]);
@@ -62,13 +74,6 @@ fn parse_binary(bytes: &[u8]) -> Result<PolygonMesh> {
             .push(format!("{rest} bytes after the last triangle are ignored"));
     }
     Ok(mesh)
-}
-
-fn new_mesh() -> PolygonMesh {
-    PolygonMesh {
-        splits_vertices: true,
-        ..PolygonMesh::default()
-    }
 }
 
 fn push_facet(mesh: &mut PolygonMesh, corners: &[[f64; 3]]) {
@@ -87,7 +92,7 @@ struct Facet {
 
 /// Reads the facets of all solids.
 fn parse_text(text: &str) -> Result<PolygonMesh> {
-    let mut mesh = new_mesh();
+    let mut mesh = PolygonMesh::default();
     let mut facet = Facet::default();
     let mut words = words(text);
     while let Some((line, word)) = words.next() {

@@ -316,6 +316,7 @@ pub(crate) mod tests {
                 origin: DVec3::ZERO,
                 seed: 7,
                 method: "choosy".into(),
+                polish: 0,
                 sample: id.clone(),
                 space: id,
             },

@@ -5,7 +5,8 @@ use glam::DVec3;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::ours::MESH_MARK;
-use crate::mesh::origin::{FARTHEST, origin_comment, parse_origin};
+use crate::format::polygon_mesh::{FARTHEST, parse_origin};
+use crate::mesh::origin::origin_comment;
 
 /// The longest side of a sample, in texels: texels are counted in 32 bits.
 pub(super) const LONGEST: u32 = 65535;
@@ -25,6 +26,8 @@ pub struct MapHeader {
     pub seed: u64,
     /// The method it was synthesized by, as `--method` names it.
     pub method: String,
+    /// The rounds of polish that ended it.
+    pub polish: u32,
     /// The id of the sample.
     pub sample: ContentId,
     /// The id of the space it was synthesized from.
@@ -42,6 +45,9 @@ impl MapHeader {
             format!("seed {}", self.seed),
             format!("method {}", self.method),
         ]);
+        if self.polish > 0 {
+            comments.push(format!("polish {}", self.polish));
+        }
         comments.extend(origin_comment(self.origin));
         comments.push(format!("sample {}", self.sample));
         comments.push(format!("space {}", self.space));
@@ -101,6 +107,10 @@ impl MapHeader {
             },
             seed: parse_comment("seed", word("seed")?, "a whole number")?,
             method: method_of(comments)?,
+            polish: match optional("polish") {
+                Some(text) => parse_comment("polish", text, "a whole number")?,
+                None => 0,
+            },
             sample: id("sample")?,
             space: id("space")?,
         })

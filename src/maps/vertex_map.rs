@@ -9,10 +9,10 @@ use glam::{DVec3, Vec3};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
 use crate::format::ply::{self, Column, PlyFile};
+use crate::format::polygon_mesh::FARTHEST;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TextonLabel;
 use crate::maps::header::MapHeader;
-use crate::mesh::origin::FARTHEST;
 use crate::mesh::reading::varying;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
@@ -271,6 +271,7 @@ mod tests {
                 origin: DVec3::new(4_485_513.7, -0.1, 0.0),
                 seed: 7,
                 method: "wei-levoy".into(),
+                polish: 2,
                 sample: id.clone(),
                 space: id,
             },
@@ -285,13 +286,14 @@ mod tests {
         map.write(&path).unwrap();
         assert_eq!(SurfaceTextonMap::read(&path).unwrap(), map);
         let bytes = std::fs::read(&path).unwrap();
-        let header = String::from_utf8_lossy(&bytes[..300]).into_owned();
+        let header = String::from_utf8_lossy(&bytes[..320]).into_owned();
         for line in [
             "comment mesotex 1\n",
             "comment exemplar 8 4\n",
             "comment texel 0.25\n",
             "comment seed 7\n",
             "comment method wei-levoy\n",
+            "comment polish 2\n",
             "comment origin 4485513.7 -0.1 0\n",
         ] {
             assert!(header.contains(line), "{header}");

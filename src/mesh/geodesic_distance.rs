@@ -1,9 +1,9 @@
-//! Geodesic distances from a vertex of a surface to all others: a front that goes round triangle by triangle
+//! Geodesic distances from a vertex of a surface to all others: a front that advances triangle by triangle
 //! (fast marching, Kimmel and Sethian 1998).
 //!
 //! A vertex is reached through a triangle from the two others as if the front came from one point: the triangle
 //! and that point are drawn in the plane (Novotni and Klein 2002). On a flat surface distances are exact. A vertex
-//! whose distance falls is visited again, so that obtuse triangles need no care of their own.
+//! whose distance falls is visited again, so that obtuse triangles need no special treatment.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;

@@ -3,7 +3,7 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`triangle_mesh`], [`topology`], [`compressed_rows`] | a mesh, how its triangles hang together, lists per vertex |
+//! | [`triangle_mesh`], [`topology`], [`compressed_rows`] | a mesh, how its triangles are connected, lists per vertex |
 //! | [`reading`], [`triangulation`], [`cleaning`], [`origin`] | from a file of the user to a manifold mesh near zero |
 //! | [`writing`] | meshes into files |
 //! | [`builtin`], [`shapes`] | the built-in mesh, and meshes with a formula |

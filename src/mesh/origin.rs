@@ -1,4 +1,4 @@
-//! Where a mesh's coordinates count from, and how finely they are told.
+//! The origin that a mesh's coordinates are relative to.
 //!
 //! Georeferenced meshes (UTM, ECEF) lie millions of units from zero, where single precision has steps of
 //! half a unit. An origin near the mesh is subtracted in double precision on reading and added again on
@@ -6,14 +6,11 @@
 
 use glam::DVec3;
 
-use crate::error::{Error, Result};
 use crate::format::polygon_mesh::PolygonMesh;
 use crate::progress::Progress;
 
 /// Distance from zero, in diagonals of the mesh's box, from which an origin is subtracted.
 const FAR: f64 = 8.0;
-/// The largest coordinate of a vertex: squares of distances stay finite.
-pub const FARTHEST: f64 = 1e15;
 /// A step beyond this share of the median edge is coarse.
 const COARSE: f64 = 0.01;
 /// Edges that are looked at for their median.
@@ -68,19 +65,6 @@ pub fn origin_text(origin: DVec3) -> Option<String> {
 /// The comment of a PLY whose positions count from an origin.
 pub fn origin_comment(origin: DVec3) -> Option<String> {
     origin_text(origin).map(|text| format!("origin {text}"))
-}
-
-/// The coordinates of an origin as `comment origin` of a map has them.
-pub fn parse_origin(text: &str) -> Result<[f64; 3]> {
-    let numbers: Vec<f64> = text
-        .split(' ')
-        .filter_map(|word| word.parse().ok())
-        .collect();
-    match numbers[..] {
-        [x, y, z] if numbers.iter().all(|value| value.abs() <= FARTHEST) => Ok([x, y, z]),
-        _ => Err(Error::data("comment origin", format!("`{text}`"))
-            .expected("three numbers, none beyond 1e15")),
-    }
 }
 
 /// Says so when single precision, the file's or ours, is coarse against the edges.

@@ -1,7 +1,7 @@
 //! Points of a plane that are removed one by one, asked for one that lies in a triangle.
 //!
 //! A kd-tree: what a query costs depends on how the points lie to each other, not on the box they
-//! fill, so that outlying points and collinear runs do no harm.
+//! fill, so that outlying points and collinear runs do not slow it down.
 
 use glam::DVec2;
 

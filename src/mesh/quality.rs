@@ -1,4 +1,4 @@
-//! How even a mesh is, and how far from another surface (the measures of Turk 1992's aim).
+//! How even a mesh is, and how far it lies from another surface: the two aims of Turk 1992.
 
 use glam::Vec3;
 use rayon::prelude::*;

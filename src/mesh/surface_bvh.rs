@@ -9,8 +9,7 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// A point of a surface.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
     /// The triangle it lies in; [`NONE`](crate::mesh::topology::NONE) in [`SurfacePoint::NOWHERE`].
     pub triangle: u32,

@@ -1,6 +1,6 @@
 //! How triangles are connected: neighbours across edges, components, boundaries, Euler characteristic. In: an indexed
 //! mesh. Out: flat arrays. Edges with more than two triangles are left unmatched and listed;
-//! [`cleaning`](crate::mesh::cleaning) makes them go away.
+//! [`cleaning`](crate::mesh::cleaning) splits them.
 
 use glam::Vec3;
 use rayon::prelude::*;

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
 use crate::format::gltf::{self, GltfMesh};
+use crate::format::mesh_formats::either;
 use crate::format::obj::{self, ObjMesh};
 use crate::format::ours::MESH_MARK;
 use crate::format::ply::{self, Column};
@@ -13,23 +14,41 @@ use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::vertex_normals;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
-/// Refuses an output whose name asks for a format we do not write.
-pub fn check_name(path: &Path) -> Result<()> {
-    match extension(path).as_str() {
-        "ply" | "obj" | "glb" => Ok(()),
-        _ => Err(Error::option(
-            "output",
-            path.display().to_string(),
-            "a name that ends in .ply, .obj or .glb",
-        )),
+/// Writes a mesh with what came with it and these normals.
+type Writer = fn(&Path, &UserMesh, &[Vec3]) -> Result<()>;
+
+/// The formats that meshes are written in: the extension of the file's name, and the writer.
+const WRITERS: [(&str, Writer); 3] = [("ply", write_ply), ("obj", write_obj), ("glb", write_glb)];
+
+/// The extensions of these formats.
+pub const EXTENSIONS: [&str; WRITERS.len()] = {
+    let mut extensions = [""; WRITERS.len()];
+    let mut at = 0;
+    while at < WRITERS.len() {
+        extensions[at] = WRITERS[at].0;
+        at += 1;
     }
+    extensions
+};
+
+/// The extensions as messages list them: .a, .b or .c.
+pub fn listed_extensions() -> String {
+    either(EXTENSIONS.iter().map(|extension| format!(".{extension}")))
 }
 
-fn extension(path: &Path) -> String {
-    path.extension()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .to_ascii_lowercase()
+/// Refuses an output whose name asks for a format we do not write.
+pub fn check_name(path: &Path) -> Result<()> {
+    writer_of(path).map(drop)
+}
+
+fn writer_of(path: &Path) -> Result<Writer> {
+    let extension = path.extension().unwrap_or_default();
+    let mut writers = WRITERS.iter();
+    let found = writers.find(|(name, _)| extension.eq_ignore_ascii_case(name));
+    found.map(|(_, writer)| *writer).ok_or_else(|| {
+        let expected = format!("a name that ends in {}", listed_extensions());
+        Error::option("output", path.display().to_string(), expected)
+    })
 }
 
 /// Writes a mesh with its normals.
@@ -39,23 +58,8 @@ pub fn write_mesh(path: &Path, mesh: &TriangleMesh) -> Result<()> {
 
 /// Writes a user's mesh with what came with it.
 pub fn write_user(path: &Path, user: &UserMesh) -> Result<()> {
-    check_name(path)?;
-    let normals = unit_normals(user);
-    match extension(path).as_str() {
-        "ply" => write_ply(path, user, &normals),
-        "obj" => write_obj(path, user, &normals),
-        _ => gltf::write(
-            path,
-            &GltfMesh {
-                origin: user.origin.to_array(),
-                positions: &arrays(&user.mesh.positions),
-                normals: &arrays(&normals),
-                triangles: &user.mesh.triangles,
-                uvs: corner_uvs(user).as_deref(),
-                ..GltfMesh::default()
-            },
-        ),
-    }
+    let write = writer_of(path)?;
+    write(path, user, &unit_normals(user))
 }
 
 /// The file's normals where it has them, ours elsewhere.
@@ -143,6 +147,20 @@ fn write_obj(path: &Path, user: &UserMesh, normals: &[Vec3]) -> Result<()> {
             normals: &arrays(normals),
             uvs: corner_uvs(user).as_deref(),
             triangles: &user.mesh.triangles,
+        },
+    )
+}
+
+fn write_glb(path: &Path, user: &UserMesh, normals: &[Vec3]) -> Result<()> {
+    gltf::write(
+        path,
+        &GltfMesh {
+            origin: user.origin.to_array(),
+            positions: &arrays(&user.mesh.positions),
+            normals: &arrays(normals),
+            triangles: &user.mesh.triangles,
+            uvs: corner_uvs(user).as_deref(),
+            ..GltfMesh::default()
         },
     )
 }

@@ -74,6 +74,11 @@ impl fmt::Display for Axis {
     }
 }
 
+/// Whether a direction of any length is along `up`, up or down.
+pub fn is_along(up: DVec3, towards: DVec3) -> bool {
+    up.cross(towards).length() <= 1e-6 * towards.length()
+}
+
 /// The horizontal side that is usually the front: +z, or −y when z is up or down.
 pub fn front_of(up: Axis) -> Axis {
     match up {

@@ -1,4 +1,4 @@
-//! One image of a sample for any view and light, blended of its images as the renderer blends them.
+//! One image of a sample for any view and light, blended from its images as the renderer blends them.
 
 use glam::DVec3;
 

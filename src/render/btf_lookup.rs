@@ -163,7 +163,7 @@ struct Column {
     weight: Vec4,
 }
 
-/// A blend of images under construction, and its working memory; one a task.
+/// A blend of images under construction, and its working memory; one per task.
 #[derive(Debug, Default)]
 pub struct Blend {
     view: DVec3,

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use glam::DVec3;
 
-use crate::render::azimuth::AzimuthFrame;
+use crate::render::azimuth::{AzimuthFrame, is_along};
 use crate::render::bounds::used_points;
 use crate::render::camera::{Camera, Projection};
 use crate::render::framing::{Aim, FittedProjection, Framed};
@@ -156,7 +156,7 @@ impl<'a> CameraPlan<'a> {
     /// The up vector, or the front where the camera looks along it.
     fn upright(&self, towards: DVec3) -> DVec3 {
         let up = self.azimuths.up();
-        if up.cross(towards).length() <= 1e-6 * towards.length() {
+        if is_along(up, towards) {
             // Looking down, the front is at the picture's bottom; looking up, at its top.
             return self.azimuths.zero() * -up.dot(towards).signum();
         }

@@ -1,8 +1,9 @@
-//! Light that fills the shade: a dim environment, brighter from above, beside the lights.
+//! Fill light: a dim environment beside the lights, brighter from above, that lightens shaded parts.
 //!
 //! Its radiance changes linearly with direction, so a sample under it is a combination of four sums of each view's images
-//! (`even_light`), which are laid out beside the images. It costs four more images to read, not a light for each part of
-//! the sky. What hides it at a vertex is one number, the share of its hemisphere, by cosine, that is open.
+//! (`even_light`), which are laid out beside the images. So it costs four more images to read instead of
+//! one light for each part of the sky. Its occlusion at a vertex is one number: the share of the hemisphere that is open,
+//! weighted by the cosine.
 
 use std::f32::consts::PI;
 

@@ -1,8 +1,8 @@
 //! Framing: how far off a camera stands so that the surface fills its picture.
 //!
-//! A camera that stands still is fitted to the silhouette it sees, one that goes round to all that it sees on its way,
-//! one that goes anywhere to a sphere. A sweep has one of them, so the surface keeps its size from frame to frame. All
-//! are closed forms: each point of the surface says how far off the camera has to be at least.
+//! A still camera is fitted to the silhouette it sees, an orbiting one to the silhouettes of its whole orbit, any other to
+//! a bounding sphere. A sweep has one fit, so the surface keeps its size from frame to frame. All fits are closed forms: each
+//! point of the surface gives a least distance of the camera.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! The ground: a level plane that a mesh stands on, and that shows nothing but the shadow it catches.
+//! The ground: a level plane that a mesh stands on, and that shows only the mesh's shadow.
 //!
 //! The shadow is black, and its opacity is the share of light that the mesh keeps from the ground: of the lights by shadow
 //! rays, of fill light by how much of the sky is hidden. So a frame can be laid over any background, which then is the
@@ -17,7 +17,7 @@ use crate::render::occlusion::{Cone, Occluders, RayOrigin};
 use crate::render::raster::{Hit, SurfaceBuffer};
 use crate::render::vertex_shading::ShadingScene;
 
-/// Lights up to which each sample of a pixel casts its own rays; with more, one sample speaks for all.
+/// Lights up to which each sample of a pixel casts its own rays; with more, one sample stands for all.
 const FEW_LIGHTS: usize = 4;
 /// Rays over a light's disc that tell whether a sample lies in the shadow's edge, where all are cast.
 const FIRST_RAYS: u32 = 4;

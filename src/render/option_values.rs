@@ -25,13 +25,13 @@ pub enum Sweep {
     /// Nothing.
     #[default]
     None,
-    /// The first light goes round.
+    /// The azimuth of the first light changes.
     LightAzimuth,
     /// The first light rises on its side and sets on the other.
     LightElevation,
-    /// The first light goes round while it sinks.
+    /// The azimuth of the first light changes while it sinks.
     LightSpiral,
-    /// The camera goes round.
+    /// The camera orbits the mesh.
     ViewOrbit,
     /// A CSV file with a row for each frame.
     File(PathBuf),
@@ -263,7 +263,7 @@ pub const STANDARD_LAYERS: [Layer; 5] = [
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Animation {
-    /// None.
+    /// No moving preview.
     #[default]
     None,
     /// `sweep.gif`: 256 colours, at most 480 pixels wide.

@@ -16,6 +16,7 @@ pub use crate::render::options::lights::LightOptions;
 pub use crate::render::options::sweep::SweepOptions;
 
 use crate::error::{Error, Result};
+use crate::render::option_values::Sweep;
 use crate::render::renderer::Shadows;
 
 /// How a map is rendered.
@@ -44,6 +45,11 @@ pub struct RenderOptions {
 }
 
 impl RenderOptions {
+    /// Whether rows of a file may say what the options leave open.
+    pub fn has_rows(&self) -> bool {
+        matches!(self.sweep.kind, Sweep::File(_)) || self.camera.camera_path.is_some()
+    }
+
     /// Refuses values that no frame can have.
     pub fn validate(&self) -> Result<()> {
         self.lights.validate()?;

@@ -43,7 +43,7 @@ pub struct Shaded {
     pub beyond: f32,
 }
 
-/// Working memory, one a task.
+/// Working memory, one per task.
 #[derive(Debug, Default)]
 pub struct Workspace {
     /// Points that are not kept.
@@ -211,7 +211,8 @@ fn gather_lights(
     all
 }
 
-/// Whether what is known of a light at a vertex speaks of the side that is seen. Without borders it always speaks of the outside.
+/// Whether what is known of a light at a vertex applies to the side that is seen. Without borders it always applies to the
+/// outside.
 #[inline(always)]
 fn reaches_side(scene: &ShadingScene, vertex: usize, light: &Light, turned: bool) -> bool {
     if !scene.has_border {

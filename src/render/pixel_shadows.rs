@@ -1,8 +1,8 @@
 //! Shadows found in pixels: the share of a light that reaches the surface, by rays from every sample of a pixel.
 //!
 //! The edge of a shadow that crosses a pixel hides some of its samples, so that shadows have edges as smooth as outlines.
-//! The rays to a light that has a size are dealt out among the samples of a piece of surface: they cast about as many
-//! together as one point would.
+//! The rays to a light that has a size are divided among the samples of a piece of surface. Together they are about as many
+//! as for one point.
 
 use glam::Vec3;
 
@@ -15,7 +15,7 @@ use crate::render::seen_points::SeenPoint;
 use crate::render::vertex_shading::ShadingScene;
 
 /// The share of a light that reaches a piece of surface: the mean over the samples that see it. `pixel` has the hits of
-/// the piece's pixel; where it is empty, the point speaks for the piece.
+/// the piece's pixel; where it is empty, the point stands for the piece.
 pub fn piece_visibility(
     scene: &ShadingScene,
     light: usize,

@@ -19,7 +19,7 @@ pub fn vertex_colors(mesh: &TriangleMesh, colors: &[[u8; 3]], size: [u32; 2]) ->
     // Check the colours.
     if colors.len() != mesh.positions.len() {
         return Err(Error::data("colors", colors.len().to_string())
-            .expected(format!("{}, one a vertex", mesh.positions.len())));
+            .expected(format!("{}, one per vertex", mesh.positions.len())));
     }
     // Fit the camera.
     let bounds = Bounds::of(mesh)?;

@@ -72,7 +72,7 @@ pub struct RenderSettings {
     pub soft_rays: u32,
     /// The light that fills the shade.
     pub fill: Option<Fill>,
-    /// Up, where a ground catches the shadow.
+    /// Up, where a ground shows the shadow.
     pub ground: Option<DVec3>,
     /// Whether frames carry the layers of the view: depth, normals, uv, textons.
     pub geometry_layers: bool,

@@ -44,7 +44,7 @@ pub struct Inputs<'a> {
     pub map: &'a SurfaceTextonMap,
     /// The id of the map's file.
     pub map_id: &'a ContentId,
-    /// A plain colour below the texture, where it is transparent; `map_id` tells it too.
+    /// A plain colour below the texture, where it is transparent; `map_id` includes it.
     pub cover: Option<&'a Cover>,
     /// The folder of the frames; it exists.
     pub folder: &'a Path,
@@ -82,7 +82,7 @@ pub struct Report {
     pub table_bytes: usize,
     /// Whether the table was mapped from disk.
     pub table_mapped: bool,
-    /// The side of the mesh that is seen at azimuth 0.
+    /// The side of the mesh that is seen at azimuth 0, where that decides anything.
     pub front: Option<Front>,
     /// Whether views are blended with their parallax, and why; `None` when no frame was made.
     pub parallax: Option<Decision>,
@@ -117,7 +117,7 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: Progress<'_>) 
         heights: heights_id(inputs.sample, options)?,
     };
     let mut report = Report {
-        front: Some(subject.front),
+        front: shows_front(options, &subject).then_some(subject.front),
         ..Report::default()
     };
     job.refuse_foreign_files(&frames)?;
@@ -128,6 +128,15 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: Progress<'_>) 
     }
     report.files = frames.iter().map(|frame| job.file(frame)).collect();
     Ok(report)
+}
+
+/// Whether the front decides anything: it is where azimuths count from, but for a camera whose position is stated; and what is up
+/// where a camera looks straight up or down.
+fn shows_front(options: &RenderOptions, subject: &Subject<'_>) -> bool {
+    let camera = &options.camera;
+    let middle = (subject.bounds.centre + subject.origin).to_array();
+    let target = camera.camera_target.map_or(middle, |target| target.0);
+    camera.camera_position.is_none() || options.has_rows() || camera.looks_along_up(target)
 }
 
 /// Prepares a renderer and hands it over with the first frame of the plan; for callers that want

@@ -389,7 +389,7 @@ impl Source<'_> {
     }
 }
 
-/// Puts an image's texels from `first` on to place `at` of each of `out`, `stride` numbers a texel;
+/// Puts an image's texels from `first` on to place `at` of each of `out`, `stride` numbers per texel;
 /// `None` when one is no radiance.
 fn put<T: Stored>(
     pixels: &Pixels,

@@ -1,7 +1,6 @@
 //! Which lights reach which vertices, by shadow rays: found once, and kept while the light stays.
 //!
-//! Rays are cast in the order in which the vertices lie in the hierarchy of occluders, so that one
-//! ray finds near what the last one read.
+//! Rays are cast in the order in which the vertices lie in the hierarchy of occluders, so that consecutive rays read nearby memory.
 
 use rayon::prelude::*;
 
@@ -83,7 +82,7 @@ impl ShadowCaster {
 
 impl VertexShadows {
     /// Finds what is not yet known of the `lights` and the `vertices`. `rays` are cast to lights
-    /// that have a size. Once interrupted, what is found is worth nothing.
+    /// that have a size. After an interruption, what is found is invalid.
     pub fn find(
         &mut self,
         caster: &ShadowCaster,

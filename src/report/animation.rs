@@ -10,15 +10,15 @@ use png::{BitDepth, ColorType, Encoder, Filter};
 use crate::error::Result;
 use crate::format::atomic::{self, Sink};
 use crate::format::ours::PICTURE_MARK;
-use crate::report::contact_sheet::Picture;
+use crate::format::rgb_image::RgbImage;
 
 /// Pictures in their order, as writers ask for them.
-pub(super) type Pictures<'a> = dyn Iterator<Item = io::Result<Picture>> + 'a;
+pub(super) type Pictures<'a> = dyn Iterator<Item = io::Result<RgbImage>> + 'a;
 
 /// Writes pictures as an endless GIF, `rate` of them per second.
 pub fn write_gif(
     path: &Path,
-    pictures: impl Iterator<Item = Result<Picture>>,
+    pictures: impl Iterator<Item = Result<RgbImage>>,
     rate: u32,
 ) -> Result<()> {
     write_pictures(path, pictures, |sink, pictures| {
@@ -36,7 +36,7 @@ pub fn write_gif(
     })
 }
 
-fn gif_frame(picture: &Picture, rate: u32) -> Option<Frame> {
+fn gif_frame(picture: &RgbImage, rate: u32) -> Option<Frame> {
     let rgba = picture
         .pixels
         .chunks(3)
@@ -50,7 +50,7 @@ fn gif_frame(picture: &Picture, rate: u32) -> Option<Frame> {
 /// animation shows the first.
 pub fn write_apng(
     path: &Path,
-    pictures: impl ExactSizeIterator<Item = Result<Picture>>,
+    pictures: impl ExactSizeIterator<Item = Result<RgbImage>>,
     rate: u16,
 ) -> Result<()> {
     let count = pictures.len() as u32;
@@ -78,7 +78,7 @@ pub fn write_apng(
 /// Writes a file, complete or not at all, of pictures; the fault of a picture is handed on as it is.
 pub(super) fn write_pictures(
     path: &Path,
-    pictures: impl Iterator<Item = Result<Picture>>,
+    pictures: impl Iterator<Item = Result<RgbImage>>,
     fill: impl FnOnce(&mut Sink, &mut Pictures<'_>) -> io::Result<()>,
 ) -> Result<()> {
     let mut fault = None;
@@ -100,8 +100,8 @@ mod tests {
     use image::AnimationDecoder;
     use std::fs::File;
 
-    fn pictures() -> impl ExactSizeIterator<Item = Result<Picture>> {
-        let picture = |value: u8| Picture {
+    fn pictures() -> impl ExactSizeIterator<Item = Result<RgbImage>> {
+        let picture = |value: u8| RgbImage {
             width: 8,
             height: 4,
             pixels: vec![value; 96],
@@ -138,6 +138,6 @@ mod tests {
         assert_eq!(frames[1].buffer().get_pixel(3, 2).0, [200, 200, 200, 255]);
         assert_eq!(frames[1].delay().numer_denom_ms(), (40, 1));
         // A reader of still pictures sees the first.
-        assert_eq!(Picture::read(&path).unwrap().pixels, vec![10; 96]);
+        assert_eq!(RgbImage::read(&path).unwrap().pixels, vec![10; 96]);
     }
 }

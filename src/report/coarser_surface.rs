@@ -135,6 +135,7 @@ pub(super) mod tests {
                 origin: DVec3::ZERO,
                 seed: 0,
                 method: "k-coherence".into(),
+                polish: 0,
                 sample: id.clone(),
                 space: id,
             },

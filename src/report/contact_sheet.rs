@@ -1,36 +1,10 @@
 //! Many pictures on one: thumbnails in rows, a label under each.
 
-use std::path::Path;
-
 use rayon::prelude::*;
 
-use crate::error::Result;
-use crate::format::image::{self, decode_srgb, encode_srgb8};
+use crate::format::image::{decode_srgb, encode_srgb8};
+use crate::format::rgb_image::RgbImage;
 use crate::report::lettering;
-
-/// An 8-bit sRGB picture, row-major (height, width, RGB).
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// height × width × 3 bytes.
-    pub pixels: Vec<u8>,
-}
-
-impl Picture {
-    /// Reads an image file of any kind, as 8-bit sRGB.
-    pub fn read(path: &Path) -> Result<Self> {
-        let image = image::read(path)?.into_rgb();
-        let byte = |value: &f32| (value * 255.0 + 0.5) as u8;
-        Ok(Self {
-            width: image.width,
-            height: image.height,
-            pixels: image.data.iter().map(byte).collect(),
-        })
-    }
-}
 
 const BACKGROUND: u8 = 24;
 const INK: u8 = 230;
@@ -39,78 +13,63 @@ const GAP: u32 = 10;
 /// What stands between the parts of a label.
 const BETWEEN: &str = "  ";
 
-impl Picture {
-    fn blank(width: u32, height: u32) -> Self {
-        let pixels = vec![BACKGROUND; width as usize * height as usize * 3];
-        Self {
-            width,
-            height,
-            pixels,
-        }
+/// A picture at most `width` columns wide, by the mean of linear light in each new pixel.
+pub fn reduced(picture: RgbImage, width: u32) -> RgbImage {
+    if picture.width <= width {
+        return picture;
     }
-
-    /// The picture at most `width` columns wide, by the mean of linear light in each new pixel.
-    #[must_use]
-    pub fn reduced_to(&self, width: u32) -> Self {
-        if self.width <= width {
-            return self.clone();
-        }
-        // Find the height.
-        let height =
-            (u64::from(self.height) * u64::from(width)).div_ceil(u64::from(self.width)) as u32;
-        // Average the linear light of the pixels that each new one covers.
-        let linear: Vec<f32> = (0..=255u8)
-            .map(|v| decode_srgb(f32::from(v) / 255.0))
-            .collect();
-        let source = |new: u32, old_side: u32, new_side: u32| {
-            let scaled = |k: u32| u64::from(k) * u64::from(old_side) / u64::from(new_side);
-            let (from, to) = (scaled(new), scaled(new + 1));
-            from as usize..to.max(from + 1) as usize
-        };
-        let row = |row: u32| {
-            (0..width)
-                .flat_map(move |column| [[row, column, 0], [row, column, 1], [row, column, 2]])
-        };
-        let mean = |[row, column, channel]: [u32; 3]| {
-            let rows = source(row, self.height, height);
-            let columns = source(column, self.width, width);
-            let count = (rows.len() * columns.len()) as f32;
-            let sum: f32 = rows
-                .flat_map(|r| columns.clone().map(move |c| (r, c)))
-                .map(|(r, c)| (r * self.width as usize + c) * 3 + channel as usize)
-                .map(|at| linear[usize::from(self.pixels[at])])
-                .sum();
-            encode_srgb8(sum / count)
-        };
-        Self {
-            width,
-            height,
-            pixels: (0..height)
-                .into_par_iter()
-                .flat_map_iter(row)
-                .map(mean)
-                .collect(),
-        }
+    // Find the height.
+    let height =
+        (u64::from(picture.height) * u64::from(width)).div_ceil(u64::from(picture.width)) as u32;
+    // Average the linear light of the pixels that each new one covers.
+    let linear: Vec<f32> = (0..=255u8)
+        .map(|v| decode_srgb(f32::from(v) / 255.0))
+        .collect();
+    let source = |new: u32, old_side: u32, new_side: u32| {
+        let scaled = |k: u32| u64::from(k) * u64::from(old_side) / u64::from(new_side);
+        let (from, to) = (scaled(new), scaled(new + 1));
+        from as usize..to.max(from + 1) as usize
+    };
+    let row = |row: u32| {
+        (0..width).flat_map(move |column| [[row, column, 0], [row, column, 1], [row, column, 2]])
+    };
+    let mean = |[row, column, channel]: [u32; 3]| {
+        let rows = source(row, picture.height, height);
+        let columns = source(column, picture.width, width);
+        let count = (rows.len() * columns.len()) as f32;
+        let sum: f32 = rows
+            .flat_map(|r| columns.clone().map(move |c| (r, c)))
+            .map(|(r, c)| (r * picture.width as usize + c) * 3 + channel as usize)
+            .map(|at| linear[usize::from(picture.pixels[at])])
+            .sum();
+        encode_srgb8(sum / count)
+    };
+    let rows = (0..height).into_par_iter().flat_map_iter(row);
+    RgbImage {
+        width,
+        height,
+        pixels: rows.map(mean).collect(),
     }
+}
 
-    fn paste(&mut self, other: &Self, column: u32, row: u32) {
-        let bytes = other.width as usize * 3;
-        for (index, line) in other.pixels.chunks(bytes).enumerate() {
-            let at = ((row as usize + index) * self.width as usize + column as usize) * 3;
-            self.pixels[at..at + bytes].copy_from_slice(line);
-        }
+/// Copies a picture into the sheet, its corner at `column` and `row`.
+fn paste(sheet: &mut RgbImage, picture: &RgbImage, column: u32, row: u32) {
+    let bytes = picture.width as usize * 3;
+    for (index, line) in picture.pixels.chunks(bytes).enumerate() {
+        let at = ((row as usize + index) * sheet.width as usize + column as usize) * 3;
+        sheet.pixels[at..at + bytes].copy_from_slice(line);
     }
+}
 
-    /// Writes lines of text over the background.
-    fn write_lines(&mut self, lines: &[String], column: u32, row: u32) {
-        let width = self.width as usize;
-        for (top, line) in (row..).step_by(lettering::HEIGHT as usize).zip(lines) {
-            lettering::ink(line, |x, y, covered| {
-                let at = ((top + y) as usize * width + (column + x) as usize) * 3;
-                let shade = f32::from(BACKGROUND) + covered * f32::from(INK - BACKGROUND);
-                self.pixels[at..at + 3].fill(shade as u8);
-            });
-        }
+/// Writes lines of text over the background.
+fn write_lines(sheet: &mut RgbImage, lines: &[String], column: u32, row: u32) {
+    let width = sheet.width as usize;
+    for (top, line) in (row..).step_by(lettering::HEIGHT as usize).zip(lines) {
+        lettering::ink(line, |x, y, covered| {
+            let at = ((top + y) as usize * width + (column + x) as usize) * 3;
+            let shade = f32::from(BACKGROUND) + covered * f32::from(INK - BACKGROUND);
+            sheet.pixels[at..at + 3].fill(shade as u8);
+        });
     }
 }
 
@@ -118,7 +77,7 @@ impl Picture {
 ///
 /// The parts of a label stand two spaces apart; the first names the picture. Others that all labels have stand once, in a
 /// heading, after the number of pictures and before the `legend`.
-pub fn contact_sheet(thumbnails: &[(Picture, String)], legend: &str) -> Picture {
+pub fn contact_sheet(thumbnails: &[(RgbImage, String)], legend: &str) -> RgbImage {
     let labels = thumbnails
         .iter()
         .map(|(_, label)| label.split(BETWEEN).collect());
@@ -152,15 +111,15 @@ pub fn contact_sheet(thumbnails: &[(Picture, String)], legend: &str) -> Picture 
     let heading = wrapped(&heading, width);
     let top = GAP + heading.len() as u32 * lettering::HEIGHT + GAP;
 
-    let mut sheet = Picture::blank(width + 2 * GAP, top + rows * cell[1]);
-    sheet.write_lines(&heading, GAP, GAP);
+    let mut sheet = RgbImage::plain(width + 2 * GAP, top + rows * cell[1], BACKGROUND);
+    write_lines(&mut sheet, &heading, GAP, GAP);
     for (index, (picture, label)) in (0..).zip(pictures().zip(&labels)) {
         let (x, y) = (
             GAP + index % columns * cell[0],
             top + index / columns * cell[1],
         );
-        sheet.paste(picture, x, y);
-        sheet.write_lines(label, x, y + tallest + GAP / 2);
+        paste(&mut sheet, picture, x, y);
+        write_lines(&mut sheet, label, x, y + tallest + GAP / 2);
     }
     sheet
 }
@@ -195,26 +154,17 @@ fn wrapped(parts: &[&str], width: u32) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn plain(width: u32, height: u32, value: u8) -> Picture {
-        let pixels = vec![value; (width * height * 3) as usize];
-        Picture {
-            width,
-            height,
-            pixels,
-        }
-    }
-
     #[test]
     fn reducing_keeps_light() {
-        let mut picture = plain(64, 32, 0);
+        let mut picture = RgbImage::plain(64, 32, 0);
         for (index, pixel) in picture.pixels.chunks_mut(3).enumerate() {
             pixel.fill(if index % 2 == 0 { 255 } else { 0 });
         }
-        let small = picture.reduced_to(16);
+        let small = reduced(picture, 16);
         assert_eq!((small.width, small.height), (16, 8));
         // Half the light, not half the code value.
         assert!(small.pixels.iter().all(|&v| v == 188));
-        assert_eq!(small.reduced_to(100), small);
+        assert_eq!(reduced(small.clone(), 100), small);
     }
 
     #[test]
@@ -222,7 +172,7 @@ mod tests {
         let pictures: Vec<_> = (0..5)
             .map(|k| {
                 (
-                    plain(80, 20, 50 + k),
+                    RgbImage::plain(80, 20, 50 + k),
                     format!("{k}  light {}°  view 0°", 10 * k),
                 )
             })

@@ -8,7 +8,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::report::contact_sheet::Picture;
+use crate::format::rgb_image::RgbImage;
 use crate::report::numbers;
 
 /// Quality of JPEG, of 100.
@@ -27,7 +27,7 @@ pub struct Embedded {
 
 impl Embedded {
     /// A picture with every pixel as it is.
-    pub fn new(picture: &Picture, caption: impl Into<String>) -> Result<Self> {
+    pub fn new(picture: &RgbImage, caption: impl Into<String>) -> Result<Self> {
         Ok(Self {
             source: png(picture)?,
             caption: caption.into(),
@@ -45,20 +45,20 @@ impl Embedded {
     }
 }
 
-fn png(picture: &Picture) -> Result<String> {
+fn png(picture: &RgbImage) -> Result<String> {
     let mut bytes = Cursor::new(Vec::new());
     encode(picture, PngEncoder::new(&mut bytes))?;
     Ok(address("png", bytes.get_ref()))
 }
 
 /// The address of a picture as JPEG.
-pub fn jpeg(picture: &Picture) -> Result<String> {
+pub fn jpeg(picture: &RgbImage) -> Result<String> {
     let mut bytes = Vec::new();
     encode(picture, JpegEncoder::new_with_quality(&mut bytes, QUALITY))?;
     Ok(address("jpeg", &bytes))
 }
 
-fn encode(picture: &Picture, encoder: impl ImageEncoder) -> Result<()> {
+fn encode(picture: &RgbImage, encoder: impl ImageEncoder) -> Result<()> {
     let (width, height) = (picture.width, picture.height);
     encoder
         .write_image(&picture.pixels, width, height, ExtendedColorType::Rgb8)

@@ -26,7 +26,7 @@ pub(crate) mod view_factors;
 pub(crate) mod viewer;
 
 pub use animation::{write_apng, write_gif};
-pub use contact_sheet::{Picture, contact_sheet};
+pub use contact_sheet::contact_sheet;
 pub use embedded::Embedded;
 pub use summary::{Chapter, Fact, Figure, OutputFacts, Sequence, StageFacts, Summary};
 pub use video::{Container, VideoEncoder};

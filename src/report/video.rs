@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use crate::error::{Error, Result};
+use crate::format::rgb_image::RgbImage;
 use crate::report::animation::{Pictures, write_pictures};
-use crate::report::contact_sheet::Picture;
 
 /// Files of video.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,7 +118,7 @@ impl VideoEncoder {
     pub fn write(
         &self,
         path: &Path,
-        pictures: impl Iterator<Item = Result<Picture>>,
+        pictures: impl Iterator<Item = Result<RgbImage>>,
         rate: u32,
     ) -> Result<()> {
         write_pictures(path, pictures, |sink, pictures| {
@@ -157,7 +157,7 @@ impl VideoEncoder {
     }
 
     /// The program and what it is told, but for the file to write.
-    fn command(&self, picture: &Picture, rate: u32) -> Command {
+    fn command(&self, picture: &RgbImage, rate: u32) -> Command {
         let (codec, quality) = self.codec;
         let [size, rate] = [
             format!("{}x{}", picture.width, picture.height),
@@ -189,7 +189,7 @@ impl VideoEncoder {
 }
 
 /// Hands all pictures over, and says that these are all.
-fn send(running: &mut Child, first: Picture, pictures: &mut Pictures<'_>) -> io::Result<()> {
+fn send(running: &mut Child, first: RgbImage, pictures: &mut Pictures<'_>) -> io::Result<()> {
     let Some(mut pipe) = running.stdin.take() else {
         return Err(io::ErrorKind::BrokenPipe.into());
     };

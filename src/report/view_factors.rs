@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use crate::btf::description::Description;
 use crate::btf::image_source::ImageSource;
 use crate::error::{Error, Result};
-use crate::matrix::{Target, as_rows, eigen, multiply, product_of};
+use crate::matrix::{Update, as_rows, eigen, multiply, product_of};
 use crate::progress::Progress;
 use crate::render::nearest::{DirectionSet, PairSet, Weighting};
 use crate::report::numbers;
@@ -370,7 +370,7 @@ fn squared_differences(
         directions.view(),
         stored.view(),
         found.view_mut(),
-        Target::Replace,
+        Update::Replace,
     );
     let pairs = images.iter().zip(&found);
     pairs

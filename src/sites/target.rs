@@ -1,5 +1,6 @@
 //! Any target: the surface that is textured, and its sites on all levels.
 
+use std::mem;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
@@ -20,7 +21,8 @@ use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::vertices::VertexSites;
 use crate::sites::vertices::circles::{self, CircleSource, RoundOptions};
-use crate::sites::vertices::surface::{self, Surface};
+use crate::sites::vertices::prepared_surface::{PreparedSurface, SurfaceLevel};
+use crate::sites::vertices::surface;
 use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
 
 /// A target ready for synthesis.
@@ -193,13 +195,13 @@ impl Target {
     }
 
     /// The target of a prepared mesh.
-    pub fn of_surface(surface: Surface, user: &UserMesh) -> Self {
-        let first = |frames: Vec<Vec<Frame>>| frames.into_iter().next().unwrap_or_default();
-        let frames = first(surface.frames);
+    pub fn of_surface(mut surface: PreparedSurface, user: &UserMesh) -> Self {
+        let finest = &mut surface.levels[0];
+        let (mesh, frames) = (mem::take(&mut finest.mesh), mem::take(&mut finest.frames));
         Self {
             surface: TargetSurface {
-                mesh: surface.meshes.into_iter().next().unwrap_or_default(),
-                normals: surface.normals.into_iter().next().unwrap_or_default(),
+                mesh,
+                normals: frames.iter().map(|frame| frame.n).collect(),
                 orientations: frames.iter().map(|frame| frame.s).collect(),
                 scale: varying(user.scale.as_deref()).map(<[f32]>::to_vec),
                 texel: surface.texel,
@@ -207,7 +209,7 @@ impl Target {
                 grid: None,
                 atlas: None,
             },
-            sites: TargetSites::Vertices(surface.hierarchy),
+            sites: TargetSites::Vertices(surface.into_sites()),
             measured: None,
             controls: None,
         }
@@ -286,8 +288,8 @@ impl TargetSurface {
 /// Refuses a mesh so coarse that most sites see no other.
 ///
 /// That is the fault of `texel` where it was asked for, else of the mesh's own scale.
-fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
-    let sites = &surface.hierarchy.levels[0];
+fn check_density(surface: &PreparedSurface, texel: Option<f64>) -> Result<()> {
+    let SurfaceLevel { mesh, sites, .. } = &surface.levels[0];
     let on_surface = (0..sites.count()).filter(|&site| sites.areas[site] > 0.0);
     let (mut count, mut alone) = (0usize, 0usize);
     for site in on_surface {
@@ -297,7 +299,7 @@ fn check_density(surface: &Surface, texel: Option<f64>) -> Result<()> {
     if 2 * alone <= count {
         return Ok(());
     }
-    let area = surface.meshes[0].area();
+    let area = mesh.area();
     let found = format!("{alone} of {count} vertices have no other within the neighbourhood");
     let Some(texel) = texel else {
         return Err(Error::data("vertices", found)

@@ -42,6 +42,7 @@ pub fn atlas_map(surface: &AtlasSurface, map: &SurfaceTextonMap, tileable: bool)
             texel: map.header.texel,
             seed: map.header.seed,
             method: map.header.method.clone(),
+            polish: map.header.polish,
             sample: map.header.sample.clone(),
             space: map.header.space.clone(),
         },

@@ -1,11 +1,9 @@
 //! Whether exemplar, sites and options fit together, before any work is done; and what follows
 //! from them.
 
-mod own_windows;
 mod site_levels;
 mod space_level;
-mod table_plan;
-mod variant;
+pub(super) mod table_plan;
 
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
@@ -13,16 +11,16 @@ use crate::exemplar::space::Space;
 use crate::exemplar::square_window::check_square;
 use crate::neighborhood::Neighborhood;
 use crate::sites::level::Sites;
-use crate::synthesis::check::own_windows::{COHERENT_WIDTH, multiscale_levels, one_level};
-use crate::synthesis::check::site_levels::check_sites;
-use crate::synthesis::check::space_level::space_level;
+pub use crate::synthesis::check::site_levels::check_sites;
+pub use crate::synthesis::check::space_level::space_level;
+use crate::synthesis::check::table_plan::table_windows;
 pub use crate::synthesis::check::table_plan::{Plan, complete, fitting_levels};
-use crate::synthesis::check::variant::{check_controls, variant_levels, variant_neighborhoods};
 use crate::synthesis::inputs::Inputs;
+use crate::synthesis::method::MethodSites;
 use crate::synthesis::metric::of_level::gram;
-use crate::synthesis::options::{Method, MetricKind, SynthesisOptions, needs_faces};
+use crate::synthesis::options::{MetricKind, SynthesisOptions};
 
-/// Checks everything and completes the options.
+/// Checks everything that a method of the table's windows needs, and completes the options.
 pub fn plan<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
@@ -36,13 +34,8 @@ pub fn plan<const N: usize, S: Sites<N>>(
             .iter()
             .try_for_each(|level| gram(level).map(drop))?;
     }
-    check_sites(inputs.sites, &neighborhoods_of(inputs.table, &plan))?;
+    check_sites(inputs.sites, &table_windows(inputs.table, &plan))?;
     Ok(plan)
-}
-
-fn neighborhoods_of<'a>(table: &'a NeighborTable, plan: &Plan) -> Vec<&'a Neighborhood> {
-    let levels = table.levels[..plan.levels].iter();
-    levels.map(|level| &level.neighborhood).collect()
 }
 
 /// Completes the options of any method. What `synth` must know before it prepares a target.
@@ -51,25 +44,18 @@ pub fn complete_for(
     table: &NeighborTable,
     options: &SynthesisOptions,
 ) -> Result<Plan> {
-    let levels = match options.method {
-        Method::KCoherence | Method::WeiLevoy => return complete(space, table, options),
-        Method::Progressive => return variant_levels(space, table, options),
-        Method::Adaptive => round_levels(space, options)?,
-        Method::Multiscale => multiscale_levels(space, options)?,
-        Method::Coherent => one_level(space, options)?,
-        Method::Choosy => return Err(needs_faces()),
-    };
-    Ok(Plan { levels, k: 1 })
+    (options.method.description().plan)(space, table, options)
 }
 
 /// The square windows that a method compares on its levels, finest first: what a target is prepared for. None for
-/// a method with round neighbourhoods.
+/// a method with other neighbourhoods.
 pub fn neighborhoods(
     space: &Space,
     table: &NeighborTable,
     options: &SynthesisOptions,
 ) -> Result<Vec<Neighborhood>> {
-    planned_neighborhoods(table, &complete_for(space, table, options)?, options)
+    let plan = complete_for(space, table, options)?;
+    Ok(planned_neighborhoods(table, &plan, options))
 }
 
 /// The same for options that are completed already.
@@ -77,102 +63,11 @@ pub fn planned_neighborhoods(
     table: &NeighborTable,
     plan: &Plan,
     options: &SynthesisOptions,
-) -> Result<Vec<Neighborhood>> {
-    Ok(match options.method {
-        Method::KCoherence | Method::WeiLevoy => {
-            neighborhoods_of(table, plan).into_iter().cloned().collect()
-        }
-        Method::Adaptive => Vec::new(),
-        Method::Multiscale => options.multiscale.neighborhoods(plan.levels),
-        Method::Coherent => vec![Neighborhood::square(COHERENT_WIDTH, 0)],
-        Method::Progressive => variant_neighborhoods(table, plan, options),
-        Method::Choosy => return Err(needs_faces()),
-    })
-}
-
-/// Checks inputs of the multiscale method, and says what windows it compares on each level.
-pub fn multiscale<const N: usize, S: Sites<N>>(
-    inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
-) -> Result<Vec<Neighborhood>> {
-    let levels = multiscale_levels(inputs.space, options)?;
-    let neighborhoods = options.multiscale.neighborhoods(levels);
-    check_sites(inputs.sites, &neighborhoods.iter().collect::<Vec<_>>())?;
-    Ok(neighborhoods)
-}
-
-/// Checks inputs of the progressive method and completes its options.
-pub fn progressive<const N: usize, S: Sites<N>>(
-    inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
-) -> Result<Plan> {
-    exemplar(inputs.space, inputs.table)?;
-    let plan = variant_levels(inputs.space, inputs.table, options)?;
-    check_controls(inputs)?;
-    let neighborhoods = variant_neighborhoods(inputs.table, &plan, options);
-    check_sites(inputs.sites, &neighborhoods.iter().collect::<Vec<_>>())?;
-    Ok(plan)
-}
-
-/// Checks inputs of the coherent method.
-pub fn coherent<const N: usize, S: Sites<N>>(
-    inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
-) -> Result<()> {
-    one_level(inputs.space, options)?;
-    match inputs.sites.levels.first().map_or(0, Sites::count) {
-        0 => Err(Error::data("target", "no sites").expected("one or more")),
-        _ => Ok(()),
+) -> Vec<Neighborhood> {
+    match options.method.description().sites {
+        MethodSites::Windows(windows) => windows(table, plan, options),
+        MethodSites::Circles(_) | MethodSites::Faces => Vec::new(),
     }
-}
-
-/// Checks inputs of a method with round neighbourhoods of its own, and says how many levels it has.
-pub fn round<const N: usize, S: Sites<N>>(
-    inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
-) -> Result<usize> {
-    for (index, level) in inputs.space.levels.iter().enumerate() {
-        space_level(level, index)?;
-    }
-    let levels = round_levels(inputs.space, options)?;
-    match inputs.sites.levels.len() {
-        there if there < levels => Err(Error::option(
-            "levels",
-            format!("{levels}, but the target has {there}"),
-            format!("at most {there}"),
-        )),
-        _ => Ok(levels),
-    }
-}
-
-/// The levels of a method with round neighbourhoods, on each of which they must fit the exemplar.
-fn round_levels(space: &Space, options: &SynthesisOptions) -> Result<usize> {
-    options.validate()?;
-    let most = space.levels.len();
-    let levels = options.adaptive_levels(most);
-    if levels > most {
-        return Err(Error::option(
-            "levels",
-            format!("{levels}, but the sample has {most}"),
-            format!("at most {most}"),
-        ));
-    }
-    let Some(coarsest) = levels.checked_sub(1).map(|level| space.levels[level].grid) else {
-        return Err(Error::data("space", "no level").expected("one or more"));
-    };
-    let rings = options.adaptive.rings;
-    let width = 2 * rings + 1;
-    if width <= coarsest.width.min(coarsest.height) {
-        return Ok(levels);
-    }
-    Err(Error::option(
-        "rings",
-        format!(
-            "{rings}: {width} texels wide on the sample's coarsest level of {}×{}",
-            coarsest.width, coarsest.height
-        ),
-        "fewer rings, or fewer --levels",
-    ))
 }
 
 /// Checks that a space and a table are sound and describe the same texels; ids are for

@@ -68,7 +68,7 @@ pub fn run_by_run<R: Foreseen>(
 
 /// Visits classes of sites that read nothing of each other, in parallel inside a class, `passes` times: the
 /// same as visiting one by one in the order of the classes. Sites that nothing they read has changed for
-/// are spared the choice.
+/// are skipped.
 pub fn class_by_class<const N: usize, S: Sites<N>, R: Rule>(
     rule: &R,
     sites: &S,

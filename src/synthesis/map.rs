@@ -1,4 +1,4 @@
-//! The door of the engine: from a space, a neighbour table and a target to a surface texton map.
+//! The entry point of the engine: from a space, a neighbour table and a target to a surface texton map.
 
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
@@ -11,10 +11,10 @@ use crate::progress::Progress;
 use crate::sites::controls::SiteControls;
 use crate::sites::level::{SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::inputs::{Inputs, LevelMap};
-use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::options::{Method, SynthesisOptions};
 use crate::synthesis::pattern_controls::PatternControls;
-use crate::synthesis::recipes::synthesize;
 
 /// Synthesizes a map on a target. Errors: inputs and options that do not fit, and
 /// [`Error::Interrupted`](crate::error::Error::Interrupted).
@@ -86,6 +86,7 @@ pub fn surface_map(
             origin: surface.origin,
             seed: options.seed,
             method: options.method.name().into(),
+            polish: polish_rounds(options, grid.tileable),
             sample: space.sample.clone(),
             space: space.id.clone(),
         },
@@ -100,6 +101,14 @@ pub fn surface_map(
         map.textons[vertex] = TextonLabel::NONE;
     }
     map
+}
+
+/// The rounds of polish that end a map; only one method has any.
+fn polish_rounds(options: &SynthesisOptions, tileable: bool) -> u32 {
+    match options.method {
+        Method::KCoherence => options.k_coherence.polish.rounds(tileable),
+        _ => 0,
+    }
 }
 
 /// The texton of every coordinate of level 0; [`TextonLabel::NONE`] for plain images.

@@ -4,11 +4,9 @@
 //! of 256 × 256 to 1024 × 1024 sites: at most 1.5 times the peak of the process, and not below it. What a
 //! mesh takes is for [`sites::vertices::memory`](crate::sites::vertices::memory) to say.
 
-use crate::exemplar::controls::MASK_LABELS;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
-use crate::synthesis::options::{Method, SynthesisOptions};
-use crate::synthesis::polish;
+use crate::synthesis::options::SynthesisOptions;
 
 /// Bytes of a texel beside its neighbours and its vector: windows, projections, bounds.
 const TEXEL: u64 = 360;
@@ -18,13 +16,15 @@ const NEIGHBOR: u64 = 24;
 const DOT_PRODUCT: u64 = 24;
 /// Bytes of a site of a flat grid: its mesh, its coordinates on all levels, quality figures.
 const GRID_SITE: u64 = 260;
-/// Bytes of a site that is polished.
-const POLISHED_SITE: u64 = polish::SITE_BYTES;
 /// The program, and working memory of its threads.
 const PROGRAM: u64 = 16 << 20;
 
-/// Bytes that the exemplar takes while it is synthesized from.
-pub fn exemplar_bytes(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> u64 {
+/// Bytes that the exemplar, and what the method has beside it, take while so many sites are synthesized.
+pub fn exemplar_bytes(
+    (space, table): (&Space, &NeighborTable),
+    sites: u64,
+    options: &SynthesisOptions,
+) -> u64 {
     let level = |level: &SpaceLevel| {
         let numbers = match &level.features {
             Features::Textons { gram, .. } => DOT_PRODUCT * gram.len() as u64,
@@ -33,36 +33,8 @@ pub fn exemplar_bytes(space: &Space, table: &NeighborTable, options: &SynthesisO
         level.grid.len() as u64 * (TEXEL + NEIGHBOR * table.k as u64) + numbers
     };
     let levels = space.levels.iter();
-    let windows = match options.method {
-        Method::Progressive => levels
-            .clone()
-            .map(|level| window_bytes(level, options))
-            .sum(),
-        _ => 0,
-    };
-    levels.map(level).sum::<u64>() + windows + PROGRAM
-}
-
-/// Bytes of the windows of a level that the progressive method resamples: its colours at most twice, for the
-/// level itself and for the one below.
-fn window_bytes(level: &SpaceLevel, options: &SynthesisOptions) -> u64 {
-    let dimensions = match &level.features {
-        Features::Textons { gram, .. } => gram.nrows(),
-        Features::Vectors(vectors) => vectors.dim().2,
-    };
-    let samples = |width: u32| u64::from(width).pow(2);
-    let asked = &options.progressive;
-    let numbers = dimensions as u64 * samples(asked.color_window.widest())
-        + u64::from(MASK_LABELS) * samples(asked.widest());
-    2 * 4 * level.grid.len() as u64 * numbers
-}
-
-/// Bytes that polishing so many sites takes.
-pub fn polish_bytes(sites: u64, tileable: bool, options: &SynthesisOptions) -> u64 {
-    match options.k_coherence.polish.rounds(tileable) {
-        0 => 0,
-        _ => POLISHED_SITE * sites,
-    }
+    let of_method = (options.method.description().bytes)(space, sites, options);
+    levels.map(level).sum::<u64>() + of_method + PROGRAM
 }
 
 /// Bytes that a flat grid of this many sites takes while it is synthesized on.

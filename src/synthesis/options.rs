@@ -4,57 +4,13 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::synthesis::option_ranges::{at_least_one, few_rounds};
+use crate::synthesis::own_options::OwnOptions;
+pub use crate::synthesis::recipes::Method;
 use crate::synthesis::recipes::adaptive::options::AdaptiveOptions;
 use crate::synthesis::recipes::choosy::options::ChoosyOptions;
 use crate::synthesis::recipes::multiscale::options::MultiscaleOptions;
 use crate::synthesis::recipes::progressive::options::ProgressiveOptions;
 pub use crate::synthesis::recipes::tong::options::{KCoherenceOptions, Search};
-
-/// The method of synthesis, by its paper.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    /// Tong 2002: coherent texels and the nearest of each, level after level
-    #[default]
-    KCoherence,
-    /// Wei and Levoy 2001: every texel is compared at every site; slow, for comparison
-    WeiLevoy,
-    /// Chen and Dong 2008: round neighbourhoods of growing size on the same sites at every level
-    Adaptive,
-    /// Ying 2001 §4: every texel is compared, first on the coarser level alone; one of the nearest is drawn at random
-    Multiscale,
-    /// Ying 2001 §5: continues the patches of finished sites at real coordinates; one level, one pass, fast
-    Coherent,
-    /// Zhang 2003 §5: textures that change over the surface, with masks that keep elements whole
-    Progressive,
-    /// Castellanos and Williams: isotropic textures on faces, without an orientation
-    Choosy,
-}
-
-impl Method {
-    /// Its name on the command line and in maps.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::KCoherence => "k-coherence",
-            Self::WeiLevoy => "wei-levoy",
-            Self::Adaptive => "adaptive",
-            Self::Multiscale => "multiscale",
-            Self::Coherent => "coherent",
-            Self::Progressive => "progressive",
-            Self::Choosy => "choosy",
-        }
-    }
-}
-
-/// Refuses choosy sampling on sites that are no faces:
-/// [`synthesize_faces`](crate::synthesis::recipes::choosy::synthesize_faces) is its way in.
-pub(crate) fn needs_faces() -> Error {
-    Error::option(
-        "method",
-        "choosy, which writes on faces",
-        "--onto faces as well",
-    )
-}
 
 /// How the neighbourhoods of a site and a texel are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
@@ -151,120 +107,26 @@ impl SynthesisOptions {
                 "a share above 0, at most 1",
             ));
         }
-        self.k_coherence.validate()?;
-        self.adaptive.validate()?;
-        self.multiscale.validate()?;
-        self.progressive.validate()?;
-        self.choosy.check()?;
+        for (_, own) in self.own_options() {
+            own.validate()?;
+        }
         self.check_method()
     }
 
-    /// Levels of the adaptive method, of at most `most`: two unless more are asked for, as the circles of
-    /// coarser levels are wide.
-    pub fn adaptive_levels(&self, most: usize) -> usize {
-        self.levels.map_or(most.min(2), |levels| levels as usize)
-    }
-
-    /// Refuses options that the method does not use.
+    /// Refuses options that the method does not use, and values that do not suit it.
     fn check_method(&self) -> Result<()> {
-        // Refuse options of other methods.
-        let name = self.method.name();
-        if self.method != Method::KCoherence {
-            self.k_coherence.refuse_for(name)?;
-        }
-        if self.method != Method::Adaptive {
-            self.adaptive.refuse_for(name)?;
-        }
-        if self.method != Method::Multiscale {
-            self.multiscale.refuse_for(name)?;
-        }
-        if self.method != Method::Progressive {
-            self.progressive.refuse_for(name)?;
-        }
-        if self.method != Method::Choosy {
-            self.choosy.refuse_for(name)?;
-        }
-        // Refuse too few passes.
-        if self.method == Method::Progressive && self.passes < 2 {
-            let found = format!("{} with --method {name}", self.passes);
-            return Err(Error::option(
-                "passes",
-                found,
-                "2 or more: the first is a guess",
-            ));
-        }
-        match self.unused_option() {
-            None => Ok(()),
-            Some((option, has)) => Err(Error::option(
-                option,
-                format!("given with --method {name}"),
-                format!("another method: this one has {has}"),
-            )),
-        }
+        let changed = self.changed();
+        self.refuse_foreign(|name| changed.contains(&name))?;
+        (self.method.description().check_options)(self)?;
+        self.refuse_replaced(|name| changed.contains(&name))
     }
 
-    /// A given one of the options that several methods share, and what this method has instead of it.
-    fn unused_option(&self) -> Option<(&'static str, &'static str)> {
-        // Tell which shared options the method has no use for.
-        let default = Self::default();
-        let (levels, metric, neighborhood, passes) = match self.method {
-            Method::KCoherence | Method::WeiLevoy => return None,
-            Method::Adaptive => (false, true, true, true),
-            Method::Multiscale => (false, false, true, true),
-            Method::Coherent => (true, true, true, true),
-            Method::Choosy => return self.unused_by_choosy(),
-            Method::Progressive => (false, true, true, false),
-        };
-        // Find one that was given.
-        let given = [
-            (
-                levels && self.levels.is_some_and(|levels| levels != 1),
-                "levels",
-                "one level",
-            ),
-            (
-                metric && self.metric != default.metric,
-                "metric",
-                "a metric of its own",
-            ),
-            (
-                neighborhood && self.neighborhood.is_some(),
-                "neighborhood",
-                "neighbourhoods of its own",
-            ),
-            (
-                passes && self.passes != default.passes,
-                "passes",
-                "a fixed number of passes",
-            ),
-        ];
-        let first = given.into_iter().find(|(given, ..)| *given);
-        first.map(|(_, option, has)| (option, has))
-    }
-
-    /// An option that choosy sampling has another word for, or no use of.
-    fn unused_by_choosy(&self) -> Option<(&'static str, &'static str)> {
-        let default = Self::default();
-        let given = [
-            (
-                self.levels.is_some(),
-                "levels",
-                "--subdivisions, one less than levels",
-            ),
-            (
-                self.metric != default.metric,
-                "metric",
-                "a metric of its own",
-            ),
-            (
-                self.neighborhood.is_some(),
-                "neighborhood",
-                "neighbourhoods of its own",
-            ),
-            (self.passes != default.passes, "passes", "--iterations"),
-        ];
-        let first = given.into_iter().find(|(given, ..)| *given);
-        first.map(|(_, option, has)| (option, has))
+    /// The options of single methods, each with the method that has them.
+    pub(crate) fn own_options(&self) -> impl Iterator<Item = (Method, &dyn OwnOptions)> {
+        Method::ALL.iter().filter_map(|&method| {
+            let own = method.description().own_options?;
+            Some((method, own(self)))
+        })
     }
 }
 

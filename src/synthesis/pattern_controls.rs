@@ -18,10 +18,10 @@ pub struct PatternControls<'a> {
 }
 
 impl<'a> PatternControls<'a> {
-    /// Those of an exemplar, which only the progressive method heeds.
+    /// Those of an exemplar, if the method follows them.
     pub fn of(space: &'a Space, method: Method) -> Self {
         let controls = space.controls.first();
-        let heeded = controls.filter(|_| method == Method::Progressive);
+        let heeded = controls.filter(|_| method.description().follows_controls);
         Self {
             grid: space.levels[0].grid,
             mask: heeded.and_then(|controls| controls.mask.as_ref()),

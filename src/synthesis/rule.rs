@@ -1,4 +1,4 @@
-//! The one seam of the engine: how a site is decided, given what the others hold. A paper is a rule and the
+//! The one interface between a method and the engine: how a site is decided, given what the others hold. A paper is a rule and the
 //! [drivers](crate::synthesis::drive) that visit the sites with it.
 
 /// How one site is decided.

@@ -10,20 +10,20 @@ use crate::btf::sample::Sample;
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::progress::Progress;
+use crate::texton::clustering::{self, Found};
 use crate::texton::eigenplanes::Eigenplanes;
 use crate::texton::filter_bank::{FILTERS, leung_malik};
-use crate::texton::level::Level;
-use crate::texton::level_textons::{self, Found};
-use crate::texton::mixed_responses::mix_into;
+use crate::texton::filtered_level::FilteredLevel;
+use crate::texton::image_batches::{ImageBatches, PlaneSource};
 use crate::texton::options::TextonOptions;
-use crate::texton::panels::{Panels, PlaneSource};
 use crate::texton::parts::Parts;
 use crate::texton::plan::Plan;
 use crate::texton::report::{AnalysisReport, LevelReport};
 use crate::texton::representatives;
+use crate::texton::response_sums::sum_responses;
 use crate::texton::row_blocks::RowBlocks;
 use crate::texton::study::{self, Study};
-use crate::texton::texel_mixtures::TexelMixtures;
+use crate::texton::texel_sums::TexelSums;
 use crate::texton::vocabulary::{FactorBasis, FoundVocabulary, VocabularyLevel};
 
 /// What texton analysis finds.
@@ -62,11 +62,13 @@ pub fn find(
         planned_bytes: plan.bytes,
         ..AnalysisReport::default()
     };
+    // Make the filters of every level.
     let bank = leung_malik();
-    let levels: Vec<Level<'_>> = report.measure("filter bank", || {
+    let levels: Vec<FilteredLevel<'_>> = report.measure("filter bank", || {
         let grids = stack.grids.iter();
-        grids.map(|&grid| Level::new(grid, &bank)).collect()
+        grids.map(|&grid| FilteredLevel::new(grid, &bank)).collect()
     });
+    // Choose the images, and the planes that stand for them.
     let representatives = report.measure("representative images", || {
         choose_representatives(study, &bank, parts.as_mut(), progress)
     })?;
@@ -85,14 +87,15 @@ pub fn find(
         Some(planes) => PlaneSource::Eigenplanes(planes),
         None => PlaneSource::Images(&representatives),
     };
+    // Find the textons of every level, and their centres.
     let blocks = study.blocks_of(source);
-    let mut panels = Panels::new(stack, source, blocks, plan.keep_images);
+    let mut batches = ImageBatches::new(stack, source, blocks, plan.keep_images);
     let summed = match &mut parts {
         Some(parts) => parts.image_products(study)?,
         None => None,
     };
-    let found = level_textons::find(
-        &mut panels,
+    let found = clustering::find(
+        &mut batches,
         &levels,
         plan.sketched(),
         summed,
@@ -101,29 +104,43 @@ pub fn find(
         progress,
     )?;
     let centroids = report.measure("texton centres", || {
-        centroids(&mut panels, &levels, &found, progress)
+        centroids(&mut batches, &levels, &found, progress)
     })?;
+    // Report, and put the vocabulary together.
     let chosen_by_reading = parts.is_none() && representatives.len() < sample.image_count();
-    report.times_read = panels.passes() + u32::from(chosen_by_reading);
+    report.times_read = batches.passes() + u32::from(chosen_by_reading);
     report.levels = level_reports(&levels, plan, &found);
+    let factor_basis = eigenplanes.map(|planes| FactorBasis {
+        rank: planes.rank(),
+        sets: planes.sets(),
+        matrix: planes.into_inverse_root(),
+    });
     let vocabulary = FoundVocabulary {
         levels: assemble(&levels, found, centroids),
+        representatives,
+        factor_basis,
+        ..described(study, &bank)?
+    };
+    Ok(Analysis { vocabulary, report })
+}
+
+/// A vocabulary of the study's sample and options that holds nothing yet.
+fn described(study: &Study<'_>, bank: &Array3<f64>) -> Result<FoundVocabulary> {
+    let Study { stack, options, .. } = study;
+    let sample = stack.sample;
+    Ok(FoundVocabulary {
+        levels: Vec::new(),
+        representatives: Vec::new(),
         filters: bank.mapv(|tap| tap as f32),
         channels: stack.channels.count() as u32,
-        factor_basis: eigenplanes.map(|planes| FactorBasis {
-            rank: planes.rank(),
-            sets: planes.sets(),
-            matrix: planes.into_inverse_root(),
-        }),
+        factor_basis: None,
         tileable: stack.grids[0].tileable,
         options: study::recorded(options)?,
         seed: options.seed,
         texel_mm: sample.description().texel_mm,
         sample: sample.id().clone(),
         id: ContentId::of_bytes(&[]),
-        representatives,
-    };
-    Ok(Analysis { vocabulary, report })
+    })
 }
 
 fn choose_representatives(
@@ -156,18 +173,18 @@ fn choose_representatives(
 
 /// The textons' appearance vectors, level by level: the means of their members.
 fn centroids(
-    panels: &mut Panels<'_>,
-    levels: &[Level<'_>],
+    batches: &mut ImageBatches<'_>,
+    levels: &[FilteredLevel<'_>],
     found: &[Found],
     progress: Progress<'_>,
 ) -> Result<Vec<RowBlocks>> {
-    let components = panels.planes() * FILTERS;
+    let components = batches.planes() * FILTERS;
     let mut targets: Vec<_> = levels
         .iter()
         .zip(found)
         .map(|(level, Found { clustering, .. })| {
             let place = |texel| level.filters.place(texel);
-            let averages = TexelMixtures::averages(&clustering.labels, &clustering.counts, place);
+            let averages = TexelSums::averages(&clustering.labels, &clustering.counts, place);
             let centroids = RowBlocks::zeros(averages.count(), components).map_err(|error| {
                 Error::data("texton centres", format!("no memory for them: {error}"))
                     .advice("take fewer --images or --textons")
@@ -175,18 +192,18 @@ fn centroids(
             Ok((averages, centroids))
         })
         .collect::<Result<_>>()?;
-    panels.each("texton centres", progress, |panel| {
-        let planes = panel.planes;
+    batches.each("texton centres", progress, |batch| {
+        let planes = batch.planes;
         for (((averages, centroids), planes), level) in targets.iter_mut().zip(planes).zip(levels) {
-            let range = level.components(panel.first, planes);
+            let range = level.components(batch.first, planes);
             let target = centroids.columns_mut(range);
-            mix_into(&level.filters, averages, planes, target);
+            sum_responses(&level.filters, averages, planes, target);
         }
     })?;
     Ok(targets.into_iter().map(|(_, rows)| rows).collect())
 }
 
-fn level_reports(levels: &[Level<'_>], plan: &Plan, found: &[Found]) -> Vec<LevelReport> {
+fn level_reports(levels: &[FilteredLevel<'_>], plan: &Plan, found: &[Found]) -> Vec<LevelReport> {
     let levels = levels.iter().zip(&plan.routes).zip(found);
     levels
         .map(|((level, &route), found)| {
@@ -197,7 +214,7 @@ fn level_reports(levels: &[Level<'_>], plan: &Plan, found: &[Found]) -> Vec<Leve
 }
 
 fn assemble(
-    levels: &[Level<'_>],
+    levels: &[FilteredLevel<'_>],
     found: Vec<Found>,
     centroids: Vec<RowBlocks>,
 ) -> Vec<VocabularyLevel<RowBlocks>> {

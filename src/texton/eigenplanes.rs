@@ -16,7 +16,7 @@ use ndarray::{Array2, s};
 
 use crate::btf::factored::Factors;
 use crate::btf::factored::factorization::CHANNELS;
-use crate::matrix::{Target, eigen, multiply_on_all_threads};
+use crate::matrix::{Update, eigen, multiply_on_all_threads};
 use crate::texton::image_stack::{Channels, LUMINANCE};
 
 /// Images whose numbers are held at once.
@@ -152,7 +152,7 @@ fn gram_of_planes(factors: &Factors, images: &[u32], weights: &Array2<f64>) -> A
                 }
             }
         }
-        multiply_on_all_threads(rows.t(), rows.view(), gram.view_mut(), Target::Add);
+        multiply_on_all_threads(rows.t(), rows.view(), gram.view_mut(), Update::Add);
     }
     gram
 }

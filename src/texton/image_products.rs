@@ -8,8 +8,8 @@ use crate::format::stored_array::StoredArray;
 use crate::grid::TexelGrid;
 use crate::matrix::as_rows;
 use crate::progress::Progress;
-use crate::texton::basis::PlaneBasis;
-use crate::texton::outer_products::OuterProducts;
+use crate::texton::filter_eigenbasis::FilterEigenbasis;
+use crate::texton::scatter_matrix::ScatterMatrix;
 
 /// The sums of some levels.
 pub struct ImageProducts {
@@ -18,19 +18,19 @@ pub struct ImageProducts {
 
 /// The sum of one level.
 pub struct LevelProducts {
-    basis: PlaneBasis,
+    basis: FilterEigenbasis,
     side: usize,
     /// Of the blocks that are done.
-    total: Option<OuterProducts>,
+    total: Option<ScatterMatrix>,
     /// Of the block under way.
-    block: Option<OuterProducts>,
+    block: Option<ScatterMatrix>,
 }
 
 impl ImageProducts {
     /// Nothing added yet, on these texel grids.
     pub fn new(grids: &[TexelGrid]) -> Self {
         let level = |&grid: &TexelGrid| LevelProducts {
-            basis: PlaneBasis::new(grid),
+            basis: FilterEigenbasis::new(grid),
             side: grid.len(),
             total: None,
             block: None,
@@ -46,7 +46,7 @@ impl ImageProducts {
             let coefficients = level.basis.coefficients(planes);
             let rows = as_rows(&coefficients, coefficients.len() / level.side, level.side);
             let side = level.side;
-            let block = level.block.get_or_insert_with(|| OuterProducts::new(side));
+            let block = level.block.get_or_insert_with(|| ScatterMatrix::new(side));
             block.add(rows, progress);
         }
     }
@@ -59,7 +59,7 @@ impl ImageProducts {
             match &mut level.total {
                 Some(total) => total.add_sum_of(rows, progress),
                 total => {
-                    let mut first = OuterProducts::new(level.side);
+                    let mut first = ScatterMatrix::new(level.side);
                     first.add(rows, progress);
                     *total = Some(first);
                 }
@@ -81,7 +81,7 @@ impl ImageProducts {
     }
 
     /// The sums of the block under way, finest level first.
-    pub fn block(&self) -> impl Iterator<Item = &OuterProducts> {
+    pub fn block(&self) -> impl Iterator<Item = &ScatterMatrix> {
         self.levels.iter().filter_map(|level| level.block.as_ref())
     }
 
@@ -90,14 +90,14 @@ impl ImageProducts {
         let blocks = self.levels.iter_mut();
         blocks
             .filter_map(|level| level.block.as_mut())
-            .for_each(OuterProducts::clear);
+            .for_each(ScatterMatrix::clear);
     }
 
     /// How many numbers the sums of one block take on every level, as they are stored.
     pub fn stored_lengths(grids: &[TexelGrid]) -> Vec<usize> {
         let lengths = grids.iter();
         lengths
-            .map(|grid| OuterProducts::stored_length(grid.len()))
+            .map(|grid| ScatterMatrix::stored_length(grid.len()))
             .collect()
     }
 
@@ -107,7 +107,7 @@ impl ImageProducts {
         match total {
             Some(total) => total.add_stored(block),
             None => {
-                *total = Some(OuterProducts::read(*side, block)?);
+                *total = Some(ScatterMatrix::read(*side, block)?);
                 Ok(())
             }
         }
@@ -122,8 +122,8 @@ impl ImageProducts {
 
 impl LevelProducts {
     /// The basis of the coefficients, and their dot products.
-    pub fn into_total(self) -> (PlaneBasis, OuterProducts) {
-        let total = self.total.unwrap_or_else(|| OuterProducts::new(self.side));
+    pub fn into_total(self) -> (FilterEigenbasis, ScatterMatrix) {
+        let total = self.total.unwrap_or_else(|| ScatterMatrix::new(self.side));
         (self.basis, total)
     }
 }

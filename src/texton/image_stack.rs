@@ -14,7 +14,7 @@ use crate::grid::TexelGrid;
 /// Rec. 709 luminance of linear R, G, B.
 pub const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Numbers read at once: images of a panel times those of a finest image.
+/// Numbers read at once: images of a batch times those of a finest image.
 const PANEL_NUMBERS: usize = 1 << 22;
 
 /// Which planes an image gives.
@@ -48,12 +48,12 @@ pub struct ImageStack<'a> {
 
 impl ImageStack<'_> {
     /// Images read at once.
-    pub fn panel(&self) -> usize {
-        self.panel_of(self.channels.count())
+    pub fn batch(&self) -> usize {
+        self.batch_of(self.channels.count())
     }
 
     /// What is read at once of things of this many planes each.
-    pub fn panel_of(&self, planes: usize) -> usize {
+    pub fn batch_of(&self, planes: usize) -> usize {
         (PANEL_NUMBERS / (self.grids[0].len() * planes)).max(1)
     }
 

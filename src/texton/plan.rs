@@ -5,14 +5,14 @@
 
 use crate::error::{Error, Result};
 use crate::grid::TexelGrid;
+use crate::texton::fft_filters::FftFilters;
 use crate::texton::filter_bank::FILTERS;
 use crate::texton::options::ByteSize;
-use crate::texton::plane_filters::PlaneFilters;
 use crate::texton::representatives::ImageVectors;
 use crate::texton::sketch::COORDINATES;
 use crate::texton::texel_gram;
 
-/// Panels, working room of the threads, the program itself.
+/// ImageBatches, working room of the threads, the program itself.
 const MARGIN: u64 = 160 << 20;
 
 /// How a level's textons are found.
@@ -175,7 +175,7 @@ impl Sizes<'_> {
         let filters: u64 = self
             .grids
             .iter()
-            .map(|&grid| PlaneFilters::bytes(grid, FILTERS))
+            .map(|&grid| FftFilters::bytes(grid, FILTERS))
             .sum();
         let choosing = if self.representatives < self.images {
             images.bytes(self.images, self.image_components)

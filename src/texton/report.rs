@@ -13,7 +13,7 @@ use crate::texton::sketch::Fidelity;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct AnalysisReport {
     /// Wall-clock time of every stage, in order.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<StageTime>,
     /// Images of the sample.
     pub images: usize,
     /// Images the appearance vectors are made of.
@@ -30,7 +30,7 @@ pub struct AnalysisReport {
 
 /// Time of one stage.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Stage {
+pub struct StageTime {
     /// What was done.
     pub name: String,
     /// Wall-clock seconds.
@@ -93,7 +93,7 @@ impl AnalysisReport {
     pub fn measure<T>(&mut self, name: impl Into<String>, stage: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = stage();
-        self.stages.push(Stage {
+        self.stages.push(StageTime {
             name: name.into(),
             seconds: start.elapsed().as_secs_f64(),
         });

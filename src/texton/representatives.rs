@@ -15,9 +15,9 @@ use crate::progress::Progress;
 use crate::random::Stream;
 use crate::texton::gram_kmeans;
 use crate::texton::image_stack::ImageStack;
-use crate::texton::outer_products::OuterProducts;
+use crate::texton::point_filters::PointFilters;
+use crate::texton::scatter_matrix::ScatterMatrix;
 use crate::texton::sketch::principal;
-use crate::texton::sub_grid::SubGrid;
 use crate::texton::vector_kmeans;
 
 /// How image appearance vectors are held.
@@ -60,7 +60,7 @@ const READ_NUMBERS: usize = 1 << 24;
 /// Appearance vectors of images, a row each, made a few images at a time.
 pub struct ImageAppearance<'a> {
     stack: &'a ImageStack<'a>,
-    sub_grid: SubGrid,
+    point_filters: PointFilters,
     /// Numbers of a vector that is not folded.
     components: usize,
     fold: Option<Fold>,
@@ -70,18 +70,18 @@ impl<'a> ImageAppearance<'a> {
     /// Vectors over the points of a sub-grid; how they are folded is drawn first from `random`.
     pub fn new(
         stack: &'a ImageStack<'a>,
-        sub_grid: SubGrid,
+        point_filters: PointFilters,
         held: ImageVectors,
         random: &mut Stream,
     ) -> Self {
-        let components = stack.channels.count() * sub_grid.components();
+        let components = stack.channels.count() * point_filters.components();
         let fold = match held {
             ImageVectors::Exact => None,
             ImageVectors::Folded => Some(Fold::new(components, random)),
         };
         Self {
             stack,
-            sub_grid,
+            point_filters,
             components,
             fold,
         }
@@ -101,7 +101,7 @@ impl<'a> ImageAppearance<'a> {
         images: Range<usize>,
         progress: Progress<'_>,
     ) -> impl Iterator<Item = Result<Array2<f32>>> {
-        let at_once = (READ_NUMBERS / self.components.max(1)).clamp(1, self.stack.panel());
+        let at_once = (READ_NUMBERS / self.components.max(1)).clamp(1, self.stack.batch());
         let starts = images.clone().step_by(at_once);
         starts.map(move |first| {
             let numbers = |first: usize| -> Vec<u32> {
@@ -115,7 +115,9 @@ impl<'a> ImageAppearance<'a> {
     }
 
     fn rows(&self, images: &[u32]) -> Result<Array2<f32>> {
-        let responses = self.sub_grid.responses(&self.stack.read_finest(images)?);
+        let responses = self
+            .point_filters
+            .responses(&self.stack.read_finest(images)?);
         let mut rows = Array2::zeros((images.len(), self.columns()));
         match &self.fold {
             None => rows.iter_mut().zip(&responses).for_each(|(t, &r)| *t = r),
@@ -151,7 +153,7 @@ pub fn choose(
 ) -> Result<Vec<u32>> {
     let found = match held {
         ImageVectors::Exact => {
-            let mut products = OuterProducts::new(vectors.nrows());
+            let mut products = ScatterMatrix::new(vectors.nrows());
             products.add(vectors.t(), progress);
             drop(vectors);
             let gram = products.finish(progress)?;

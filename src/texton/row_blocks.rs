@@ -21,12 +21,12 @@ const BLOCK: usize = 64 << 20;
 pub struct RowBlocks {
     rows: usize,
     length: usize,
-    blocks: Vec<Block>,
+    blocks: Vec<RowBlock>,
 }
 
 /// Some rows.
 #[derive(Debug)]
-pub struct Block {
+pub struct RowBlock {
     rows: usize,
     length: usize,
     memory: MmapMut,
@@ -37,7 +37,7 @@ impl RowBlocks {
     pub fn zeros(rows: usize, length: usize) -> io::Result<Self> {
         let of_block = BLOCK.div_ceil(length.max(1) * size_of::<f32>());
         let starts = (0..rows).step_by(of_block);
-        let block = |start: usize| Block::zeros(of_block.min(rows - start), length);
+        let block = |start: usize| RowBlock::zeros(of_block.min(rows - start), length);
         Ok(Self {
             rows,
             length,
@@ -59,12 +59,12 @@ impl RowBlocks {
     }
 
     /// The blocks, to be dropped one by one.
-    pub fn into_blocks(self) -> impl Iterator<Item = Block> {
+    pub fn into_blocks(self) -> impl Iterator<Item = RowBlock> {
         self.blocks.into_iter()
     }
 }
 
-impl Block {
+impl RowBlock {
     fn zeros(rows: usize, length: usize) -> io::Result<Self> {
         let bytes = rows * length * size_of::<f32>();
         let memory = MmapMut::map_anon(bytes.max(1))?;
@@ -85,7 +85,7 @@ impl Block {
     }
 }
 
-impl AsRef<[f32]> for Block {
+impl AsRef<[f32]> for RowBlock {
     /// The rows, one after another.
     fn as_ref(&self) -> &[f32] {
         bytemuck::cast_slice(&self.memory[..self.rows * self.length * size_of::<f32>()])

@@ -2,7 +2,7 @@
 //!
 //! In: the representative images. Out: for every texel its coordinates in a subspace of the
 //! appearance vectors' space, found from the data, leading directions first. The subspace is the
-//! span of random mixtures of the texels' vectors (Halko, Martinsson and Tropp 2011 §1.3): with V
+//! span of sums of the texels' vectors with random signs (Halko, Martinsson and Tropp 2011 §1.3): with V
 //! [texels, components] and sparse random signs G, the rows of G V; they are summed as
 //! centres are. The coordinates are V Qᵀ with Q an orthonormal basis of them, a product of every
 //! plane's responses with Q's columns. An orthogonal projection shortens distances and never
@@ -12,14 +12,14 @@ use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 
 use crate::error::Result;
 use crate::grid::TexelGrid;
-use crate::matrix::{Target, as_rows, eigen, multiply_on_all_threads};
+use crate::matrix::{Update, as_rows, eigen, multiply_on_all_threads};
 use crate::progress::Progress;
-use crate::texton::dot_products::dot_products;
-use crate::texton::outer_products::OuterProducts;
-use crate::texton::plane_filters::PlaneFilters;
-use crate::texton::sub_grid::SubGrid;
+use crate::texton::fft_filters::FftFilters;
+use crate::texton::gram::gram_matrix;
+use crate::texton::point_filters::PointFilters;
+use crate::texton::scatter_matrix::ScatterMatrix;
 
-/// Numbers a texel.
+/// Numbers per texel.
 pub const COORDINATES: usize = 256;
 /// Responses held at once.
 const BATCH_NUMBERS: usize = 1 << 24;
@@ -30,7 +30,7 @@ const PROBES: usize = 24;
 
 /// An orthonormal basis [directions, components] of the rows' span.
 pub fn orthonormal_rows(rows: &Array2<f32>) -> Result<Array2<f32>> {
-    let (values, vectors) = eigen(dot_products(rows)?);
+    let (values, vectors) = eigen(gram_matrix(rows)?);
     let largest = values.first().copied().unwrap_or(0.0);
     let kept = values
         .iter()
@@ -44,14 +44,14 @@ pub fn orthonormal_rows(rows: &Array2<f32>) -> Result<Array2<f32>> {
         scaled.view(),
         rows.view(),
         basis.view_mut(),
-        Target::Replace,
+        Update::Replace,
     );
     Ok(basis)
 }
 
 /// Coordinates under construction: V Qᵀ, growing plane by plane.
 pub struct Coordinates<'a> {
-    filters: &'a PlaneFilters,
+    filters: &'a FftFilters,
     /// Q [directions, components].
     directions: Array2<f32>,
     /// [texels, directions].
@@ -60,7 +60,7 @@ pub struct Coordinates<'a> {
 
 impl<'a> Coordinates<'a> {
     /// Coordinates along the rows of `directions`, no plane added yet.
-    pub fn new(filters: &'a PlaneFilters, directions: Array2<f32>) -> Self {
+    pub fn new(filters: &'a FftFilters, directions: Array2<f32>) -> Self {
         let sums = Array2::zeros((filters.texels(), directions.nrows()));
         Self {
             filters,
@@ -81,7 +81,7 @@ impl<'a> Coordinates<'a> {
                 responses.t(),
                 self.directions.slice(components).reversed_axes(),
                 self.sums.view_mut(),
-                Target::Add,
+                Update::Add,
             );
         }
     }
@@ -94,22 +94,25 @@ impl<'a> Coordinates<'a> {
 
 /// Texels on a sub-grid whose dot products are made exactly, to measure a sketch by.
 pub struct Probes {
-    sub_grid: SubGrid,
-    products: OuterProducts,
+    point_filters: PointFilters,
+    products: ScatterMatrix,
 }
 
 impl Probes {
     /// Probes of a grid; no plane added yet.
     pub fn new(grid: TexelGrid, bank: &Array3<f64>) -> Self {
-        let sub_grid = SubGrid::new(grid, bank, PROBES);
-        let products = OuterProducts::new(sub_grid.points().len());
-        Self { sub_grid, products }
+        let point_filters = PointFilters::new(grid, bank, PROBES);
+        let products = ScatterMatrix::new(point_filters.points().len());
+        Self {
+            point_filters,
+            products,
+        }
     }
 
     /// Adds planes, one after another.
     pub fn add(&mut self, planes: &[f32], progress: Progress<'_>) {
-        let responses = self.sub_grid.responses(planes);
-        let points = self.sub_grid.points().len();
+        let responses = self.point_filters.responses(planes);
+        let points = self.point_filters.points().len();
         for response in responses.outer_iter() {
             if let Some(numbers) = response.to_slice() {
                 let filters = numbers.len() / points;
@@ -121,7 +124,7 @@ impl Probes {
 
     /// The probe texels and their dot products.
     pub fn finish(self, progress: Progress<'_>) -> Result<(Vec<usize>, Array2<f32>)> {
-        Ok((self.sub_grid.points(), self.products.finish(progress)?))
+        Ok((self.point_filters.points(), self.products.finish(progress)?))
     }
 }
 
@@ -131,7 +134,7 @@ pub fn principal(mut coordinates: Array2<f32>, progress: Progress<'_>) -> Result
     if let Some(mean) = coordinates.mapv(f64::from).mean_axis(Axis(0)) {
         coordinates -= &mean.mapv(|v| v as f32);
     }
-    let mut covariance = OuterProducts::new(coordinates.ncols());
+    let mut covariance = ScatterMatrix::new(coordinates.ncols());
     covariance.add(coordinates.view(), progress);
     let (_, vectors) = eigen(covariance.finish(progress)?.mapv(f64::from));
     progress.check()?;
@@ -141,7 +144,7 @@ pub fn principal(mut coordinates: Array2<f32>, progress: Progress<'_>) -> Result
         coordinates.view(),
         vectors.view(),
         turned.view_mut(),
-        Target::Replace,
+        Update::Replace,
     );
     Ok(turned)
 }
@@ -153,14 +156,14 @@ pub struct Fidelity {
     pub explained_variance: f64,
     /// Mean of 1 − (distance² in coordinates) / (exact distance²) over pairs.
     pub distortion: f64,
-    /// Exact variance that the coordinates lose, a texel.
+    /// Exact variance that the coordinates lose, per texel.
     pub lost_per_texel: f64,
 }
 
 impl Fidelity {
     /// Compares coordinates of probe texels [probes, directions] with their exact Gram matrix.
     pub fn measure(coordinates: ArrayView2<'_, f32>, exact: &Array2<f32>) -> Result<Self> {
-        let found = dot_products(&coordinates)?;
+        let found = gram_matrix(&coordinates)?;
         let distance =
             |gram: &dyn Fn(usize, usize) -> f64, a, b| gram(a, a) + gram(b, b) - 2.0 * gram(a, b);
         let (mut exact_sum, mut found_sum, mut ratio_sum, mut pairs) = (0.0, 0.0, 0.0, 0.0);
@@ -195,9 +198,9 @@ mod tests {
     use super::*;
     use crate::random::stream;
     use crate::texton::filter_bank::{FILTERS, leung_malik};
-    use crate::texton::mixed_responses::mix_into;
     use crate::texton::oracle;
-    use crate::texton::texel_mixtures::TexelMixtures;
+    use crate::texton::response_sums::sum_responses;
+    use crate::texton::texel_sums::TexelSums;
 
     #[test]
     fn with_as_many_directions_as_texels_the_sketch_is_exact() {
@@ -215,11 +218,16 @@ mod tests {
                         .collect()
                 })
                 .collect();
-            let filters = PlaneFilters::new(grid, &bank);
+            let filters = FftFilters::new(grid, &bank);
             let place = |texel| filters.place(texel);
-            let mixtures = TexelMixtures::random(48, 48, place, &mut stream(1, "mix", 0, 0));
+            let texel_sums = TexelSums::random(48, 48, place, &mut stream(1, "mix", 0, 0));
             let mut rows = Array2::zeros((48, 5 * FILTERS));
-            mix_into(&filters, &mixtures, &planes.concat(), vec![rows.view_mut()]);
+            sum_responses(
+                &filters,
+                &texel_sums,
+                &planes.concat(),
+                vec![rows.view_mut()],
+            );
             let mut sketch = Coordinates::new(&filters, orthonormal_rows(&rows).unwrap());
             sketch.add(&planes[..2].concat(), 0);
             sketch.add(&planes[2..].concat(), 2);

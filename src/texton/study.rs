@@ -9,13 +9,13 @@ use crate::error::{Error, Result};
 use crate::random::{Stream, stream};
 use crate::texton::eigenplanes::Eigenplanes;
 use crate::texton::filter_bank::FILTERS;
+use crate::texton::image_batches::PlaneSource;
 use crate::texton::image_blocks::ImageBlocks;
 use crate::texton::image_stack::{Channels, ImageStack};
 use crate::texton::options::{ByteSize, TextonOptions};
-use crate::texton::panels::PlaneSource;
 use crate::texton::plan::{Plan, Sizes};
+use crate::texton::point_filters::PointFilters;
 use crate::texton::representatives::{ImageAppearance, ImageVectors};
-use crate::texton::sub_grid::SubGrid;
 
 /// What is analysed, how, and by which routes.
 pub struct Study<'a> {
@@ -93,8 +93,8 @@ impl<'a> Study<'a> {
     /// The images' appearance vectors.
     pub fn appearance(&self, bank: &Array3<f64>, random: &mut Stream) -> ImageAppearance<'_> {
         let points = self.options.image_grid as usize;
-        let sub_grid = SubGrid::new(self.stack.grids[0], bank, points);
-        ImageAppearance::new(&self.stack, sub_grid, self.plan.image_vectors, random)
+        let point_filters = PointFilters::new(self.stack.grids[0], bank, points);
+        ImageAppearance::new(&self.stack, point_filters, self.plan.image_vectors, random)
     }
 }
 
@@ -111,7 +111,7 @@ pub fn standing_for(sample: &Sample, images: usize, channels: Channels) -> Optio
 
 fn sizes<'s>(stack: &'s ImageStack<'_>, options: &TextonOptions) -> Result<Sizes<'s>> {
     let points = |side: u32| options.image_grid.min(side) as usize;
-    let sub_grid = points(stack.grids[0].height) * points(stack.grids[0].width);
+    let point_filters = points(stack.grids[0].height) * points(stack.grids[0].width);
     let images = stack.sample.image_count();
     let representatives = options.image_count(stack.sample)?;
     let factors = standing_for(stack.sample, representatives, stack.channels);
@@ -130,7 +130,7 @@ fn sizes<'s>(stack: &'s ImageStack<'_>, options: &TextonOptions) -> Result<Sizes
             false => 1,
         },
         factor_bytes: stack.sample.factors().map_or(0, Factors::bytes),
-        image_components: stack.channels.count() * sub_grid * FILTERS,
+        image_components: stack.channels.count() * point_filters * FILTERS,
     })
 }
 

@@ -5,7 +5,7 @@
 //!
 //! K = Σ_{p,q} S_p (Ĉ ∘ Σ_f d_{f,p} d_{f,q}ᵀ) S_qᵀ,
 //!
-//! summed over the parities p and q (see [`basis`](crate::texton::basis)): a product of
+//! summed over the parities p and q (see [`filter_eigenbasis`](crate::texton::filter_eigenbasis)): a product of
 //! coefficients, a Hadamard product of rank 48, and transforms along four axes. Nothing is
 //! approximated; numbers are `f32`, means of images never enter. Needs two matrices of texels²
 //! numbers; a level too large for them takes another route.
@@ -14,9 +14,9 @@ use ndarray::{Array2, ArrayView2, Axis, s};
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::matrix::{Target, as_rows, as_rows_mut, multiply, multiply_on_all_threads, product_of};
+use crate::matrix::{Update, as_rows, as_rows_mut, multiply, multiply_on_all_threads, product_of};
 use crate::progress::Progress;
-use crate::texton::basis::{PARITIES, PLANE_PARITIES, PlaneBasis, Transfer};
+use crate::texton::filter_eigenbasis::{FilterEigenbasis, PARITIES, PLANE_PARITIES, Transfer};
 
 /// Columns transformed at once along the rows' y axis.
 const PANEL: usize = 8192;
@@ -29,7 +29,7 @@ pub fn bytes(texels: usize) -> u64 {
 /// K [texels, texels], from the images' Ĉ [waves, waves].
 pub fn texel_gram(
     covariance: Array2<f32>,
-    basis: &PlaneBasis,
+    basis: &FilterEigenbasis,
     transfer: &Transfer,
     progress: Progress<'_>,
 ) -> Result<Array2<f32>> {
@@ -78,7 +78,7 @@ impl ParityPairs {
     /// of the rows: what is to be transformed along y by the even and by the odd waves.
     fn transform_rows(
         &self,
-        basis: &PlaneBasis,
+        basis: &FilterEigenbasis,
         wave_y: usize,
         rows: ArrayView2<'_, f32>,
         progress: Progress<'_>,
@@ -91,7 +91,7 @@ impl ParityPairs {
                 basis.x.synthesis(px),
                 columns.view(),
                 sums[py as usize].view_mut(),
-                Target::Add,
+                Update::Add,
             );
         }
         Ok(sums)
@@ -100,13 +100,14 @@ impl ParityPairs {
     /// Σ_q (Ĉ ∘ Σ_f d_p d_qᵀ) S_qᵀ for the rows of one ky.
     fn transform_columns(
         &self,
-        basis: &PlaneBasis,
+        basis: &FilterEigenbasis,
         wave_y: usize,
         p: usize,
         rows: ArrayView2<'_, f32>,
     ) -> Array2<f32> {
         let (height, width) = basis.sides();
         let lines = rows.nrows() * height;
+        // Weight the waves, and transform them along x.
         let mut along_x = PARITIES.map(|_| Array2::<f32>::zeros((lines, width)));
         for (q, [qy, qx]) in PLANE_PARITIES.into_iter().enumerate() {
             let Some([left, right]) = &self.shared[p * PLANE_PARITIES.len() + q] else {
@@ -122,9 +123,10 @@ impl ParityPairs {
                 as_rows(numbers, lines, width),
                 basis.x.synthesis(qx).reversed_axes(),
                 along_x[qy as usize].view_mut(),
-                Target::Add,
+                Update::Add,
             );
         }
+        // Transform them along y.
         let mut columns = Array2::zeros(rows.raw_dim());
         for (qy, lines) in PARITIES.into_iter().zip(&along_x) {
             for (mut row, plane) in columns
@@ -135,7 +137,7 @@ impl ParityPairs {
                     continue;
                 };
                 let target = as_rows_mut(row, height, width);
-                multiply(basis.y.synthesis(qy), plane, target, Target::Add);
+                multiply(basis.y.synthesis(qy), plane, target, Update::Add);
             }
         }
         columns
@@ -144,7 +146,7 @@ impl ParityPairs {
 
 /// K = S_e even + S_o odd along the y axis of the rows; `even` becomes K.
 fn finish_along_y(
-    basis: &PlaneBasis,
+    basis: &FilterEigenbasis,
     even: &mut Array2<f32>,
     odd: &Array2<f32>,
     progress: Progress<'_>,
@@ -163,16 +165,16 @@ fn finish_along_y(
         let panel = s![.., from..(from + PANEL).min(columns)];
         let waves = [even.slice(panel).to_owned(), odd.slice(panel).to_owned()];
         for (parity, waves) in PARITIES.into_iter().zip(&waves) {
-            let mode = if parity == PARITIES[0] {
-                Target::Replace
-            } else {
-                Target::Add
+            // The first product takes the place of the waves.
+            let update = match parity == PARITIES[0] {
+                true => Update::Replace,
+                false => Update::Add,
             };
             multiply_on_all_threads(
                 basis.y.synthesis(parity),
                 waves.view(),
                 even.slice_mut(panel),
-                mode,
+                update,
             );
         }
     }
@@ -185,7 +187,7 @@ mod tests {
     use crate::grid::TexelGrid;
     use crate::texton::filter_bank::leung_malik;
     use crate::texton::oracle;
-    use crate::texton::outer_products::OuterProducts;
+    use crate::texton::scatter_matrix::ScatterMatrix;
 
     fn planes(grid: TexelGrid, count: usize) -> Vec<Vec<f32>> {
         (0..count)
@@ -210,8 +212,8 @@ mod tests {
                 let planes = planes(grid, 5);
                 let vectors = oracle::appearance_vectors(grid, &bank, &planes);
                 let exact = vectors.dot(&vectors.t());
-                let basis = PlaneBasis::new(grid);
-                let mut covariance = OuterProducts::new(grid.len());
+                let basis = FilterEigenbasis::new(grid);
+                let mut covariance = ScatterMatrix::new(grid.len());
                 let coefficients = basis.coefficients(&planes.concat());
                 covariance.add(
                     as_rows(&coefficients, planes.len(), grid.len()),

@@ -17,7 +17,7 @@ use crate::matrix::product_of;
 use crate::progress::Progress;
 use crate::random::Stream;
 use crate::texton::gram_kmeans::{self, Clustering};
-use crate::texton::outer_products::OuterProducts;
+use crate::texton::scatter_matrix::ScatterMatrix;
 
 /// Points that one task compares with all centres.
 const BLOCK: usize = 1024;
@@ -66,7 +66,7 @@ fn seeds(
     let wanted = (clusters * SAMPLED_PER_CLUSTER).min(points.nrows());
     let chosen: Vec<usize> = (0..wanted).map(|i| i * points.nrows() / wanted).collect();
     let sample = points.select(Axis(0), &chosen);
-    let mut products = OuterProducts::new(sample.nrows());
+    let mut products = ScatterMatrix::new(sample.nrows());
     products.add(sample.t(), progress);
     let found = gram_kmeans::cluster(
         products.finish(progress)?.view(),

@@ -193,12 +193,14 @@ impl Vocabulary {
 impl StoredVocabulary {
     /// Opens a file and checks that its parts belong together; centroids stay in it.
     pub fn open(path: &Path) -> Result<Self> {
+        // Read what the file says of itself.
         let mut file = npz::Reader::open(path)?;
         let meta: Meta = file.meta()?;
         check_format(&file, &meta.format, meta.version)?;
         let Some(id) = meta.id.clone() else {
             return Err(file.fault("meta.json: id", "missing"));
         };
+        // Read what all levels share.
         let representatives = file.array::<u32, Ix1>("representatives")?.to_vec();
         let filters = file.array::<f32, Ix3>("filters")?;
         check_meta(&file, &meta)?;
@@ -208,6 +210,7 @@ impl StoredVocabulary {
             None => representatives.len().checked_mul(meta.channels as usize),
         };
         let components = components(&file, planes, &representatives, &filters)?;
+        // Read the levels, each half the one before.
         let mut levels: Vec<VocabularyLevel<StoredArray<f32>>> = Vec::new();
         for (&inertia, &iterations) in meta.inertia.iter().zip(&meta.iterations) {
             let at = levels.len();
@@ -356,10 +359,12 @@ fn read_level(
     tileable: bool,
     components: usize,
 ) -> Result<VocabularyLevel<StoredArray<f32>>> {
+    // Read the lists.
     let name = |part: &str| format!("L{at}/{part}");
     let labels = file.array::<u16, Ix2>(&name("labels"))?;
     let centroids = file.stored::<f32>(&name("centroids"))?;
     let counts = file.array::<u32, Ix1>(&name("counts"))?.to_vec();
+    // Check them against each other.
     if centroids.shape() != [counts.len(), components] {
         return Err(file
             .fault(&name("centroids"), format!("{:?}", centroids.shape()))
@@ -377,6 +382,7 @@ fn read_level(
             .expected(format!("labels below {}", counts.len())));
     }
     check_counts(file, &name("counts"), &counts, labels.len())?;
+    // Check their numbers.
     if u32::try_from(labels.len()).is_err() {
         return Err(file
             .fault(&name("labels"), format!("{:?} texels", labels.dim()))

@@ -26,14 +26,14 @@ pub struct Feature {
 
 /// All features of a mask.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Features {
+pub struct MaskFeatures {
     /// Row by row, by their first pixels.
     pub list: Vec<Feature>,
     /// The feature that each pixel belongs to.
     pub owner: Array2<Option<u32>>,
 }
 
-impl Features {
+impl MaskFeatures {
     /// The features of some labels, whatever their labels among each other.
     pub fn of(mask: &Array2<u8>, labels: LabelSet) -> Self {
         let owner = connected(&mask.mapv(|label| labels.has(label)));
@@ -137,7 +137,7 @@ mod tests {
             let in_ring = within(row, 4, 9) && within(col, 7, 12) && (row, col) != (6, 9);
             u8::from(row < 3 && col < 4) + 2 * u8::from(in_ring)
         });
-        let Features { list, owner } = Features::of(&mask, LabelSet::FEATURES);
+        let MaskFeatures { list, owner } = MaskFeatures::of(&mask, LabelSet::FEATURES);
         assert_eq!(list.len(), 2);
         let [corner, ring] = [&list[0], &list[1]];
         assert_eq!(
@@ -154,9 +154,9 @@ mod tests {
             (owner[[2, 3]], owner[[6, 9]], owner[[8, 11]]),
             (Some(0), None, Some(1))
         );
-        let second = Features::of(&mask, LabelSet::of(2));
+        let second = MaskFeatures::of(&mask, LabelSet::of(2));
         assert_eq!(second.list.len(), 1);
-        assert!(Features::of(&mask, LabelSet::of(3)).list.is_empty());
+        assert!(MaskFeatures::of(&mask, LabelSet::of(3)).list.is_empty());
     }
 
     #[test]
@@ -164,7 +164,7 @@ mod tests {
         let mask = Array2::from_shape_fn((31, 31), |(row, col)| {
             u8::from((row as f64 - 15.0).hypot(col as f64 - 14.0) <= 9.0)
         });
-        let Features { list, .. } = Features::of(&mask, LabelSet::FEATURES);
+        let MaskFeatures { list, .. } = MaskFeatures::of(&mask, LabelSet::FEATURES);
         assert_eq!((list.len(), list[0].centre), (1, [15.0, 14.0]));
         for [row, col] in &list[0].contour {
             let radius = (f64::from(*row) - 15.0).hypot(f64::from(*col) - 14.0);
@@ -172,6 +172,6 @@ mod tests {
         }
         // Corner to corner is connected.
         let stairs = Array2::from_shape_fn((4, 4), |(row, col)| u8::from(row == col));
-        assert_eq!(Features::of(&stairs, LabelSet::FEATURES).list.len(), 1);
+        assert_eq!(MaskFeatures::of(&stairs, LabelSet::FEATURES).list.len(), 1);
     }
 }

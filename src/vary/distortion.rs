@@ -27,7 +27,7 @@ use crate::sites::level::SiteHierarchy;
 use crate::sites::order::Order;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::options::{KCoherenceOptions, Search, SynthesisOptions};
-use crate::synthesis::recipes::tong::tong;
+use crate::synthesis::recipes::tong::synthesize;
 use crate::vary::filtering::{MOST_OUTPUT, MOST_SOURCE};
 use crate::vary::material::Material;
 
@@ -158,7 +158,7 @@ pub fn distorted(
         controls: None,
     };
     let asked = options.synthesis(seed);
-    let map = tong(inputs, &asked, None, &mut |_| Ok(()), progress).map_err(named_as_here)?;
+    let map = synthesize(inputs, &asked, None, &mut |_| Ok(()), progress).map_err(named_as_here)?;
     let grid = space.levels[0].grid;
     Ok(map
         .coords

@@ -29,7 +29,7 @@ pub mod warp;
 
 pub use canvas::{Extension, extended};
 pub use color_mask::{Pick, PickedColor, mask_of_colors};
-pub use contours::{Feature, Features};
+pub use contours::{Feature, MaskFeatures};
 pub use distortion::{DistortionOptions, distorted};
 pub use key_values::{Key, orientation_of_keys, ramp, straight_orientation, transition_of_keys};
 pub use label_set::LabelSet;

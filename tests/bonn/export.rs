@@ -277,7 +277,7 @@ fn options_that_do_not_concern_a_file_are_refused() {
     assert!(refused(&["--layer", "x"]).contains("--layer"));
     assert!(refused(&["--images", "."]).contains("--images"));
     assert!(refused(&["--crop", "2x2+4+0"]).contains("--crop"));
-    assert!(refused(&["--reduce", "2"]).contains("--reduce"));
+    assert!(refused(&["--downsample", "2"]).contains("--downsample"));
     assert!(refused(&["--pattern", "{tl}"]).contains("--pattern"));
     assert!(refused(&["--rank", "2"]).contains("--rank"));
     assert!(refused(&["--rank", "2", "--expand"]).contains("--expand"));

@@ -232,13 +232,14 @@ pub fn all() -> Vec<Vec<u8>> {
 /// Imports a file beside itself.
 pub fn import(path: &Path) -> mesotex::error::Result<()> {
     use mesotex::btf::bonn::{BonnImport, BonnOptions};
+    let target = path.with_extension("sample");
     let import = BonnImport {
         path,
         options: &mesotex::btf::import::ImportOptions::default(),
         bonn: &BonnOptions::default(),
         handedness: mesotex::btf::import::Handedness::Right,
         seed: 0,
-        target: &path.with_extension("sample"),
+        destination: target.as_path().into(),
         progress: mesotex::progress::Progress::silent(),
     };
     import.run().map(drop)

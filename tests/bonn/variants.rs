@@ -41,7 +41,7 @@ fn import_with_options(
         bonn,
         handedness: Handedness::Right,
         seed: 0,
-        target: &target,
+        destination: target.as_path().into(),
         progress: Progress::silent(),
     };
     import.run().unwrap();
@@ -471,7 +471,7 @@ fn crops_of_every_kind_are_parts_of_the_whole() {
                 bonn: &bonn,
                 handedness: Handedness::Right,
                 seed: 0,
-                target: &target,
+                destination: target.as_path().into(),
                 progress: Progress::silent(),
             };
             import.run().unwrap();

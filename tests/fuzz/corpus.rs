@@ -379,21 +379,18 @@ pub fn table() -> (NeighborTable, Vec<u8>) {
 pub fn sample(dtype: DType, layout: Layout) -> (Vec<u8>, Vec<u8>) {
     let lights = [0.0, 0.5, 1.0].map(|theta| Direction::from_angles(theta, 2.0 * theta));
     let description = Description {
-        format: "mesotex-btf".into(),
-        version: 1,
-        name: "weave".into(),
-        width: 4,
-        height: 3,
-        channels: 3,
         dtype,
         texel_mm: Some(0.1),
         layout,
-        views: vec![Direction::from_angles(0.0, 0.0)],
-        lights: lights.to_vec(),
         pairs: (layout == Layout::Pairs).then(|| vec![[0, 2], [0, 0]]),
         tileable: true,
-        id: ContentId::of_bytes(b""),
         source: json!({ "kind": "test" }),
+        ..Description::product(
+            "weave",
+            [4, 3],
+            vec![Direction::from_angles(0.0, 0.0)],
+            lights.to_vec(),
+        )
     };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.sample");
@@ -455,6 +452,7 @@ pub fn face_map() -> Vec<u8> {
             origin: glam::DVec3::new(4_485_513.5, 0.25, -7.0),
             seed: 7,
             method: "choosy".into(),
+            polish: 0,
             sample: id.clone(),
             space: id,
         },
@@ -488,6 +486,7 @@ pub fn map() -> Vec<u8> {
             texel: 0.25,
             seed: 7,
             method: "k-coherence".into(),
+            polish: 0,
             sample: id.clone(),
             space: id,
         },
@@ -534,6 +533,7 @@ pub fn atlas() -> [(&'static str, Vec<u8>); 4] {
             texel: 0.5,
             seed: 7,
             method: "coherent".into(),
+            polish: 0,
             sample: id.clone(),
             space: id,
         },

@@ -303,10 +303,10 @@ fn set_readers() -> Vec<Reader> {
 
 /// Imports an archive, beside it.
 fn use_set(path: &Path) -> Result<()> {
-    let list = read_source(path, &ListOptions::default(), &SetOptions::default())?;
+    let list = read_source(&[path], &ListOptions::default(), &SetOptions::default())?;
     let target = path.with_file_name("x.sample");
     let options = ImportOptions::default();
-    assemble(&list, &options, &target, Progress::silent()).map(drop)
+    assemble(&list, &options, target.as_path(), Progress::silent()).map(drop)
 }
 
 fn product_readers() -> Vec<Reader> {
@@ -493,11 +493,12 @@ fn surface_readers() -> Vec<Reader> {
         cache::write(path, &wanted, &surface).unwrap()
     });
     let (space, table) = (corpus::space(), corpus::table().0);
+    let sites = surface.into_sites();
     let load = move |path: &Path| {
         let inputs = Inputs {
             space: &space,
             table: &table,
-            sites: &surface.hierarchy,
+            sites: &sites,
             controls: None,
         };
         let output = path.with_file_name("a.map.ply");

@@ -98,3 +98,40 @@ pub fn write_capture(folder: &Path) {
     }
     fs::write(folder.join("dirs.lp"), list).unwrap();
 }
+
+/// A scene of small stages with a `[matrix]`, and with further lines in `[bake]`, `[textons]` and `[[render]]`.
+pub fn small_scene(matrix: &str, [bake, textons]: [&str; 2], render: &str) -> String {
+    format!(
+        r#"
+name = "small"
+output = "out"
+
+[matrix]
+{matrix}
+
+[bake]
+{bake}size = 16
+views = "fibonacci:4"
+lights = "fibonacci:4"
+samples = 1
+
+[textons]
+textons = 8
+levels = 2
+{textons}
+[knn]
+k = 3
+neighborhood = 3
+
+[mesh]
+orient = true
+
+[synth]
+levels = 2
+k = 2
+
+[[render]]
+size = "32x24"
+{render}"#
+    )
+}

@@ -44,7 +44,6 @@ fn alter(path: &Path, list: &str) {
         "neighbors",
         "parents",
         "areas",
-        "parent_points",
     ];
     let names = names
         .iter()

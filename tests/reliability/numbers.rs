@@ -144,6 +144,7 @@ fn map_headers_give_the_texel_back() {
             texel: 1.0,
             seed: u64::MAX,
             method: "k-coherence".into(),
+            polish: 0,
             sample: id.clone(),
             space: id,
         },

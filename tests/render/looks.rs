@@ -49,6 +49,17 @@ fn the_front_is_said_and_can_be_chosen() {
     assert!(said(&[]).contains("front: z (the usual side"));
     assert!(said(&["--front", "-x"]).contains("front: -x\n"));
     assert!(bench.refuse(&["--front", "y"], 2).contains("x, z, -x, -z"));
+    // A stated position leaves it nothing to decide, unless the camera looks straight down.
+    let beside = ["--camera-position", "0,1,5"];
+    assert!(!said(&beside).contains("front:"));
+    let refused = bench.refuse(&[&beside[..], &["--front", "x"]].concat(), 2);
+    assert!(
+        refused.contains("--front: given with --camera-position"),
+        "{refused}"
+    );
+    let above = ["--camera-position", "0,5,0", "--camera-target", "0,0,0"];
+    let told = said(&[&above[..], &["--front", "x"]].concat());
+    assert!(told.contains("front: x\n"), "{told}");
     let header = |words: &[&str]| {
         bench.render("fronts", &[words, &["--size", "16x16"]].concat());
         let path = bench.path("fronts/frame.0001.exr");

@@ -19,7 +19,7 @@ use std::process::{Command, Output};
 
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
 use glam::{DVec3, Vec3};
-use mesotex::btf::{DType, Description, Direction, FORMAT, Layout, Sample, SampleWriter, VERSION};
+use mesotex::btf::{DType, Description, Direction, Sample, SampleWriter};
 use mesotex::format::{ContentId, ply};
 use mesotex::grid::TexCoord;
 use mesotex::index::TextonLabel;
@@ -146,21 +146,14 @@ impl SampleSpec {
     ) -> ContentId {
         let [width, height] = self.size;
         let description = Description {
-            format: FORMAT.into(),
-            version: VERSION,
-            name: "made".into(),
-            width,
-            height,
-            channels: 3,
             dtype: self.dtype,
-            texel_mm: None,
-            layout: Layout::Product,
-            views: self.views.clone(),
-            lights: self.lights.clone(),
-            pairs: None,
             tileable: true,
-            id: ContentId::of_bytes(b""),
-            source: serde_json::Value::Null,
+            ..Description::product(
+                "made",
+                [width, height],
+                self.views.clone(),
+                self.lights.clone(),
+            )
         };
         let mut writer = SampleWriter::create(path, description).unwrap();
         for view in &self.views {
@@ -218,6 +211,7 @@ fn map_over(
             texel,
             seed: 5,
             method: "k-coherence".into(),
+            polish: 0,
             sample,
             space: ContentId::of_bytes(b"space"),
         },

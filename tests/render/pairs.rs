@@ -1,29 +1,20 @@
 //! Scattered samples, pairs of view and light that are no product, through the whole renderer.
 
+use mesotex::btf::Layout;
+
 use super::*;
 
 /// Every pair has a view and a light of its own.
 fn write_scattered(path: &Path, pairs: usize) -> ContentId {
     let description = Description {
-        format: FORMAT.into(),
-        version: VERSION,
-        name: "scattered".into(),
-        width: 5,
-        height: 4,
-        channels: 3,
         dtype: DType::F2,
-        texel_mm: None,
         layout: Layout::Pairs,
-        views: fibonacci(pairs),
-        lights: fibonacci(pairs),
         pairs: Some(
             (0..pairs as u32)
                 .map(|k| [k, k * 7 % pairs as u32])
                 .collect(),
         ),
-        tileable: false,
-        id: ContentId::of_bytes(b""),
-        source: serde_json::Value::Null,
+        ..Description::product("scattered", [5, 4], fibonacci(pairs), fibonacci(pairs))
     };
     let directions = fibonacci(pairs);
     let mut writer = SampleWriter::create(path, description).unwrap();

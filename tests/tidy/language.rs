@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use regex::Regex;
+use regex_lite::Regex;
 
 /// A text that people read, with where it stands.
 pub struct Prose {
@@ -31,7 +31,7 @@ pub fn replaced_words() -> Vec<String> {
 
 /// Any of some words, whole, in upper or lower case.
 pub fn any_of(words: &[String]) -> Regex {
-    let words: Vec<String> = words.iter().map(|word| regex::escape(word)).collect();
+    let words: Vec<String> = words.iter().map(|word| regex_lite::escape(word)).collect();
     Regex::new(&format!(r"(?i)\b({})\b", words.join("|"))).unwrap()
 }
 

@@ -11,7 +11,6 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use glam::Vec3;
 use multiversion::multiversion;
 use rand::Rng;
-use serde::{Deserialize, Serialize};
 
 use crate::random::Stream;
 
@@ -19,8 +18,7 @@ use crate::random::Stream;
 const LEAST_ALPHA: f32 = 1e-3;
 
 /// The diffuse base.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Diffuse {
     /// The same radiance in all directions.
     #[default]

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::btf::bake::brdf::Columns;
 use crate::btf::bake::directions::{Directions, View};
 use crate::btf::bake::lights::Lights;
-use crate::btf::bake::shade::Scene;
+use crate::btf::bake::shade::BakeScene;
 use crate::progress::Progress;
 
 /// Views that are tried at most, spread over all.
@@ -34,7 +34,7 @@ pub(super) struct Glare {
 
 impl Glare {
     /// Shades the texels that are tried.
-    pub(super) fn of(scene: &Scene, directions: &Directions, progress: &Progress) -> Self {
+    pub(super) fn of(scene: &BakeScene, directions: &Directions, progress: Progress<'_>) -> Self {
         let all_lights = |view: usize| {
             let view = directions.view(view);
             let all = (0..directions.lights.len()).collect();

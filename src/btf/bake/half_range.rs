@@ -12,9 +12,9 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::btf::bake::directions::{Directions, View};
-use crate::btf::bake::height_field::SurfacePoint;
+use crate::btf::bake::height_field::ReliefPoint;
 use crate::btf::bake::lights::Lights;
-use crate::btf::bake::shade::Scene;
+use crate::btf::bake::shade::BakeScene;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 
@@ -31,7 +31,11 @@ const CELLS: usize = 101;
 const MOST_PLACES: usize = 16;
 
 /// Refuses a bake in which a highlight seen directly would exceed the largest half.
-pub(super) fn check(scene: &Scene, directions: &Directions, progress: &Progress) -> Result<()> {
+pub(super) fn check(
+    scene: &BakeScene,
+    directions: &Directions,
+    progress: Progress<'_>,
+) -> Result<()> {
     let Some(roughness) = &scene.material.roughness else {
         return Ok(());
     };
@@ -120,7 +124,7 @@ impl Highlight {
 
 /// The half vectors of one view, and what is looked up among them.
 struct Search<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a BakeScene<'a>,
     view: View,
     lights: Lights,
     /// Lights whose half vectors lie within [`REACH`] of each cell, as (cell, light), in order.
@@ -128,7 +132,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(scene: &'a Scene<'a>, directions: &Directions, view: usize) -> Self {
+    fn new(scene: &'a BakeScene<'a>, directions: &Directions, view: usize) -> Self {
         let view = directions.view(view);
         let lights = directions.lights(view, (0..directions.lights.len()).collect());
         let towards = view.direction.0.as_vec3();
@@ -156,7 +160,7 @@ impl<'a> Search<'a> {
     }
 
     /// The first highlight of these texels that is too bright.
-    fn run(&self, texels: &[usize], progress: &Progress) -> Option<Highlight> {
+    fn run(&self, texels: &[usize], progress: Progress<'_>) -> Option<Highlight> {
         if self.near.is_empty() {
             return None;
         }
@@ -185,7 +189,7 @@ impl<'a> Search<'a> {
         let places = &places[..places.len().min(MOST_PLACES)];
         let up = self.scene.material.grid.height as usize - 1 - row;
         let centre = DVec2::new(col as f64, up as f64);
-        let points: Vec<(SurfacePoint, Vec3)> = places
+        let points: Vec<(ReliefPoint, Vec3)> = places
             .iter()
             .map(|place| surface.point_above(centre + *place))
             .map(|point| (point, surface.normal(point).as_vec3()))
@@ -198,7 +202,7 @@ impl<'a> Search<'a> {
         lights.dedup();
         lights.into_iter().find_map(|light| {
             let light = light as usize;
-            let radiance = |(point, normal): &(SurfacePoint, Vec3)| {
+            let radiance = |(point, normal): &(ReliefPoint, Vec3)| {
                 let least = self.lights.least_alpha_squared.as_ref();
                 let least = least.map_or(0.0, |least| least[light]);
                 let reflection = self.scene.material.reflection(*point);

@@ -35,7 +35,7 @@ pub(super) struct Maxima {
 
 /// A point of the surface: a patch and the place in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfacePoint {
+pub struct ReliefPoint {
     /// Column of the patch.
     pub x: usize,
     /// Row of the patch, counted upwards.
@@ -123,7 +123,7 @@ impl HeightField {
 
     /// Where a surface point lies, in grid coordinates.
     #[inline]
-    pub fn position(&self, point: SurfacePoint) -> DVec3 {
+    pub fn position(&self, point: ReliefPoint) -> DVec3 {
         let z = self.patch(point.x, point.y).height(point.within);
         DVec3::new(
             point.x as f64 + point.within.x,
@@ -134,13 +134,13 @@ impl HeightField {
 
     /// The unit normal of the surface itself. Where patches meet in an edge or a corner it is that of
     /// their mean slope, so that a texel's centre has its central differences.
-    pub fn normal(&self, point: SurfacePoint) -> DVec3 {
+    pub fn normal(&self, point: ReliefPoint) -> DVec3 {
         let slope = self.slope(point);
         DVec3::new(-slope.x, -slope.y, 1.0).normalize()
     }
 
-    fn slope(&self, point: SurfacePoint) -> DVec2 {
-        let SurfacePoint { x, y, within } = point;
+    fn slope(&self, point: ReliefPoint) -> DVec2 {
+        let ReliefPoint { x, y, within } = point;
         let (beside_x, other_u) = neighbor_over_edge(x, within.x, self.width);
         let (beside_y, other_v) = neighbor_over_edge(y, within.y, self.height);
         let here = self.patch(x, y);
@@ -252,7 +252,7 @@ mod tests {
     fn the_mean_is_the_plane_and_row_0_is_at_the_top() {
         let field = HeightField::new(3, 2, &HEIGHTS);
         let corner = |x, y| {
-            field.position(SurfacePoint {
+            field.position(ReliefPoint {
                 x,
                 y,
                 within: DVec2::ZERO,
@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn normals_at_texel_centres_are_central_differences() {
         let field = HeightField::new(3, 2, &HEIGHTS);
-        let point = SurfacePoint {
+        let point = ReliefPoint {
             x: 1,
             y: 0,
             within: DVec2::ZERO,

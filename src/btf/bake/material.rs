@@ -3,7 +3,7 @@
 use glam::{DVec2, Vec3};
 
 use crate::btf::bake::brdf::{Coat, Diffuse, Reflection};
-use crate::btf::bake::height_field::{HeightField, SurfacePoint, texel};
+use crate::btf::bake::height_field::{HeightField, ReliefPoint, texel};
 use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::grid::TexelGrid;
@@ -80,7 +80,7 @@ impl Material {
     }
 
     /// The reflection at a point of the surface: the maps, linear between texel centres.
-    pub fn reflection(&self, point: SurfacePoint) -> Reflection {
+    pub fn reflection(&self, point: ReliefPoint) -> Reflection {
         let texels =
             [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| self.texel(point.x + dx, point.y + dy));
         let weights = bilinear(point.within);
@@ -149,8 +149,8 @@ mod tests {
         }
     }
 
-    fn point(x: usize, y: usize, u: f64, v: f64) -> SurfacePoint {
-        SurfacePoint {
+    fn point(x: usize, y: usize, u: f64, v: f64) -> ReliefPoint {
+        ReliefPoint {
             x,
             y,
             within: DVec2::new(u, v),

@@ -17,7 +17,6 @@ mod lights;
 pub mod maps;
 pub(crate) mod material;
 mod options;
-mod parts;
 pub(crate) mod presets;
 pub(crate) mod preview;
 mod refinement;
@@ -32,28 +31,28 @@ pub use angular::AngularFilter;
 pub use brdf::Diffuse;
 pub use material::Material;
 pub use options::BakeOptions;
-pub use parts::join;
 pub use presets::Preset;
 pub use samples::Samples;
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use rayon::prelude::*;
-use serde_json::json;
+use serde_json::{Map, json};
 
 use crate::btf::bake::angular::Widening;
 use crate::btf::bake::directions::Directions;
 use crate::btf::bake::glare::Glare;
-use crate::btf::bake::height_field::{HeightField, SurfacePoint};
+use crate::btf::bake::height_field::{HeightField, ReliefPoint};
 use crate::btf::bake::refinement::{error_left, typical_radiance};
 use crate::btf::bake::sample_plan::SamplePlan;
 use crate::btf::bake::samples::AUTO_LEAST;
-use crate::btf::bake::shade::Scene;
+use crate::btf::bake::shade::BakeScene;
 use crate::btf::bake::slabs::write_images;
 use crate::btf::direction::Direction;
 use crate::btf::height_map::HeightMap;
+use crate::btf::parts::{self, Maker, Slice};
 use crate::btf::sample::{DType, Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
@@ -120,7 +119,7 @@ pub fn bake(
     material: &Material,
     options: &BakeOptions,
     target: &Path,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Baked> {
     bake_share(material, options, None, target, progress)
 }
@@ -132,9 +131,15 @@ pub fn bake_part(
     options: &BakeOptions,
     shard: Shard,
     target: &Path,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Baked> {
     bake_share(material, options, Some(shard), target, progress)
+}
+
+/// Joins the parts of all shards to the sample `target`, as one run bakes it; returns its description. Refuses parts of
+/// other bakes than the first, and shards that are missing or there twice.
+pub fn join(parts: &[PathBuf], target: &Path, progress: Progress<'_>) -> Result<Description> {
+    parts::join(parts, Maker::Bake, target, progress)
 }
 
 fn bake_share(
@@ -142,8 +147,9 @@ fn bake_share(
     options: &BakeOptions,
     shard: Option<Shard>,
     target: &Path,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Baked> {
+    // Check what is given, and describe the sample, or the shard's part of it.
     options.validate()?;
     material.check()?;
     let changed = match options.min_roughness {
@@ -153,19 +159,21 @@ fn bake_share(
     let material = changed.as_ref().unwrap_or(material);
     let directions = directions(material, options)?;
     let mut description = describe(material, options, &directions)?;
+    let heights = HeightMap::levelled(description.grid(), material.heights.clone())?;
     let mut views = 0..directions.views.len();
     if let Some(shard) = shard {
         shard.check(views.len(), "views")?;
         views = shard.range(views.len());
-        description = parts::of_shard(&description, shard);
-        if parts::is_there(target, &description) {
-            return Ok(Baked::kept(description));
+        description = slice(shard, &views, directions.lights.len()).part_of(&description);
+        if let Some(found) = parts::find(target, |_| description.clone(), Some(&heights)) {
+            return Ok(Baked::kept(found));
         }
     }
+    // Plan the rays of each texel.
     let surface = material.surface();
     warn_of_darkness(&surface, &directions.lights, progress);
     let coarse = SamplePlan::fixed(AUTO_LEAST);
-    let scene = Scene {
+    let scene = BakeScene {
         material,
         surface: &surface,
         plan: &coarse,
@@ -174,10 +182,11 @@ fn bake_share(
         seed: options.seed,
     };
     let plan = plan(&scene, options, &directions, progress)?;
-    let scene = Scene {
+    let scene = BakeScene {
         plan: &plan,
         ..scene
     };
+    // Refuse highlights that the numbers cannot hold, and warn of glare.
     if options.dtype == DType::F2 && !options.clamp {
         half_range::check(&scene, &directions, progress)?;
     }
@@ -186,13 +195,37 @@ fn bake_share(
         progress.warn(warning);
     }
     progress.check()?;
-    let heights = HeightMap::levelled(description.grid(), material.heights.clone())?;
+    // Render the images.
     let mut writer = SampleWriter::resume(target, description)?;
     writer.set_heights(Some(heights));
+    let baked = render(
+        &scene,
+        (&directions, views),
+        writer,
+        options.clamp,
+        progress,
+    )?;
+    Ok(Baked {
+        glare: glare.share,
+        ..baked
+    })
+}
+
+/// Renders the images of some views that are not written yet, and finishes the sample. An interruption leaves what is
+/// written, any other failure nothing.
+fn render(
+    scene: &BakeScene,
+    (directions, views): (&Directions, Range<usize>),
+    mut writer: SampleWriter,
+    clamp: bool,
+    progress: Progress<'_>,
+) -> Result<Baked> {
+    // Render what is missing, and measure the error that is left.
     let resumed = writer.images_written();
-    let place = (&directions, views.clone());
-    let written = write_images(&scene, place, &mut writer, options.clamp, progress)
-        .and_then(|tally| Ok((tally, left(&scene, &directions, views, progress)?)));
+    let place = (directions, views.clone());
+    let written = write_images(scene, place, &mut writer, clamp, progress)
+        .and_then(|tally| Ok((tally, left(scene, directions, views, progress)?)));
+    // Finish the sample. An interrupted one is kept for the next run.
     match written {
         Ok((tally, error_left)) => Ok(Baked {
             description: writer.finish()?,
@@ -201,11 +234,12 @@ fn bake_share(
             samples: tally.work.samples as f64 / tally.texels.max(1) as f64,
             resumed,
             is_kept: false,
-            glare: glare.share,
+            glare: 0.0,
             error_left,
             widened_to: directions
                 .widening
-                .map(|widening| widening.typical_roughness()),
+                .as_ref()
+                .map(Widening::typical_roughness),
             clamped: tally.clamped,
         }),
         Err(Error::Interrupted) => Err(Error::Interrupted),
@@ -216,12 +250,23 @@ fn bake_share(
     }
 }
 
+/// The images of a shard: those of its views. All that they depend on is in the description.
+fn slice(shard: Shard, views: &Range<usize>, lights: usize) -> Slice {
+    Slice {
+        maker: Maker::Bake,
+        shard,
+        images: views.start * lights..views.end * lights,
+        made_from: Map::new(),
+        own: None,
+    }
+}
+
 /// Where samples look through; for `auto`, with what the scene is like.
 fn plan(
-    scene: &Scene,
+    scene: &BakeScene,
     options: &BakeOptions,
     directions: &Directions,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<SamplePlan> {
     match options.samples {
         Samples::Fixed(count) => Ok(SamplePlan::fixed(count)),
@@ -234,10 +279,10 @@ fn plan(
 
 /// The error that is left in some views, where the user asked for one.
 fn left(
-    scene: &Scene,
+    scene: &BakeScene,
     directions: &Directions,
     views: Range<usize>,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Option<f64>> {
     match scene.plan.is_refined() {
         true => error_left(scene, directions, views, progress),
@@ -246,10 +291,10 @@ fn left(
 }
 
 /// Warns when much of the surface sees none of the lights: its height scale is likely wrong.
-fn warn_of_darkness(surface: &HeightField, lights: &[Direction], progress: &Progress) {
+fn warn_of_darkness(surface: &HeightField, lights: &[Direction], progress: Progress<'_>) {
     let texels = surface.width() * surface.height();
     let in_the_dark = |texel: &usize| {
-        let point = SurfacePoint {
+        let point = ReliefPoint {
             x: texel % surface.width(),
             y: texel / surface.width(),
             within: DVec2::ZERO,

@@ -1,7 +1,5 @@
 //! What a user may ask of a bake.
 
-use serde::{Deserialize, Serialize};
-
 use crate::btf::bake::angular::AngularFilter;
 use crate::btf::bake::material::Material;
 use crate::btf::bake::samples::Samples;
@@ -13,8 +11,7 @@ use crate::error::{Error, Result};
 const ERROR: f64 = 0.02;
 
 /// From which directions, how finely, and with which light a material is baked.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct BakeOptions {
     /// View directions: 12x5, bonn81, bonn151, fibonacci:N, `rings:THETA:COUNT[:OFFSET],…` or FILE.csv
     #[arg(long, value_name = "SET", default_value_t = BakeOptions::default().views)]

@@ -1,7 +1,7 @@
 //! A picture of a baked sample: the relief beside the flat texture, and a sheet of views × lights.
 //!
 //! Above: twice the tile seen at 55° under one light, left as a flat texture (albedo · cos θ), right as
-//! the height field traced by rays. Below: images of the sample, a row a view, a column a light, both
+//! the height field traced by rays. Below: images of the sample, a row per view, a column per light, both
 //! from low to high index; radiance times π, so that white under a frontal light is white, in sRGB.
 
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::btf::bake::directions::View;
 use crate::btf::bake::lights::Lights;
 use crate::btf::bake::material::Material;
 use crate::btf::bake::sample_plan::SamplePlan;
-use crate::btf::bake::shade::Scene;
+use crate::btf::bake::shade::BakeScene;
 use crate::btf::direction::Direction;
 use crate::btf::sample::Sample;
 use crate::error::Result;
@@ -25,7 +25,7 @@ const MOST: usize = 6;
 const GAP: usize = 4;
 /// Polar angle of the view of the panels.
 const TILT_DEG: f64 = 55.0;
-/// View rays a pixel of the panels.
+/// View rays per pixel of the panels.
 const SAMPLES: u32 = 4;
 
 /// Linear pictures on a grey ground, put together.
@@ -117,7 +117,7 @@ fn panel(material: &Material, relief: bool) -> Canvas {
         ..material.clone()
     };
     let material = if relief { material } else { &flat };
-    let scene = Scene {
+    let scene = BakeScene {
         material,
         surface: &material.surface(),
         plan: &SamplePlan::fixed(SAMPLES),

@@ -10,7 +10,7 @@ use crate::btf::bake::directions::{Directions, View};
 use crate::btf::bake::lights::Lights;
 use crate::btf::bake::sample_plan::SamplePlan;
 use crate::btf::bake::samples::AUTO_LEAST;
-use crate::btf::bake::shade::Scene;
+use crate::btf::bake::shade::BakeScene;
 use crate::error::Result;
 use crate::progress::Progress;
 
@@ -23,12 +23,12 @@ const REFERENCE: u32 = 1024;
 
 /// Radiance under all pilots together, mean over the sample, channels added.
 pub(super) fn typical_radiance(
-    scene: &Scene,
+    scene: &BakeScene,
     directions: &Directions,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<f32> {
     let plan = SamplePlan::fixed(AUTO_LEAST);
-    let coarse = Scene {
+    let coarse = BakeScene {
         plan: &plan,
         ..*scene
     };
@@ -46,13 +46,13 @@ pub(super) fn typical_radiance(
 /// The relative error that a scene's plan leaves, Σ |difference| / Σ radiance, against many more samples: at those places
 /// spread over the sample that are in some views, under other lights than the plan decides by. `None` without any.
 pub(super) fn error_left(
-    scene: &Scene,
+    scene: &BakeScene,
     directions: &Directions,
     views: Range<usize>,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Option<f64>> {
     let plan = SamplePlan::fixed(REFERENCE);
-    let reference = Scene {
+    let reference = BakeScene {
         plan: &plan,
         seed: scene.seed.wrapping_add(1),
         ..*scene
@@ -81,7 +81,7 @@ pub(super) fn error_left(
 }
 
 /// Texels of views, spread over both.
-fn places_of(scene: &Scene, directions: &Directions) -> Vec<(View, usize)> {
+fn places_of(scene: &BakeScene, directions: &Directions) -> Vec<(View, usize)> {
     let (views, texels) = (directions.views.len(), scene.material.grid.len());
     let count = (views * texels / LEAST_SHARE).clamp(1, PLACES);
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
@@ -93,7 +93,7 @@ fn places_of(scene: &Scene, directions: &Directions) -> Vec<(View, usize)> {
 }
 
 /// Mean radiance of one texel under each light.
-fn radiance_at(scene: &Scene, view: View, texel: usize, lights: &Lights) -> Vec<Vec3> {
+fn radiance_at(scene: &BakeScene, view: View, texel: usize, lights: &Lights) -> Vec<Vec3> {
     let width = scene.material.grid.width as usize;
     let mut radiance = vec![Vec3::ZERO; lights.directions.len()];
     let buffers = (&mut radiance[..], &mut Columns::default());

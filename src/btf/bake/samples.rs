@@ -11,7 +11,6 @@ use std::fmt;
 use std::str::FromStr;
 
 use glam::DVec2;
-use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
@@ -28,8 +27,7 @@ const OFF_CENTRE: f64 = 0.03;
 const TO_A_THIRD: u32 = 0x5555_5555;
 
 /// View rays per texel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Samples {
     /// So many, 1 to 65536.
     Fixed(u32),
@@ -47,20 +45,6 @@ impl FromStr for Samples {
         text.parse()
             .map(Self::Fixed)
             .map_err(|_| format!("expected {RANGE}"))
-    }
-}
-
-impl TryFrom<String> for Samples {
-    type Error = String;
-
-    fn try_from(text: String) -> std::result::Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Samples> for String {
-    fn from(samples: Samples) -> Self {
-        samples.to_string()
     }
 }
 

@@ -13,7 +13,7 @@ use rand::Rng;
 
 use crate::btf::bake::brdf::{Columns, Lobe};
 use crate::btf::bake::directions::View;
-use crate::btf::bake::height_field::{HeightField, SurfacePoint};
+use crate::btf::bake::height_field::{HeightField, ReliefPoint};
 use crate::btf::bake::lights::Lights;
 use crate::btf::bake::material::Material;
 use crate::btf::bake::sample_plan::SamplePlan;
@@ -28,7 +28,7 @@ const DISC_STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053
 
 /// All that the rays need to know.
 #[derive(Clone, Copy)]
-pub(super) struct Scene<'a> {
+pub(super) struct BakeScene<'a> {
     pub(super) material: &'a Material,
     pub(super) surface: &'a HeightField,
     pub(super) plan: &'a SamplePlan,
@@ -62,7 +62,7 @@ impl Sum for Work {
     }
 }
 
-impl Scene<'_> {
+impl BakeScene<'_> {
     /// Puts the mean radiance of the texel at `row`, `col` into `radiance`, one RGB per light.
     pub(super) fn shade_texel(
         &self,
@@ -71,6 +71,7 @@ impl Scene<'_> {
         lights: &Lights,
         (radiance, scratch): (&mut [Vec3], &mut Columns),
     ) -> Work {
+        // Begin the random numbers of the texel.
         let centre = DVec2::new(
             col as f64,
             self.material.grid.height as f64 - 1.0 - row as f64,
@@ -83,6 +84,7 @@ impl Scene<'_> {
             .map(|random| DVec2::new(random.r#gen(), random.r#gen()));
         let mut course = self.plan.course();
         let (mut taken, mut rays) = (0, 0);
+        // Follow a path through every place of the plan, until the mean is good enough.
         radiance.fill(Vec3::ZERO);
         for &place in &self.plan.places {
             rays += 1;
@@ -104,6 +106,7 @@ impl Scene<'_> {
                 break;
             }
         }
+        // Take the mean.
         radiance.iter_mut().for_each(|sum| *sum /= taken as f32);
         Work {
             samples: u64::from(taken),
@@ -189,7 +192,7 @@ impl Scene<'_> {
     /// Adds what a point reflects of lights without extent: one walk for all over a heading.
     fn light_sharply(
         &self,
-        point: SurfacePoint,
+        point: ReliefPoint,
         lobe: &Lobe,
         throughput: Vec3,
         lights: &Lights,
@@ -216,7 +219,7 @@ impl Scene<'_> {
     /// Adds what a point reflects of one place on every light's disc.
     fn light_softly(
         &self,
-        point: SurfacePoint,
+        point: ReliefPoint,
         lobe: &Lobe,
         throughput: Vec3,
         lights: &Lights,
@@ -242,7 +245,7 @@ impl Scene<'_> {
 
 /// Where a path begins: what a view ray meets, the way back, and the place on the lights' discs.
 struct Path {
-    seen: SurfacePoint,
+    seen: ReliefPoint,
     towards: DVec3,
     disc: Option<DVec2>,
 }

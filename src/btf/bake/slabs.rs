@@ -9,7 +9,7 @@ use crate::btf::bake::brdf::Columns;
 use crate::btf::bake::directions::{Directions, View};
 use crate::btf::bake::half_range;
 use crate::btf::bake::lights::Lights;
-use crate::btf::bake::shade::{Scene, Work};
+use crate::btf::bake::shade::{BakeScene, Work};
 use crate::btf::sample::DType;
 use crate::btf::writer::SampleWriter;
 use crate::error::Result;
@@ -45,11 +45,11 @@ pub(super) struct Tally {
 /// Renders some views slab after slab, writing each while the next is rendered. Numbers that half precision cannot hold are an
 /// error, or clamped.
 pub(super) fn write_images(
-    scene: &Scene,
+    scene: &BakeScene,
     (directions, views): (&Directions, Range<usize>),
     writer: &mut SampleWriter,
     clamp: bool,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Tally> {
     progress.begin("bake", writer.description().image_count() as u64);
     let done = writer.images_written();
@@ -93,7 +93,12 @@ fn slabs(directions: &Directions, views: Range<usize>, texels: usize, done: usiz
 }
 
 /// Renders a slab; what comes back of an interrupted one is worth nothing.
-fn render(scene: &Scene, directions: &Directions, slab: Slab, progress: &Progress) -> Rendered {
+fn render(
+    scene: &BakeScene,
+    directions: &Directions,
+    slab: Slab,
+    progress: Progress<'_>,
+) -> Rendered {
     let width = scene.material.grid.width as usize;
     let height = scene.material.grid.height as usize;
     let chosen: Vec<usize> = slab.lights.clone().collect();
@@ -113,11 +118,11 @@ fn render(scene: &Scene, directions: &Directions, slab: Slab, progress: &Progres
 
 /// One row of every image of a slab.
 fn render_row(
-    scene: &Scene,
+    scene: &BakeScene,
     (view, row): (View, usize),
     lights: &Lights,
     images: &mut [Vec3],
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Work {
     let width = scene.material.grid.width as usize;
     let mut radiance = vec![Vec3::ZERO; lights.directions.len()];
@@ -141,7 +146,7 @@ fn write(
     rendered: Option<&Rendered>,
     writer: &mut SampleWriter,
     clamp: bool,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<u64> {
     let Some(Rendered { slab, rows, .. }) = rendered else {
         return Ok(0);

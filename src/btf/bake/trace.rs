@@ -9,7 +9,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::btf::bake::height_field::{HeightField, Patch, SurfacePoint};
+use crate::btf::bake::height_field::{HeightField, Patch, ReliefPoint};
 
 /// A ray below the surface by less than this is on it, in texels.
 const TOUCHING: f64 = 1e-9;
@@ -18,10 +18,10 @@ const MOST_LAPS: f64 = 256.0;
 
 impl HeightField {
     /// The point of the surface over a place of the plane z = 0.
-    pub fn point_above(&self, on_plane: DVec2) -> SurfacePoint {
+    pub fn point_above(&self, on_plane: DVec2) -> ReliefPoint {
         let (x, along_x) = wrapped(on_plane.x, self.width());
         let (y, along_y) = wrapped(on_plane.y, self.height());
-        SurfacePoint {
+        ReliefPoint {
             x,
             y,
             within: DVec2::new(along_x - x as f64, along_y - y as f64),
@@ -29,7 +29,7 @@ impl HeightField {
     }
 
     /// What a viewer in direction `towards` (z > 0) sees through the point `on_plane` of z = 0.
-    pub fn seen_through(&self, on_plane: DVec2, towards: DVec3) -> Option<SurfacePoint> {
+    pub fn seen_through(&self, on_plane: DVec2, towards: DVec3) -> Option<ReliefPoint> {
         let rise = self.highest() / towards.z;
         let start = DVec3::new(
             on_plane.x + towards.x * rise,
@@ -41,7 +41,7 @@ impl HeightField {
     }
 
     /// The first point that a ray from the surface meets; `None` when it leaves.
-    pub fn next_hit(&self, from: SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
+    pub fn next_hit(&self, from: ReliefPoint, direction: DVec3) -> Option<ReliefPoint> {
         let mut walk = Walk::from_surface(self, from, direction);
         walk.run(|segment| segment.first_root())
     }
@@ -51,7 +51,7 @@ impl HeightField {
     ///
     /// What a walk has passed below a light's ray lies below a higher light's too, so at every obstacle the ray is
     /// raised to the next light and continues from there.
-    pub fn shadowed(&self, from: SurfacePoint, heading: DVec2, slopes: &[f64]) -> usize {
+    pub fn shadowed(&self, from: ReliefPoint, heading: DVec2, slopes: &[f64]) -> usize {
         let Some(&lowest) = slopes.first() else {
             return 0;
         };
@@ -67,7 +67,7 @@ impl HeightField {
     }
 
     /// Whether something stands between a surface point and a light in `direction`.
-    pub fn occluded(&self, from: SurfacePoint, direction: DVec3) -> bool {
+    pub fn occluded(&self, from: ReliefPoint, direction: DVec3) -> bool {
         let mut walk = Walk::from_surface(self, from, direction);
         walk.run(|segment| segment.dips_below().then_some(0.0))
             .is_some()
@@ -162,7 +162,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    fn from_surface(field: &'a HeightField, from: SurfacePoint, direction: DVec3) -> Self {
+    fn from_surface(field: &'a HeightField, from: ReliefPoint, direction: DVec3) -> Self {
         Self {
             field,
             origin: field.position(from),
@@ -177,7 +177,7 @@ impl<'a> Walk<'a> {
 
     /// Steps from block to block until `meets` finds a distance within a patch.
     #[inline]
-    fn run(&mut self, meets: impl Fn(&Segment) -> Option<f64>) -> Option<SurfacePoint> {
+    fn run(&mut self, meets: impl Fn(&Segment) -> Option<f64>) -> Option<ReliefPoint> {
         let field = self.field;
         let top = field.maxima().len() - 1;
         let highest = field.highest();
@@ -223,9 +223,9 @@ impl<'a> Walk<'a> {
         (entry, segment)
     }
 
-    fn point(&self, entry: DVec2, s: f64) -> SurfacePoint {
+    fn point(&self, entry: DVec2, s: f64) -> ReliefPoint {
         let within = entry + s * self.direction.truncate();
-        SurfacePoint {
+        ReliefPoint {
             x: self.x,
             y: self.y,
             within: within.clamp(DVec2::ZERO, DVec2::ONE),
@@ -404,7 +404,7 @@ mod tests {
         let mut random = crate::random::stream(6, "shadows", 0, 0);
         let (mut agree, mut occluded_count) = (0, 0);
         for _ in 0..600 {
-            let from = SurfacePoint {
+            let from = ReliefPoint {
                 x: random.gen_range(0..8),
                 y: random.gen_range(0..8),
                 within: DVec2::new(random.gen_range(0.0..1.0), random.gen_range(0.0..1.0)),
@@ -432,7 +432,7 @@ mod tests {
         let slopes = [0.05, 0.3, 0.7, 1.5, 3.0, 1e12];
         let mut counts = [0; 7];
         for _ in 0..600 {
-            let from = SurfacePoint {
+            let from = ReliefPoint {
                 x: random.gen_range(0..8),
                 y: random.gen_range(0..8),
                 within: DVec2::new(random.gen_range(0.0..1.0), random.gen_range(0.0..1.0)),
@@ -454,7 +454,7 @@ mod tests {
         let field = rough_field(9, 5);
         let mut random = crate::random::stream(7, "hits", 0, 0);
         for _ in 0..500 {
-            let from = SurfacePoint {
+            let from = ReliefPoint {
                 x: random.gen_range(0..9),
                 y: random.gen_range(0..5),
                 within: DVec2::new(random.gen_range(0.0..1.0), random.gen_range(0.0..1.0)),

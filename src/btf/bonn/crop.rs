@@ -41,7 +41,7 @@ impl MatrixRows for RowRuns {
     }
 }
 
-/// The factors of a region of images of `width` texels a row.
+/// The factors of a region of images of `width` texels per row.
 pub(super) fn factors_of(factors: Factors, region: Region, width: u32) -> Factors {
     let runs: Vec<Range<usize>> = region.rows(width).collect();
     let mut channels: Vec<Channel> = Vec::new();

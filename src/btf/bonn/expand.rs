@@ -1,5 +1,6 @@
 //! Every image of a source, written into a sample.
 
+use std::ops::Range;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -8,6 +9,7 @@ use crate::btf::bonn::images::BonnImages;
 use crate::btf::bonn::local_frames::TexelFrames;
 use crate::btf::description::Description;
 use crate::btf::image_source::ImageSource;
+use crate::btf::parts::{Slice, WrittenSample, write_share};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
 use crate::format::atomic::parent;
@@ -17,16 +19,17 @@ use crate::progress::Progress;
 /// Bytes of a block of texels while local frames are undone.
 const BLOCK: usize = 64 << 20;
 
-/// Writes all images to `target`.
+/// Writes all images to `target`, or those of a slice.
 pub(super) fn expand(
     images: &BonnImages,
     target: &Path,
+    slice: Option<&Slice>,
     progress: Progress<'_>,
-) -> Result<Description> {
-    let mut writer = SampleWriter::create(target, images.description.clone())?;
-    writer.set_heights(images.heights.clone());
-    each_image(images, progress, |image| writer.push(image))?;
-    writer.finish()
+) -> Result<WrittenSample> {
+    let (whole, heights) = (images.description.clone(), images.heights.clone());
+    write_share(target, whole, slice, heights, |writer, range| {
+        each_image(images, range, progress, |image| writer.push(image))
+    })
 }
 
 /// The same where each texel has a frame of its own: the numbers go over the disk, once by images and once by blocks
@@ -42,7 +45,8 @@ pub(super) fn expand_turned(
     let io = |action| Error::io(target, action);
     let scratch = || NamelessWriter::create_in(parent(target)).map_err(io("write"));
     let mut by_image = scratch()?;
-    each_image(images, progress, |image| {
+    let all = 0..images.description.image_count();
+    each_image(images, all, progress, |image| {
         by_image.write(image).map_err(io("write"))
     })?;
     let by_image: Nameless<f32> = by_image.finish().map_err(io("read"))?;
@@ -74,7 +78,7 @@ pub(super) fn expand_turned(
 }
 
 /// A block of texels, \[texel\]\[image\]\[RGB\], of numbers that lie image by image.
-fn gathered(by_image: &[f32], texels: usize, block: std::ops::Range<usize>) -> Vec<f32> {
+fn gathered(by_image: &[f32], texels: usize, block: Range<usize>) -> Vec<f32> {
     let count = by_image.len() / (texels * 3);
     let mut values = vec![0.0; block.len() * count * 3];
     values
@@ -89,9 +93,11 @@ fn gathered(by_image: &[f32], texels: usize, block: std::ops::Range<usize>) -> V
     values
 }
 
-/// Calls `take` with each image in order.
+/// Calls `take` with each image of a range in order. Images are expanded in the same groups whatever the range is: the
+/// last bits of their products may depend on the group.
 fn each_image(
     images: &BonnImages,
+    range: Range<usize>,
     progress: Progress<'_>,
     mut take: impl FnMut(&[f32]) -> Result<()>,
 ) -> Result<()> {
@@ -99,14 +105,17 @@ fn each_image(
     let image = images.description.grid().len() * 3;
     let run = images.run().min(count);
     let mut values = vec![0.0; run * image];
-    progress.begin("expanding images", count as u64);
-    for start in (0..count).step_by(run) {
+    progress.begin("expanding images", range.len() as u64);
+    let first = range.start - range.start % run;
+    for start in (first..range.end).step_by(run) {
         progress.check()?;
-        let end = count.min(start + run);
-        let values = &mut values[..(end - start) * image];
-        images.read_images(start..end, values)?;
-        values.chunks(image).try_for_each(&mut take)?;
-        progress.advance((end - start) as u64)?;
+        let group = start..count.min(start + run);
+        let values = &mut values[..group.len() * image];
+        images.read_images(group.clone(), values)?;
+        let own = group.start.max(range.start)..group.end.min(range.end);
+        let numbers = (own.start - start) * image..(own.end - start) * image;
+        values[numbers].chunks(image).try_for_each(&mut take)?;
+        progress.advance(own.len() as u64)?;
     }
     progress.end();
     Ok(())

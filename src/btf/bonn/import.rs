@@ -20,7 +20,9 @@ use crate::btf::description::{Description, FORMAT, Layout, VERSION};
 use crate::btf::direction::Direction;
 use crate::btf::factored::factorize::{Accuracy, FactorOptions, factorize};
 use crate::btf::height_map::HeightMap;
+use crate::btf::import::destination::{Destination, InputIds};
 use crate::btf::import::{Handedness, ImportOptions, Preparation, SizeLine, Values};
+use crate::btf::parts::{Slice, WrittenSample};
 use crate::error::{Error, Result};
 use crate::format::atomic::parent;
 use crate::format::id::ContentId;
@@ -70,17 +72,17 @@ pub struct BonnImport<'a> {
     pub handedness: Handedness,
     /// Seed of a new factorization.
     pub seed: u64,
-    /// The sample to write.
-    pub target: &'a Path,
+    /// The sample to write, or the part of a shard.
+    pub destination: Destination<'a>,
     /// Who is told how far it is.
     pub progress: Progress<'a>,
 }
 
 impl BonnImport<'_> {
-    /// Writes the sample.
-    pub fn run(&self) -> Result<(Description, Told)> {
+    /// Writes the sample, or the part of a shard.
+    pub fn run(&self) -> Result<(WrittenSample, Told)> {
         check(self.options)?;
-        let mut file = BonnFile::open(self.path, parent(self.target))?;
+        let mut file = BonnFile::open(self.path, parent(self.destination.path))?;
         LocalFrames::of(file.header()).map_err(|error| error.in_file(self.path))?;
         if let Some(region) = self.options.preparation.crop {
             file = file.cropped(region)?;
@@ -88,7 +90,7 @@ impl BonnImport<'_> {
         self.import(file).map_err(|error| error.in_file(self.path))
     }
 
-    fn import(&self, file: BonnFile) -> Result<(Description, Told)> {
+    fn import(&self, file: BonnFile) -> Result<(WrittenSample, Told)> {
         file.notes()
             .iter()
             .for_each(|note| self.progress.warn(note.as_str()));
@@ -100,6 +102,7 @@ impl BonnImport<'_> {
         // Choose the way: copy the factors, factor anew, or expand to images.
         let way = Way::of(&file, self.bonn.expand || is_turned);
         self.check_rank(way)?;
+        self.check_shard(way, is_turned)?;
         let heights = self.heights(&file, &description)?;
         if let (Way::Copied, Content::Factors(factors)) = (way, &file.content) {
             let cosines = missing_cosines(file.header(), self.options.values);
@@ -110,7 +113,8 @@ impl BonnImport<'_> {
                 heights,
                 progress: self.progress,
             };
-            return Ok((copy.write(description, self.target)?, Told::default()));
+            let sample = copy.write(description, self.destination.path)?;
+            return Ok((WrittenSample::anew(sample), Told::default()));
         }
         // Write the sample from images, turned where every texel has a frame of its own.
         let components = file.factors().map_or(1, |(_, rank)| rank as u32);
@@ -123,11 +127,14 @@ impl BonnImport<'_> {
                     rotations,
                     sampling: &sampling,
                 };
-                let sample = expand_turned(&images, &frames, self.target, self.progress)?;
-                Ok((sample, told_of(&images)))
+                let target = self.destination.path;
+                let sample = expand_turned(&images, &frames, target, self.progress)?;
+                Ok((WrittenSample::anew(sample), told_of(&images)))
             }
             _ => {
-                let sample = expand(&images, self.target, self.progress)?;
+                let slice = self.slice(&images.description)?;
+                let target = self.destination.path;
+                let sample = expand(&images, target, slice.as_ref(), self.progress)?;
                 Ok((sample, told_of(&images)))
             }
         }
@@ -143,6 +150,44 @@ impl BonnImport<'_> {
             )),
             _ => Ok(()),
         }
+    }
+
+    /// Refuses to share what one run has to make as a whole.
+    fn check_shard(&self, way: Way, is_turned: bool) -> Result<()> {
+        let Some(shard) = self.destination.shard else {
+            return Ok(());
+        };
+        let (found, expected) = match (way, is_turned) {
+            (_, true) => (
+                "a file with a local frame per texel, in which every image depends on all others",
+                "no --shard: one run imports it as a whole",
+            ),
+            (Way::Copied, _) => (
+                "a file of factors, which become those of the sample",
+                "no --shard: one run copies them in seconds; or --expand, whose images can be shared",
+            ),
+            (Way::Refactored, _) => (
+                "a file of logarithmic factors, which are factored again as a whole",
+                "no --shard: one run imports it as a whole; or --expand, whose images can be shared",
+            ),
+            (Way::Expanded, false) => return Ok(()),
+        };
+        Err(Error::option(
+            "shard",
+            format!("{shard} of {found}"),
+            expected,
+        ))
+    }
+
+    /// The images of the run's shard.
+    fn slice(&self, whole: &Description) -> Result<Option<Slice>> {
+        let count = whole.image_count();
+        self.destination.slice(count, self.options, |_| {
+            Ok(InputIds {
+                source: ContentId::of_file(self.path)?,
+                own: None,
+            })
+        })
     }
 
     /// The sample's value of a white plane facing the light, over the file's.
@@ -191,7 +236,7 @@ impl BonnImport<'_> {
         })
     }
 
-    fn refactor(&self, images: &BonnImages, rank: u32) -> Result<(Description, Told)> {
+    fn refactor(&self, images: &BonnImages, rank: u32) -> Result<(WrittenSample, Told)> {
         let description = &images.description;
         let most = description.image_count().min(description.grid().len());
         let rank = rank.min(most as u32);
@@ -201,7 +246,8 @@ impl BonnImport<'_> {
             seed: self.seed,
         };
         let origin = description.source.clone();
-        let (sample, left) = factorize(images, &options, origin, self.target, self.progress)?;
+        let target = self.destination.path;
+        let (sample, left) = factorize(images, &options, origin, target, self.progress)?;
         let line = format!(
             "its logarithms were converted and its images factored again: {rank} components per channel have a \
              relative error of {:.2e}",
@@ -211,7 +257,7 @@ impl BonnImport<'_> {
             lines: vec![line],
             error: Some(left.relative),
         };
-        Ok((sample, told))
+        Ok((WrittenSample::anew(sample), told))
     }
 
     fn describe(&self, file: &BonnFile, frames: &LocalFrames) -> Description {

@@ -9,7 +9,7 @@ use crate::btf::bonn::pvf::View;
 use crate::btf::factored::orthonormal::inner_products;
 use crate::btf::sample::{Pixels, Sample};
 use crate::error::Result;
-use crate::matrix::{Target, eigen, multiply_on_all_threads};
+use crate::matrix::{Update, eigen, multiply_on_all_threads};
 
 /// The first `rank` components of a view with all values multiplied by `scale`.
 pub(super) fn of(sample: &Sample, view: usize, rank: usize, scale: f32) -> Result<View> {
@@ -28,7 +28,7 @@ pub(super) fn of(sample: &Sample, view: usize, rank: usize, scale: f32) -> Resul
         points.t(),
         components.view(),
         weights.view_mut(),
-        Target::Replace,
+        Update::Replace,
     );
     Ok(View {
         mean,

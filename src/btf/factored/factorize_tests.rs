@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 use serde_json::Value;
 
-use crate::btf::description::{DType, Description, FORMAT, Layout, VERSION};
+use crate::btf::description::{DType, Description};
 use crate::btf::direction::Direction;
 use crate::btf::factored::factorize::{Accuracy, FactorOptions, factorize};
 use crate::btf::factored::image_matrix::ImageMatrix;
@@ -14,7 +14,6 @@ use crate::btf::height_map::HeightMap;
 use crate::btf::image_source::ImageSource;
 use crate::btf::sample::Sample;
 use crate::error::Result;
-use crate::format::id::ContentId;
 use crate::progress::Progress;
 
 /// Images held in memory.
@@ -58,21 +57,13 @@ fn images(lights: usize, width: u32, height: u32) -> Held {
     }
     Held {
         description: Description {
-            format: FORMAT.into(),
-            version: VERSION,
-            name: "waves".into(),
-            width,
-            height,
-            channels: 3,
-            dtype: DType::F4,
-            texel_mm: None,
-            layout: Layout::Product,
-            views: vec![Direction::from_angles(0.0, 0.0)],
-            lights,
-            pairs: None,
             tileable: true,
-            id: ContentId::of_bytes(b""),
-            source: Value::Null,
+            ..Description::product(
+                "waves",
+                [width, height],
+                vec![Direction::from_angles(0.0, 0.0)],
+                lights,
+            )
         },
         numbers,
     }

@@ -8,7 +8,7 @@
 
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
-use crate::matrix::{Target, eigen, multiply_on_all_threads};
+use crate::matrix::{Update, eigen, multiply_on_all_threads};
 
 /// Rows widened to `f64` at once.
 const ROWS: usize = 1 << 14;
@@ -61,7 +61,7 @@ pub fn inner_products(columns: ArrayView2<'_, f32>) -> Array2<f64> {
     let mut products = Array2::zeros((columns.ncols(), columns.ncols()));
     for rows in columns.axis_chunks_iter(Axis(0), ROWS) {
         let wide = rows.mapv(f64::from);
-        multiply_on_all_threads(wide.t(), wide.view(), products.view_mut(), Target::Add);
+        multiply_on_all_threads(wide.t(), wide.view(), products.view_mut(), Update::Add);
     }
     products
 }
@@ -77,7 +77,7 @@ pub fn times(columns: &Array2<f32>, transform: &Array2<f64>) -> Array2<f32> {
             wide.view(),
             transform.view(),
             product.view_mut(),
-            Target::Replace,
+            Update::Replace,
         );
         out.slice_mut(rows).assign(&product.mapv(|v| v as f32));
     }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::btf::factored::factorization::CHANNELS;
 use crate::btf::factored::factors::{Factors, TILE, set_of};
-use crate::matrix::{Target, as_rows, as_rows_mut, multiply};
+use crate::matrix::{Update, as_rows, as_rows_mut, multiply};
 
 /// What becomes of the channels' values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +70,7 @@ impl Factors {
                 weights.slice(s![.., set * rank..(set + 1) * rank]),
                 planes.slice(s![.., ..sums.ncols()]),
                 sums.view_mut(),
-                Target::Add,
+                Update::Add,
             );
         }
     }

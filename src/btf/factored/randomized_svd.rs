@@ -18,7 +18,7 @@ use crate::btf::factored::orthonormal::{
     inner_products, orthonormal_columns, principal_columns, times,
 };
 use crate::error::Result;
-use crate::matrix::{Target, as_rows, eigen, multiply_on_all_threads};
+use crate::matrix::{Update, as_rows, eigen, multiply_on_all_threads};
 use crate::progress::Progress;
 use crate::random::stream;
 
@@ -135,7 +135,7 @@ fn add_transposed(planes: &[f32], weights: &Array2<f32>, sums: &mut Array2<f32>)
         planes.reversed_axes(),
         weights.view(),
         sums.view_mut(),
-        Target::Add,
+        Update::Add,
     );
 }
 
@@ -143,7 +143,7 @@ fn add_transposed(planes: &[f32], weights: &Array2<f32>, sums: &mut Array2<f32>)
 fn coordinates_of(planes: &[f32], basis: &Array2<f32>) -> Array2<f32> {
     let planes = as_rows(planes, planes.len() / basis.nrows(), basis.nrows());
     let mut found = Array2::zeros((planes.nrows(), basis.ncols()));
-    multiply_on_all_threads(planes, basis.view(), found.view_mut(), Target::Replace);
+    multiply_on_all_threads(planes, basis.view(), found.view_mut(), Update::Replace);
     found
 }
 

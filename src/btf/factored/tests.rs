@@ -5,9 +5,7 @@ use std::path::Path;
 
 use ndarray::{Array3, Ix3};
 
-use crate::btf::description::{
-    DIRECTIONS, DType, Description, EIGENTEXTURES, FORMAT, Layout, VERSION,
-};
+use crate::btf::description::{DIRECTIONS, DType, Description, EIGENTEXTURES, Layout};
 use crate::btf::direction::Direction;
 use crate::btf::factored::factorization::Factorization;
 use crate::btf::factored::products::Values;
@@ -15,7 +13,6 @@ use crate::btf::factored::writer::FactoredWriter;
 use crate::btf::image_source::ImageSource;
 use crate::btf::sample::{DESCRIPTION, Pixels, Sample};
 use crate::btf::writer::SampleWriter;
-use crate::format::id::ContentId;
 use crate::format::{json, npy};
 
 const WIDTH: usize = 30;
@@ -26,25 +23,18 @@ const RANK: usize = 5;
 
 fn description(factors: Factorization) -> Description {
     Description {
-        format: FORMAT.into(),
-        version: VERSION,
-        name: "test".into(),
-        width: WIDTH as u32,
-        height: HEIGHT as u32,
-        channels: 3,
-        dtype: DType::F4,
-        texel_mm: None,
         layout: Layout::Factored(factors),
-        views: [0.0, 0.4]
-            .map(|theta| Direction::from_angles(theta, 0.0))
-            .into(),
-        lights: [0.1, 0.5, 0.9]
-            .map(|theta| Direction::from_angles(theta, 1.0))
-            .into(),
-        pairs: None,
         tileable: true,
-        id: ContentId::of_bytes(b""),
-        source: serde_json::Value::Null,
+        ..Description::product(
+            "test",
+            [WIDTH as u32, HEIGHT as u32],
+            [0.0, 0.4]
+                .map(|theta| Direction::from_angles(theta, 0.0))
+                .into(),
+            [0.1, 0.5, 0.9]
+                .map(|theta| Direction::from_angles(theta, 1.0))
+                .into(),
+        )
     }
 }
 

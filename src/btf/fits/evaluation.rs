@@ -1,5 +1,6 @@
 //! A fit evaluated at chosen lights becomes a sample of one view, directly above.
 
+use std::ops::Range;
 use std::path::Path;
 
 use serde_json::json;
@@ -7,7 +8,9 @@ use serde_json::json;
 use crate::btf::direction::Direction;
 use crate::btf::fits::fit::{Colors, Fit};
 use crate::btf::import::curve::curve;
+use crate::btf::import::destination::{Destination, InputIds};
 use crate::btf::import::{Family, ImportOptions};
+use crate::btf::parts::{WrittenSample, write_share};
 use crate::btf::sample::{Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::Result;
@@ -15,30 +18,47 @@ use crate::format::id::ContentId;
 use crate::format::image::decode_srgb;
 use crate::progress::Progress;
 
-/// Writes the sample of a fit at `lights` to `target`; `name` is the source's own, `kind` that of its format.
-pub fn evaluate(
+/// Writes the sample of a fit at `lights`, or the part of a shard; `path` is the fit's file, `kind` its format.
+pub fn evaluate<'a>(
     fit: &Fit,
-    (name, kind): (&str, &str),
+    (path, kind): (&Path, &str),
     lights: &[Direction],
     options: &ImportOptions,
-    target: &Path,
+    destination: impl Into<Destination<'a>>,
     progress: Progress<'_>,
-) -> Result<Description> {
-    let mut writer = SampleWriter::create(target, describe(fit, (name, kind), lights, options))?;
-    progress.begin("evaluating the fit", lights.len() as u64);
+) -> Result<WrittenSample> {
+    let destination = destination.into();
     let linear = curve(options.encoding, decode_srgb)?;
-    let mut image = vec![0.0; 3 * fit.texels()];
-    for &light in lights {
-        fit.evaluate(light, &mut image);
-        let scale = options.values.radiance_per_number(Family::Any, light);
-        image
-            .iter_mut()
-            .for_each(|value| *value = scale * linear(*value));
-        writer.push(&image)?;
-        progress.advance(1)?;
-    }
-    progress.end();
-    writer.finish()
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let description = describe(fit, (&name, kind), lights, options);
+    let slice = destination.slice(lights.len(), options, |_| {
+        Ok(InputIds {
+            source: ContentId::of_file(path)?,
+            own: None,
+        })
+    })?;
+    let evaluate = |writer: &mut SampleWriter, images: Range<usize>| {
+        progress.begin("evaluating the fit", images.len() as u64);
+        let mut image = vec![0.0; 3 * fit.texels()];
+        for &light in &lights[images] {
+            fit.evaluate(light, &mut image);
+            let scale = options.values.radiance_per_number(Family::Any, light);
+            image
+                .iter_mut()
+                .for_each(|value| *value = scale * linear(*value));
+            writer.push(&image)?;
+            progress.advance(1)?;
+        }
+        progress.end();
+        Ok(())
+    };
+    write_share(
+        destination.path,
+        description,
+        slice.as_ref(),
+        None,
+        evaluate,
+    )
 }
 
 fn describe(

@@ -42,6 +42,7 @@ impl CostVolume {
         range: f64,
         progress: Progress<'_>,
     ) -> Result<Self> {
+        // List the heights, and the slope of every view.
         let grid = sample.grid();
         let step = range / STEPS as f64;
         let heights: Vec<f32> = (0..=2 * STEPS)
@@ -55,6 +56,7 @@ impl CostVolume {
                 Vec2::new(view.x, view.y) / view.z.max(1e-3)
             })
             .collect();
+        // Compare the views under each light.
         let mut costs = vec![0.0; grid.len() * heights.len()];
         progress.begin("comparing views", planes.lights.len() as u64);
         for &light in &planes.lights {
@@ -69,6 +71,7 @@ impl CostVolume {
             progress.advance(1)?;
         }
         progress.end();
+        // Find the median cost.
         let mut sorted = costs.clone();
         let middle = sorted.len() / 2;
         let (_, median, _) = sorted.select_nth_unstable_by(middle, f32::total_cmp);

@@ -74,7 +74,7 @@ fn heights_of_a_bake_are_found_again() {
         samples: Samples::Fixed(1),
         ..BakeOptions::default()
     };
-    bake(&bumps(24, 1.2), &options, &target, &Progress::silent()).unwrap();
+    bake(&bumps(24, 1.2), &options, &target, Progress::silent()).unwrap();
     let sample = Sample::open(&target).unwrap();
     let wanted = sample.heights().unwrap().unwrap();
     let options = HeightOptions { range: 4.0 };
@@ -106,7 +106,7 @@ fn samples_that_show_no_heights_are_refused() {
             samples: Samples::Fixed(1),
             ..BakeOptions::default()
         };
-        bake(&bumps(8, 1.0), &options, &target, &Progress::silent()).unwrap();
+        bake(&bumps(8, 1.0), &options, &target, Progress::silent()).unwrap();
         let sample = Sample::open(&target).unwrap();
         let refused = estimate(&sample, &HeightOptions::default(), Progress::silent());
         let error = refused.unwrap_err().to_string();

@@ -44,13 +44,13 @@ fn sample(folder: &Path, views: &str, lights: &str, dtype: DType, layout: Layout
 }
 
 fn import(source: &Path, dtype: DType) -> Sample {
-    let list = read_source(source, &ListOptions::default(), &SetOptions::default()).unwrap();
+    let list = read_source(&[source], &ListOptions::default(), &SetOptions::default()).unwrap();
     let target = source.with_extension("sample");
     let options = ImportOptions {
         dtype,
         ..ImportOptions::default()
     };
-    assemble(&list, &options, &target, Progress::silent()).unwrap();
+    assemble(&list, &options, target.as_path(), Progress::silent()).unwrap();
     Sample::open(&target).unwrap()
 }
 

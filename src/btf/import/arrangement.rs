@@ -364,7 +364,7 @@ mod tests {
             family: Family::Any,
             handedness: Handedness::Right,
             images: angles.iter().map(image).collect(),
-            place: Place::Files,
+            place: Place::default(),
             is_set,
             positions: None,
             notes: Vec::new(),

@@ -3,6 +3,7 @@
 //! Shape `[V, L, 3]`, one texel, or `[V, L, H, W, 3]`, row 0 at the top; half, single or double floats. Floats are
 //! linear unless `--encoding srgb` says otherwise.
 
+use std::ops::Range;
 use std::path::Path;
 
 use half::f16;
@@ -10,8 +11,11 @@ use serde_json::json;
 
 use crate::btf::direction::Direction;
 use crate::btf::import::curve::curve;
+use crate::btf::import::destination::{Destination, InputIds};
 use crate::btf::import::family::Family;
 use crate::btf::import::options::ImportOptions;
+use crate::btf::import::prepare::inspected;
+use crate::btf::parts::{WrittenSample, write_share};
 use crate::btf::sample::{Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
@@ -62,36 +66,71 @@ impl Numbers {
     }
 }
 
-/// Writes the sample of an array to `target`; the array's views and lights are these.
-pub fn import(
+/// Writes the sample of an array, or the part of a shard; the array's views and lights are these.
+pub fn import<'a>(
     path: &Path,
     (views, lights): (&[Direction], &[Direction]),
     options: &ImportOptions,
-    target: &Path,
+    destination: impl Into<Destination<'a>>,
     progress: Progress<'_>,
-) -> Result<Description> {
+) -> Result<WrittenSample> {
+    // Open the array.
     let header = npy::read_header(path)?;
     let sides =
         sides(&header.shape, views.len(), lights.len()).map_err(|error| error.in_file(path))?;
     let numbers = Numbers::open(path, &header)?;
-    let description = describe(path, sides, (views, lights), options);
-    let count = description.image_count();
-    let mut writer = SampleWriter::create(target, description)?;
-    progress.begin("importing images", count as u64);
     let linear = curve(options.encoding, |number| number)?;
-    let mut image = vec![0.0; 3 * sides.0 as usize * sides.1 as usize];
-    for at in 0..count {
-        numbers.read(at * image.len(), &mut image)?;
-        let light = lights[at % lights.len()];
-        let scale = options.values.radiance_per_number(Family::Any, light);
-        image
-            .iter_mut()
-            .for_each(|value| *value = scale * linear(*value));
-        writer.push(&image).map_err(|error| error.in_file(path))?;
-        progress.advance(1)?;
+    // Take a share of its images.
+    let destination = destination.into();
+    let description = describe(path, sides, (views, lights), options);
+    let (count, length) = (description.image_count(), 3 * description.grid().len());
+    let slice = destination.slice(count, options, |own| {
+        progress.begin("comparing numbers", own.len() as u64);
+        let source = ids(&numbers, length, &header, inspected(count), progress)?;
+        let own = ids(&numbers, length, &header, own, progress)?;
+        progress.end();
+        Ok(InputIds {
+            source,
+            own: Some(own),
+        })
+    })?;
+    // Convert image after image.
+    let convert = |writer: &mut SampleWriter, images: Range<usize>| {
+        progress.begin("importing images", images.len() as u64);
+        let mut image = vec![0.0; length];
+        for at in images {
+            numbers.read(at * length, &mut image)?;
+            let light = lights[at % lights.len()];
+            let scale = options.values.radiance_per_number(Family::Any, light);
+            image
+                .iter_mut()
+                .for_each(|value| *value = scale * linear(*value));
+            writer.push(&image).map_err(|error| error.in_file(path))?;
+            progress.advance(1)?;
+        }
+        progress.end();
+        Ok(())
+    };
+    write_share(destination.path, description, slice.as_ref(), None, convert)
+}
+
+/// The id of the shape of an array and of some of its images.
+fn ids(
+    numbers: &Numbers,
+    length: usize,
+    header: &Header,
+    images: impl Iterator<Item = usize>,
+    progress: Progress<'_>,
+) -> Result<ContentId> {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(format!("{} {:?}", header.dtype, header.shape).as_bytes());
+    let mut image = vec![0.0_f32; length];
+    for at in images {
+        numbers.read(at * length, &mut image)?;
+        hasher.update(bytemuck::cast_slice(&image));
+        progress.check()?;
     }
-    progress.end();
-    writer.finish()
+    Ok(ContentId::of_hash(&hasher.finalize()))
 }
 
 /// Columns and rows of the images; refuses shapes that do not fit the directions.
@@ -168,13 +207,15 @@ mod tests {
         };
         let (views, lights) = (directions(2), directions(3));
         let import = || {
-            import(
+            let directions = (&views[..], &lights[..]);
+            let written = import(
                 &path,
-                (&views, &lights),
+                directions,
                 &options,
-                &target,
+                target.as_path(),
                 Progress::silent(),
-            )
+            );
+            written.map(|written| written.description)
         };
         let flat = Array3::from_shape_fn((2, 3, 3), |(v, l, c)| (9 * v + 3 * l + c) as f64);
         npy::write(&path, flat.view().into_dyn()).unwrap();
@@ -206,7 +247,13 @@ mod tests {
             npy::write(&path, array).unwrap();
             let directions = (&directions(2)[..], &directions(3)[..]);
             let options = ImportOptions::default();
-            let error = import(&path, directions, &options, &target, Progress::silent());
+            let error = import(
+                &path,
+                directions,
+                &options,
+                target.as_path(),
+                Progress::silent(),
+            );
             error.unwrap_err().to_string()
         };
         let of_shape = |shape| Array3::<f32>::zeros(shape);

@@ -1,4 +1,4 @@
-//! An image list becomes a sample: images are decoded side by side and written in order.
+//! An image list becomes a sample, or the part of a shard: images are decoded side by side and written in order.
 //!
 //! As many images are in memory as threads can use, and no more than a bound allows. When an image cannot be used,
 //! the others are read all the same, so that every fault is reported together; the sample appears when all images are
@@ -6,24 +6,24 @@
 
 use std::path::Path;
 
-use glam::DVec3;
 use rayon::prelude::*;
-use serde_json::{Value, json};
 
 use crate::btf::import::arrangement::{Arrangement, Slot};
+use crate::btf::import::destination::Destination;
 use crate::btf::import::fill::Blend;
 use crate::btf::import::image_list::{ImageList, MeasuredImage};
 use crate::btf::import::image_reader::ImageReader;
-use crate::btf::import::near_field::NearPositions;
 use crate::btf::import::options::{ImportOptions, Values};
-use crate::btf::import::prepare::Steps;
+use crate::btf::import::prepare::{Preparation, Steps};
 use crate::btf::import::reading_faults::ReadingFaults;
-use crate::btf::import::stations::{NearField, Patch, Resampler, Station};
-use crate::btf::sample::{Description, FORMAT, Layout, VERSION};
+use crate::btf::import::share::Share;
+use crate::btf::import::stations::{NearField, Patch, Resampler};
+use crate::btf::import::subject::Subject;
+use crate::btf::parts::{self, WrittenSample};
+use crate::btf::sample::Description;
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
 use crate::format::atomic::parent;
-use crate::format::id::ContentId;
 use crate::format::image::{FloatImage, Note, Notes};
 use crate::progress::Progress;
 
@@ -32,50 +32,83 @@ const BATCH: usize = 32;
 /// Bytes of decoded images held at a time, beyond one image per thread.
 const BATCH_BYTES: usize = 128 << 20;
 
-/// Writes the sample of an image list to `target`.
-pub fn assemble(
+/// Writes the sample of an image list, or the part of a shard: the same images as those of one run. A part that is there
+/// already is kept, and one that was interrupted is continued.
+pub fn assemble<'a>(
     list: &ImageList,
     options: &ImportOptions,
-    target: &Path,
+    destination: impl Into<Destination<'a>>,
     progress: Progress<'_>,
-) -> Result<Description> {
+) -> Result<WrittenSample> {
     // Check the options against each other and against the list.
-    let preparation = &options.preparation;
+    let (destination, preparation) = (destination.into(), &options.preparation);
     preparation.check()?;
     check_grey_card(list, options)?;
     check_resampling(list, options)?;
-    // Arrange the images by direction.
+    // Arrange the images by direction, and take a share of them.
     let arrangement = Arrangement::of(list, preparation)?;
+    let subject = Subject {
+        list,
+        options,
+        arrangement: &arrangement,
+    };
     arrangement
         .notes
         .iter()
         .for_each(|note| progress.warn(note.as_str()));
-    // Prepare the steps that every image goes through.
-    let reader = ImageReader::new(list, options);
-    let used = arrangement.read_images();
     let rectification = options.photographs.rectification()?;
+    let used = arrangement.read_images();
     if let Some(rectification) = &rectification {
         let path = |&image: &usize| list.images[image].path.as_path();
         rectification.check(&used.iter().map(path).collect::<Vec<_>>())?;
     }
+    let share = Share::of(&subject, destination, progress)?;
+    if let Some(found) = share.find(&subject, destination) {
+        return Ok(WrittenSample::kept(found));
+    }
+    // Prepare the steps that every image goes through.
+    let reader = ImageReader::new(list, options);
     let steps = Steps::new(preparation, rectification.as_ref(), used.len(), |place| {
         progress.check()?;
         Ok(reader.read(&list.images[used[place]])?.0)
     })?;
     let work = Work {
-        list,
-        options,
-        arrangement: &arrangement,
+        subject,
+        share: &share,
         reader: &reader,
         steps: &steps,
     };
     // Read, process and write image after image.
-    progress.begin("importing images", arrangement.slots.len() as u64);
-    let (writer, notes) = work.write(target, progress)?;
-    progress.end();
-    notes.warn(progress);
-    reader.check_options_used()?;
-    writer.finish()
+    let mut writing = Writing::to(destination.path);
+    let written = work.write(&mut writing, progress);
+    let written = written.and_then(|()| work.check_options_used(progress));
+    writing.finish(written, &list.path)
+}
+
+/// The description of a list's sample as far as one image tells it, and the pixels of that image's file.
+pub(crate) fn foresee(list: &ImageList, options: &ImportOptions) -> Result<(Description, u64)> {
+    let preparation = Preparation {
+        hot_pixels: None,
+        ..options.preparation.clone()
+    };
+    let arrangement = Arrangement::of(list, &preparation)?;
+    let rectification = options.photographs.rectification()?;
+    let first = |image: &usize| &list.images[*image];
+    let none = || Error::data("images", "none").in_file(&list.path);
+    let used = arrangement.read_images();
+    let measured = used.first().map(first).ok_or_else(none)?;
+    let (image, _) = ImageReader::new(list, options).read(measured)?;
+    let pixels = u64::from(image.width) * u64::from(image.height);
+    let steps = Steps::new(&preparation, rectification.as_ref(), used.len(), |_| {
+        Err(none())
+    })?;
+    let image = steps.apply(image, measured)?;
+    let subject = Subject {
+        list,
+        options,
+        arrangement: &arrangement,
+    };
+    Ok((subject.describe((image.width, image.height), None), pixels))
 }
 
 /// A grey card sets what the numbers mean.
@@ -110,36 +143,35 @@ fn check_resampling(list: &ImageList, options: &ImportOptions) -> Result<()> {
 
 /// All that is needed to make the images of a sample.
 struct Work<'a> {
-    list: &'a ImageList,
-    options: &'a ImportOptions,
-    arrangement: &'a Arrangement,
+    subject: Subject<'a>,
+    share: &'a Share,
     reader: &'a ImageReader<'a>,
     steps: &'a Steps<'a>,
 }
 
 /// Where images go: into the sample, or first to where they are resampled.
-#[derive(Default)]
 struct Output {
-    writer: Option<SampleWriter>,
+    writer: SampleWriter,
+    /// Images of an interrupted run that the sample has already.
+    resumed: usize,
     resampler: Option<Resampler>,
 }
 
 impl Output {
-    /// Adds the next image.
-    fn push(&mut self, image: &[f32]) -> Result<()> {
-        match (&mut self.resampler, &mut self.writer) {
-            (Some(resampler), _) => resampler.push(image),
-            (None, Some(writer)) => writer.push(image),
-            (None, None) => Ok(()),
+    /// Prepared images that need not be made again; where images are resampled, all of them are needed.
+    fn unneeded(&self) -> usize {
+        match self.resampler {
+            Some(_) => 0,
+            None => self.resumed,
         }
     }
 
-    /// The writer of the sample, when all images are in it; `None` where there were none.
-    fn finish(mut self, progress: Progress<'_>) -> Result<Option<SampleWriter>> {
-        if let (Some(resampler), Some(writer)) = (self.resampler.take(), &mut self.writer) {
-            resampler.finish(progress, |image| writer.push(image))?;
+    /// Adds the next image.
+    fn push(&mut self, image: &[f32]) -> Result<()> {
+        match &mut self.resampler {
+            Some(resampler) => resampler.push(image),
+            None => self.writer.push(image),
         }
-        Ok(self.writer)
     }
 }
 
@@ -155,7 +187,7 @@ struct Made {
 struct Writing<'a> {
     target: &'a Path,
     /// Begun with the first image, whose size is the sample's.
-    output: Output,
+    output: Option<Output>,
     notes: Notes,
     faults: ReadingFaults,
     /// Whether every image so far could be used.
@@ -164,39 +196,73 @@ struct Writing<'a> {
     batch: usize,
 }
 
-impl Work<'_> {
-    /// Writes all images; refuses the set after the last one, where any could not be used.
-    fn write(&self, target: &Path, progress: Progress<'_>) -> Result<(SampleWriter, Notes)> {
-        let mut writing = Writing {
+impl<'a> Writing<'a> {
+    fn to(target: &'a Path) -> Self {
+        Self {
             target,
-            output: Output::default(),
+            output: None,
             notes: Notes::default(),
             faults: ReadingFaults::default(),
             is_sound: true,
             batch: rayon::current_num_threads().min(BATCH),
-        };
-        let (mut next, all) = (0, self.arrangement.slots.len());
-        while next < all {
-            let places = next..(next + writing.batch).min(all);
-            next = places.end;
-            let count = places.len() as u64;
-            let made: Vec<(usize, Result<Made>)> = places
-                .into_par_iter()
-                .map(|place| (place, progress.check().and_then(|()| self.made(place))))
-                .collect();
-            for (place, made) in made {
-                self.take(place, made, &mut writing)?;
-            }
-            progress.advance(count)?;
         }
-        writing.faults.into_result(&self.list.path)?;
-        let none = || Error::data("images", "none").in_file(&self.list.path);
-        let writer = writing.output.finish(progress)?.ok_or_else(none)?;
-        Ok((writer, writing.notes))
     }
 
-    /// Appends an image to the sample, or keeps what is wrong with it.
-    fn take(&self, place: usize, made: Result<Made>, writing: &mut Writing<'_>) -> Result<()> {
+    /// Finishes the sample, where all went well.
+    fn finish(self, written: Result<()>, source: &Path) -> Result<WrittenSample> {
+        match (self.output, written) {
+            (Some(output), written) => parts::finish(output.writer, written, output.resumed),
+            (None, Err(error)) => Err(error),
+            (None, Ok(())) => Err(Error::data("images", "none").in_file(source)),
+        }
+    }
+}
+
+impl Work<'_> {
+    /// Writes all images; refuses the set after the last one, where any could not be used.
+    fn write(&self, writing: &mut Writing<'_>, progress: Progress<'_>) -> Result<()> {
+        let places = &self.share.prepared;
+        progress.begin("importing images", places.len() as u64);
+        let mut next = 0;
+        while next < places.len() {
+            let batch = next..(next + writing.batch).min(places.len());
+            let made: Vec<(usize, Result<Made>)> = batch
+                .clone()
+                .into_par_iter()
+                .map(|at| {
+                    let made = progress.check().and_then(|()| self.made(places[at]));
+                    (at, made)
+                })
+                .collect();
+            for (at, made) in made {
+                self.take(at, made, writing)?;
+            }
+            let unneeded = writing.output.as_ref().map_or(0, Output::unneeded);
+            let end = batch.end.max(unneeded);
+            progress.advance((end - next) as u64)?;
+            next = end;
+        }
+        progress.end();
+        std::mem::take(&mut writing.faults).into_result(&self.subject.list.path)?;
+        writing.notes.warn(progress);
+        self.resample(writing, progress)
+    }
+
+    /// Makes the images of near cameras and lamps from those that were gathered.
+    fn resample(&self, writing: &mut Writing<'_>, progress: Progress<'_>) -> Result<()> {
+        let Some(output) = &mut writing.output else {
+            return Ok(());
+        };
+        let Some(resampler) = output.resampler.take() else {
+            return Ok(());
+        };
+        let images = &self.share.images;
+        let left = images.start + output.resumed..images.end;
+        resampler.finish(left, progress, |image| output.writer.push(image))
+    }
+
+    /// Appends a prepared image to the sample, or keeps what is wrong with it.
+    fn take(&self, at: usize, made: Result<Made>, writing: &mut Writing<'_>) -> Result<()> {
         let made = match made {
             Ok(made) => made,
             Err(error) => {
@@ -204,60 +270,81 @@ impl Work<'_> {
                 return writing.faults.add(error);
             }
         };
-        if let Slot::Read(image) = self.arrangement.slots[place] {
-            let path = &self.list.images[image].path;
+        let Subject {
+            list,
+            options,
+            arrangement,
+        } = self.subject;
+        if let Slot::Read(image) = arrangement.slots[self.share.prepared[at]] {
+            let path = &list.images[image].path;
             // Photographs may be of any size: what counts is the patch.
-            writing.is_sound &= self.options.photographs.corners.is_some()
-                || writing.faults.add_size(path, made.size);
+            writing.is_sound &=
+                options.photographs.corners.is_some() || writing.faults.add_size(path, made.size);
             writing.notes.add(path, made.notes);
         }
         if !writing.is_sound {
             return Ok(());
         }
-        if writing.output.writer.is_none() {
-            writing.output = self.begun(writing.target, &made.image)?;
-            writing.batch = batch(made.size);
+        let output = match &mut writing.output {
+            Some(output) => output,
+            None => {
+                writing.batch = batch(made.size);
+                writing
+                    .output
+                    .insert(self.begun(writing.target, &made.image)?)
+            }
+        };
+        match at < output.unneeded() {
+            true => Ok(()),
+            false => output.push(&made.image.data),
         }
-        writing.output.push(&made.image.data)
     }
 
     /// The output of images like this one.
     fn begun(&self, target: &Path, image: &FloatImage) -> Result<Output> {
         let size = (image.width, image.height);
-        let resampler =
-            |positions| Resampler::new(self.near_field(positions, size), parent(target));
+        let whole = self.subject.describe(size, self.steps.hot_pixels());
+        let writer = match &self.share.slice {
+            None => SampleWriter::create(target, whole)?,
+            Some(slice) => SampleWriter::resume(target, slice.part_of(&whole))?,
+        };
+        let resampler = |near_field: &NearField| {
+            let near_field = NearField {
+                patch: Patch {
+                    width: image.width,
+                    height: image.height,
+                    ..near_field.patch
+                },
+                ..near_field.clone()
+            };
+            Resampler::new(near_field, self.share.prepared.clone(), parent(target))
+        };
         Ok(Output {
-            writer: Some(SampleWriter::create(target, self.description(size))?),
-            resampler: self.list.positions.as_ref().map(resampler).transpose()?,
+            resumed: writer.images_written(),
+            writer,
+            resampler: self.share.near_field.as_ref().map(resampler).transpose()?,
         })
     }
 
-    /// Where the cameras and lamps of the sample's images stood, in their order.
-    fn near_field(&self, positions: &NearPositions, (width, height): (u32, u32)) -> NearField {
-        let at = |all: &Option<Vec<DVec3>>, image: usize| all.as_ref().map(|all| all[image]);
-        let station = |slot: &Slot| match slot {
-            Slot::Read(image) => Some(Station {
-                view: self.list.images[*image].view,
-                light: self.list.images[*image].light,
-                view_at: at(&positions.cameras, *image),
-                light_at: at(&positions.lamps, *image),
-            }),
-            Slot::Fill(_) => None,
-        };
-        NearField {
-            stations: self.arrangement.slots.iter().filter_map(station).collect(),
-            patch: Patch {
-                width,
-                height,
-                sides_mm: [positions.patch.width, positions.patch.height],
-            },
+    /// Refuses options that no image has use for. Where a shard's own images have none, others may: they are read until
+    /// one has.
+    fn check_options_used(&self, progress: Progress<'_>) -> Result<()> {
+        if self.share.slice.is_some() {
+            for image in self.subject.arrangement.read_images() {
+                if self.reader.check_options_used().is_ok() {
+                    break;
+                }
+                progress.check()?;
+                self.reader.read(&self.subject.list.images[image])?;
+            }
         }
+        self.reader.check_options_used()
     }
 
     /// The image at a place of the sample, in radiance.
     fn made(&self, place: usize) -> Result<Made> {
-        match &self.arrangement.slots[place] {
-            Slot::Read(image) => self.radiance(&self.list.images[*image]),
+        match &self.subject.arrangement.slots[place] {
+            Slot::Read(image) => self.radiance(&self.subject.list.images[*image]),
             Slot::Fill(blend) => self.blended(blend),
         }
     }
@@ -266,7 +353,7 @@ impl Work<'_> {
     fn blended(&self, Blend(shares): &Blend) -> Result<Made> {
         let mut sum: Option<Made> = None;
         for &(image, share) in shares {
-            let mut part = self.radiance(&self.list.images[image])?;
+            let mut part = self.radiance(&self.subject.list.images[image])?;
             part.image.data.iter_mut().for_each(|v| *v *= share);
             let Some(sum) = &mut sum else {
                 sum = Some(part);
@@ -277,7 +364,7 @@ impl Work<'_> {
             pairs.for_each(|(sum, v)| *sum += v);
         }
         sum.ok_or_else(|| {
-            Error::data("fill", "no image to interpolate from").in_file(&self.list.path)
+            Error::data("fill", "no image to interpolate from").in_file(&self.subject.list.path)
         })
     }
 
@@ -288,76 +375,10 @@ impl Work<'_> {
         let size = (image.width, image.height);
         let prepared = self.steps.apply(image, measured);
         let mut image = prepared.map_err(|error| error.in_file(&measured.path))?;
-        let (values, family) = (self.options.values, self.list.family);
+        let (values, family) = (self.subject.options.values, self.subject.list.family);
         let scale = values.radiance_per_number(family, measured.light);
         image.data.iter_mut().for_each(|value| *value *= scale);
         Ok(Made { image, size, notes })
-    }
-
-    fn description(&self, (width, height): (u32, u32)) -> Description {
-        let (options, arrangement) = (self.options, self.arrangement);
-        let pixels = f64::from(options.preparation.pixels_per_texel());
-        Description {
-            format: FORMAT.into(),
-            version: VERSION,
-            name: options
-                .name
-                .clone()
-                .unwrap_or_else(|| self.list.name.clone()),
-            width,
-            height,
-            channels: 3,
-            dtype: options.dtype,
-            texel_mm: options.texel_mm.map(|mm| mm * pixels),
-            layout: if arrangement.pairs.is_some() {
-                Layout::Pairs
-            } else {
-                Layout::Product
-            },
-            views: arrangement.views.clone(),
-            lights: arrangement.lights.clone(),
-            pairs: arrangement.pairs.clone(),
-            tileable: options.tileable,
-            id: ContentId::of_bytes(b""),
-            source: self.source(),
-        }
-    }
-
-    /// Where the sample comes from: what is said of every import, then what is said where it was used.
-    fn source(&self) -> Value {
-        // Collect what is said of every import.
-        let (list, options, preparation) = (self.list, self.options, &self.options.preparation);
-        let mut source = json!({ "kind": list.kind, "handedness": list.handedness,
-            "values": options.values.of_family(list.family), "encoding": options.encoding,
-            "orientation": options.orientation, "layer": options.layer });
-        // Add what was used of the rest.
-        let given = [
-            ("illuminant", json!(options.illuminant)),
-            ("crop", json!(preparation.crop)),
-            ("reduce", json!(preparation.reduce)),
-            ("keep_views", json!(preparation.keep_views)),
-            ("keep_lights", json!(preparation.keep_lights)),
-            ("grey_card", json!(preparation.grey_card)),
-            (
-                "rectified",
-                json!(options.photographs.corners.as_ref().map(|_| "corners")),
-            ),
-            (
-                "resampled",
-                json!(list.positions.as_ref().map(|_| "near field")),
-            ),
-            (
-                "hot_pixels",
-                json!(preparation.hot_pixels.map(|_| self.steps.hot_pixels())),
-            ),
-            ("filled", filled(&self.arrangement.filled)),
-        ];
-        if let Some(fields) = source.as_object_mut() {
-            let used = given.into_iter().filter(|(_, value)| !value.is_null());
-            fields.extend(used.map(|(name, value)| (name.to_owned(), value)));
-            fields.extend(list.facts.clone());
-        }
-        source
     }
 }
 
@@ -366,14 +387,6 @@ fn batch((width, height): (u32, u32)) -> usize {
     let bytes = width as usize * height as usize * 3 * size_of::<f32>();
     let threads = rayon::current_num_threads();
     (BATCH_BYTES / bytes.max(1)).clamp(threads, BATCH.max(threads))
-}
-
-/// The interpolated images as [view, light] numbers; null where there are none.
-fn filled(pairs: &[[u32; 2]]) -> Value {
-    match pairs {
-        [] => Value::Null,
-        pairs => json!(pairs),
-    }
 }
 
 /// Refuses what no light can be.
@@ -397,7 +410,7 @@ mod tests {
     use crate::btf::import::family::Family;
     use crate::btf::import::list_options::Handedness;
     use crate::btf::import::place::Place;
-    use crate::btf::sample::Sample;
+    use crate::btf::sample::{Layout, Sample};
     use crate::format::image;
 
     fn measured(folder: &Path, name: &str, grey: u8, view: f64, light: f64) -> MeasuredImage {
@@ -418,7 +431,7 @@ mod tests {
             family: Family::Any,
             handedness: Handedness::Right,
             images,
-            place: Place::Files,
+            place: Place::default(),
             is_set: false,
             positions: None,
             notes: Vec::new(),
@@ -433,7 +446,7 @@ mod tests {
             dtype: crate::btf::sample::DType::F4,
             ..Default::default()
         };
-        assemble(&list, &options, &target, Progress::silent()).unwrap();
+        assemble(&list, &options, target.as_path(), Progress::silent()).unwrap();
         Sample::open(&target).unwrap()
     }
 
@@ -478,7 +491,7 @@ mod tests {
         let error = assemble(
             &list_of(images),
             &ImportOptions::default(),
-            &target,
+            target.as_path(),
             Progress::silent(),
         );
         let text = error.unwrap_err().to_string();

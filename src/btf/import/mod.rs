@@ -10,16 +10,18 @@
 //! | [`sets`], [`family`] | folders and archives whose names say the angles |
 //! | [`image_list`], [`place`] | what every source hands on |
 //! | [`image_reader`], [`size_line`], [`spectrum`] | an image as linear Rec. 709 |
-//! | [`prepare`] | crop, reduction, grey card, hot pixels, choice of directions |
+//! | [`prepare`] | crop, downsampling, grey card, hot pixels, choice of directions |
 //! | [`photographs`] | photographs of a patch, rectified |
 //! | [`stations`] | images of near cameras and lamps, resampled |
 //! | [`mod@array`], [`stated_directions`], [`curve`] | arrays, and what the user says of sources without image files |
-//! | [`arrangement`], [`fill`], [`assemble`], [`reading_faults`] | the sample |
+//! | [`arrangement`], [`fill`], [`subject`], [`assemble`], [`reading_faults`] | the sample |
+//! | [`destination`], [`share`], [`list_ids`] | the part of a sample that one of several runs makes |
 
 mod arrangement;
 pub mod array;
 mod assemble;
 pub(in crate::btf) mod curve;
+pub(in crate::btf) mod destination;
 mod family;
 mod fill;
 mod find_images;
@@ -27,6 +29,7 @@ mod image_list;
 mod image_reader;
 mod image_table;
 pub(in crate::btf) mod light_positions;
+mod list_ids;
 mod list_options;
 mod listed;
 mod lists;
@@ -38,16 +41,20 @@ mod prepare;
 mod reading_faults;
 pub(crate) mod recognize;
 mod sets;
+mod share;
 mod size_line;
 mod spectrum;
 pub(crate) mod stated_directions;
 mod stations;
+mod subject;
 
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
 pub use crate::btf::import::assemble::assemble;
+pub(crate) use crate::btf::import::assemble::foresee;
+pub use crate::btf::import::destination::Destination;
 pub use crate::btf::import::family::Family;
 pub use crate::btf::import::image_list::{ImageList, MeasuredImage};
 pub use crate::btf::import::list_options::{Handedness, ListOptions};
@@ -67,23 +74,30 @@ use crate::btf::import::listed::Listed;
 use crate::btf::import::lists::{extension, is_list, only_list_in};
 use crate::btf::import::near_field::NearPositions;
 use crate::btf::import::recognize::{Source, recognize};
+use crate::btf::parts::{self, Maker};
+use crate::btf::sample::Description;
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
 use crate::format::text::{self, TextEncoding};
+use crate::progress::Progress;
 
 /// The largest list read, in bytes.
 const LARGEST_LIST: u64 = 64 << 20;
 
-/// Lists the images of `path`: by a list, or by their names in a folder or an archive.
-pub fn read_source(path: &Path, list: &ListOptions, set: &SetOptions) -> Result<ImageList> {
-    match source_of(path, set)? {
+/// Lists the images of `paths`: by a list, or by their names in folders and archives.
+pub fn read_source(
+    paths: &[impl AsRef<Path>],
+    list: &ListOptions,
+    set: &SetOptions,
+) -> Result<ImageList> {
+    match source_of(paths, set)? {
         Source::List(path) => {
             check_unused(set.given(), "a folder or an archive of images")?;
             read_list_with(&path, list)
         }
-        Source::ImageSet(path) => {
+        Source::ImageSet(paths) => {
             check_unused(list.given(), "a list of images")?;
-            read_set(&path, set, list.handedness)
+            read_set(&paths, set, list.handedness)
         }
         Source::Bonn(path) | Source::Ptm(path) | Source::Hsh(path) | Source::Array(path) => {
             Err(Error::data("source", "a file without images of its own")
@@ -93,12 +107,34 @@ pub fn read_source(path: &Path, list: &ListOptions, set: &SetOptions) -> Result<
     }
 }
 
-/// What a path is; a folder is a set of images where the user says how to read their names.
-pub(crate) fn source_of(path: &Path, set: &SetOptions) -> Result<Source> {
-    match path.is_dir() && set.given().is_some() {
-        true => Ok(Source::ImageSet(path.to_path_buf())),
+/// What paths are. A folder is a set of images where the user says how to read their names. Several paths are one set.
+pub(crate) fn source_of(paths: &[impl AsRef<Path>], set: &SetOptions) -> Result<Source> {
+    let of_path = |path: &Path| match path.is_dir() && set.given().is_some() {
+        true => Ok(Source::ImageSet(vec![path.to_path_buf()])),
         false => recognize(path),
+    };
+    if let [path] = paths {
+        return of_path(path.as_ref());
     }
+    let mut all = Vec::new();
+    for path in paths.iter().map(AsRef::as_ref) {
+        match of_path(path)? {
+            Source::ImageSet(paths) => all.extend(paths),
+            _ => {
+                return Err(Error::data("source", "one of several paths")
+                    .expected("several folders or zip archives of one set of images, or one path of any other kind")
+                    .advice("join lists to one, and import it alone")
+                    .in_file(path));
+            }
+        }
+    }
+    Ok(Source::ImageSet(all))
+}
+
+/// Joins the parts of all shards to the sample `target`, as one run imports it; returns its description. Refuses parts of
+/// other imports than the first, and shards that are missing or there twice.
+pub fn join(parts: &[PathBuf], target: &Path, progress: Progress<'_>) -> Result<Description> {
+    parts::join(parts, Maker::Import, target, progress)
 }
 
 /// Refuses an option that is for other sources.
@@ -184,7 +220,7 @@ fn read(path: &Path, options: &ListOptions) -> Result<ImageList> {
         family: Family::Any,
         handedness: options.handedness,
         images: listed.iter().zip(paths).map(measured).collect(),
-        place: Place::Files,
+        place: Place::default(),
         is_set: false,
         positions,
         notes,

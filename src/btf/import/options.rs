@@ -42,7 +42,7 @@ pub struct ImportOptions {
     /// Opposite borders of the images continue each other.
     #[arg(long)]
     pub tileable: bool,
-    /// Side of an image's pixel in millimetres, where known; with --reduce N a texel has N of them.
+    /// Side of an image's pixel in millimetres, where known; with --downsample N a texel has N of them.
     #[arg(long)]
     pub texel_mm: Option<f64>,
     /// Name of the material; the source's own name by default.

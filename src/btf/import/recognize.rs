@@ -24,8 +24,8 @@ const KNOWN: &str = "a zip archive of images (`PK`), a Bonn .btf file (`!DFMF`, 
 pub(crate) enum Source {
     /// A `.lp` or `.csv` file that lists images.
     List(PathBuf),
-    /// A folder or a zip archive of images whose names say their directions.
-    ImageSet(PathBuf),
+    /// Folders and zip archives of one set of images, whose names say their directions.
+    ImageSet(Vec<PathBuf>),
     /// A `.btf` file of the University of Bonn: DFMF, FMF, PVF or BDI.
     Bonn(PathBuf),
     /// A polynomial texture map.
@@ -44,7 +44,7 @@ pub(crate) fn recognize(path: &Path) -> Result<Source> {
     let start = start_of(path)?;
     let path = path.to_path_buf();
     Ok(match start.as_slice() {
-        [b'P', b'K', 3, 4, ..] | [b'P', b'K', 5, 6, ..] => Source::ImageSet(path),
+        [b'P', b'K', 3, 4, ..] | [b'P', b'K', 5, 6, ..] => Source::ImageSet(vec![path]),
         [b'!', b'D' | b'F' | b'P' | b'B', ..] if is_bonn(&start) => Source::Bonn(path),
         [b'P', b'T', b'M', b'_', ..] => Source::Ptm(path),
         [b'#', b'H', b'S', b'H', ..] => Source::Hsh(path),
@@ -59,7 +59,7 @@ pub(crate) fn recognize(path: &Path) -> Result<Source> {
 fn of_folder(folder: &Path) -> Result<Source> {
     Ok(match only_list_in(folder)? {
         Some(list) => Source::List(list),
-        None => Source::ImageSet(folder.to_path_buf()),
+        None => Source::ImageSet(vec![folder.to_path_buf()]),
     })
 }
 
@@ -119,7 +119,7 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         assert_eq!(
             of("a.x", b"PK\x03\x04...."),
-            Ok(Source::ImageSet(at("a.x")))
+            Ok(Source::ImageSet(vec![at("a.x")]))
         );
         assert_eq!(of("b.x", b"!DFMF08FCR..."), Ok(Source::Bonn(at("b.x"))));
         assert_eq!(of("c.x", b"PTM_1.2\n"), Ok(Source::Ptm(at("c.x"))));
@@ -145,7 +145,8 @@ mod tests {
     fn folders_go_by_what_they_hold() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().to_path_buf();
-        assert_eq!(recognize(&path).unwrap(), Source::ImageSet(path.clone()));
+        let set = Source::ImageSet(vec![path.clone()]);
+        assert_eq!(recognize(&path).unwrap(), set);
         fs::write(path.join("a.csv"), "").unwrap();
         assert_eq!(recognize(&path).unwrap(), Source::List(path.join("a.csv")));
         fs::write(path.join("b.lp"), "").unwrap();

@@ -4,19 +4,16 @@ use std::path::Path;
 
 use crate::btf::direction::Direction;
 use crate::btf::direction_set::DirectionSet;
-use crate::btf::import::{ImageList, ListOptions, MeasuredImage, Place, SetOptions, read_source};
+use crate::btf::import::{ImageList, ListOptions, MeasuredImage, SetOptions, read_source};
 use crate::cli::info::sample::directions;
 use crate::cli::outcome::Outcome;
 use crate::error::Result;
 
 /// Reads the list of a capture and says what it holds.
 pub fn describe(path: &Path) -> Result<Outcome> {
-    let list = read_source(path, &ListOptions::default(), &SetOptions::default())?;
+    let list = read_source(&[path], &ListOptions::default(), &SetOptions::default())?;
     // Look for images that are not there.
-    let is_missing = |image: &&MeasuredImage| match list.place {
-        Place::Files => !image.path.is_file(),
-        Place::Archive(_) => false,
-    };
+    let is_missing = |image: &&MeasuredImage| !list.place.file_of(&image.path).is_file();
     let missing: Vec<String> = list
         .images
         .iter()

@@ -1,5 +1,6 @@
 //! What a path holds: by its name where that tells, else by its first bytes or its first line.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,7 @@ use crate::btf::import::{is_set, lists_in};
 use crate::btf::sample::DESCRIPTION;
 use crate::cli::run::sections::SECTIONS;
 use crate::error::{Error, Result};
+use crate::format::mesh_formats;
 use crate::maps::atlas_map::ATLAS_FOLDER;
 use crate::maps::face_map::FaceMap;
 use crate::textures::folder::TEXTURES_FOLDER;
@@ -45,29 +47,33 @@ pub enum Kind {
 pub const MESHES: [Kind; 3] = [Kind::Mesh, Kind::Map, Kind::FaceMap];
 
 /// What `info` knows, for errors.
-const KNOWN: &str = "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
+fn known() -> String {
+    format!(
+        "a sample (X.sample), an atlas (X.atlas) or other folder of textures, a folder of maps or a material recipe (.toml), a scene (.toml), \
     a capture (a list, .lp or .csv, or a folder or a zip archive of images), a .btf file of Bonn, a fit over lights (.ptm, .rti), a table of directions or a camera path (.csv, .json), a \
-    folder of frames, an archive of ours (.npz), an array (.npy), a mesh, a surface texton map or a face map (PLY, OBJ, \
-    STL, OFF, glTF), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
-    HDR, GIF, BMP)";
+    folder of frames, an archive of ours (.npz), an array (.npy), a mesh, a surface texton map or a face map ({}), a record or report of ours (.json), or an image (PNG, JPEG, TIFF, OpenEXR, Radiance \
+    HDR, GIF, BMP)",
+        mesh_formats::listed_names()
+    )
+}
 
 /// What is said of everything else.
 pub fn unknown(path: &Path) -> Error {
     Error::data("kind", "a kind of file that info does not know")
-        .expected(KNOWN)
+        .expected(known())
         .in_file(path)
 }
 
 impl Kind {
     /// What a message calls it.
-    pub fn name(self) -> &'static str {
-        match self {
+    pub fn name(self) -> Cow<'static, str> {
+        let name = match self {
+            Self::Mesh => return format!("a mesh ({})", mesh_formats::listed_names()).into(),
             Self::Sample => "a BTF sample (NAME.sample)",
             Self::Atlas => "an atlas (NAME.atlas)",
             Self::Textures => "a folder of textures",
             Self::Map => "a surface texton map (NAME.map.ply)",
             Self::FaceMap => "a face map (NAME.faces.ply)",
-            Self::Mesh => "a mesh (PLY, OBJ, STL, OFF or glTF)",
             Self::Archive => "an archive (.npz)",
             Self::Array => "an array (.npy)",
             Self::Image => "an image",
@@ -81,7 +87,8 @@ impl Kind {
             Self::CameraPath => "a camera path",
             Self::Json => "a JSON file",
             Self::Frames => "a folder of frames",
-        }
+        };
+        name.into()
     }
 
     /// What is at `path`.
@@ -112,7 +119,8 @@ impl Kind {
             "npz" => Ok(Self::Archive),
             "ply" if FaceMap::is_told_by(&start) => Ok(Self::FaceMap),
             "ply" if is_map(&start) => Ok(Self::Map),
-            "ply" | "obj" | "stl" | "off" | "glb" | "gltf" | "gz" => Ok(Self::Mesh),
+            "gz" => Ok(Self::Mesh),
+            extension if mesh_formats::has_extension(extension) => Ok(Self::Mesh),
             "toml" => Ok(of_toml(&start)),
             "lp" => Ok(Self::Capture),
             _ if start.starts_with(b"PTM_") => Ok(Self::Ptm),

@@ -19,6 +19,7 @@ pub(super) fn with_header(outcome: Outcome, header: &MapHeader) -> Outcome {
         .figure("texel", header.texel)
         .figure("seed", header.seed)
         .figure("method", header.method.as_str())
+        .figure("polish", header.polish)
         .figure("origin", header.origin.to_array().to_vec())
         .figure("sample", header.sample.to_string())
         .figure("space", header.space.to_string());

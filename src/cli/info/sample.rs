@@ -156,6 +156,7 @@ fn origin(source: &Value) -> String {
         None => "origin".into(),
     };
     let said = |(name, value): (&String, &Value)| match value {
+        Value::Object(part) if name == "part" => part.get("shard")?.as_str().map(shard_of),
         Value::Null => None,
         Value::String(text) => Some(format!("{name} {text}")),
         Value::Array(list) => Some(format!("{} {name}", list.len())),
@@ -164,6 +165,11 @@ fn origin(source: &Value) -> String {
     let fields = fields.iter().filter(|(name, _)| *name != "kind");
     let list: Vec<String> = fields.filter_map(said).collect();
     format!("{kind}: {}", list.join(", "))
+}
+
+/// Which part of a sample it is.
+fn shard_of(shard: &str) -> String {
+    format!("the part of shard {shard}")
 }
 
 /// What was factored, and the error left.

@@ -182,7 +182,7 @@ impl Maps {
         // What is warned of is what is chosen here.
         let silent = Progress::silent();
         progress.check()?;
-        let loaded = maps::material(&recipe, &MapOptions::default(), SIZE, &silent)?;
+        let loaded = maps::material(&recipe, &MapOptions::default(), SIZE, silent)?;
         let slopes = Steepness::of(&loaded.material);
         let depth = match (of_material(&loaded), loaded.depth) {
             (Some(depth), _) => Depth::OfMaterial(depth),

@@ -3,13 +3,13 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`material`] | what the material is, how finely it is baked, how deep it is |
-//! | [`surface`] | how many vertices the mesh needs, and what a texel covers |
+//! | [`fitted_mesh`] | how many vertices the mesh needs, and what a texel covers |
 //! | [`relative`] | paths as the scene must write them |
 //! | [`text`] | the scene |
 
+mod fitted_mesh;
 mod material;
 mod relative;
-mod surface;
 mod text;
 
 use std::io::Write;
@@ -18,16 +18,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::cli::info::kind::MESHES;
+use crate::cli::init::fitted_mesh::FittedMesh;
 use crate::cli::init::material::Material;
 use crate::cli::init::relative::relative_to;
-use crate::cli::init::surface::Surface;
 use crate::cli::init::text::{Fitted, scene_text};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::format::atomic;
-use crate::format::gltf::companions::companions;
+use crate::format::mesh_formats::{companions, listed_extensions};
 use crate::format::ours::Format;
 use crate::mesh::reading;
 
@@ -49,8 +49,8 @@ pub struct Arguments {
     /// or a plain image.
     #[arg(long, value_name = "DIR|FILE")]
     pub material: PathBuf,
-    /// The mesh: .obj, .ply, .stl, .off, .glb or .gltf.
-    #[arg(long, value_name = "FILE")]
+    /// The mesh.
+    #[arg(long, value_name = "FILE", help = format!("The mesh: {}", listed_extensions()))]
     pub mesh: PathBuf,
     /// The scene to write. An existing file is not replaced.
     #[arg(short, long, value_name = "SCENE.toml", default_value = "scene.toml")]
@@ -76,7 +76,7 @@ impl Arguments {
         let material = Material::read(&self.material, progress)?;
         let user = reading::read(&self.mesh, progress)?;
         let surface =
-            Surface::fitted(&user, material.sides()).map_err(|error| error.in_file(&self.mesh))?;
+            FittedMesh::new(&user, material.sides()).map_err(|error| error.in_file(&self.mesh))?;
         let folder = self.output.parent().unwrap_or(Path::new(""));
         let fitted = Fitted {
             name: self.name(),

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use toml::Value;
 
+use crate::cli::init::fitted_mesh::FittedMesh;
 use crate::cli::init::material::{Depth, Maps, Material, Tiling};
-use crate::cli::init::surface::Surface;
+use crate::synthesis::Method;
 
 /// What a scene is written of.
 pub(super) struct Fitted<'a> {
@@ -19,7 +20,7 @@ pub(super) struct Fitted<'a> {
     /// What the material is.
     pub(super) material: &'a Material,
     /// How the mesh is textured.
-    pub(super) surface: &'a Surface,
+    pub(super) surface: &'a FittedMesh,
 }
 
 /// A path or a text as TOML writes it.
@@ -135,8 +136,15 @@ const KNN: &str = "
 k = 11              # neighbours per texel
 ";
 
+/// The methods beside the default that any scene can take.
+fn other_methods() -> Vec<&'static str> {
+    let is_other = |method: &Method| method.is_ordinary() && *method != Method::default();
+    let others = Method::ALL.iter().copied().filter(is_other);
+    others.map(Method::name).collect()
+}
+
 fn surface(fitted: &Fitted<'_>) -> String {
-    let Surface {
+    let FittedMesh {
         vertices,
         texel,
         repeats,
@@ -160,7 +168,9 @@ fn surface(fitted: &Fitted<'_>) -> String {
          {count}\n\
          [synth]\n\
          texel = {texel}      # mesh units that a texel covers: the sample repeats {repeats:.1} times across the surface\n\
-         # method = \"k-coherence\"  # or wei-levoy, adaptive, multiscale, coherent\n"
+         # method = \"{method}\"  # or {others}\n",
+        method = Method::default().name(),
+        others = other_methods().join(", ")
     )
 }
 

@@ -2,10 +2,10 @@
 
 use ndarray::Array2;
 
-use crate::error::Result;
-use crate::format::image::{FloatImage, write_png};
+use crate::format::image::FloatImage;
+use crate::format::rgb_image::RgbImage;
 use crate::vary::color_mask::stored_color;
-use crate::vary::contours::Features;
+use crate::vary::contours::MaskFeatures;
 
 /// The tints of the labels 1, 2 and 3.
 const TINTS: [[f32; 3]; 3] = [[1.0, 0.25, 0.1], [0.1, 0.6, 1.0], [0.3, 0.9, 0.2]];
@@ -14,16 +14,9 @@ const TINT: f32 = 0.35;
 /// Arms of the cross at a centre, in pixels.
 const ARM: i64 = 2;
 
-/// A drawn picture, 8 bits, red, green and blue.
-pub struct Overlay {
-    width: u32,
-    height: u32,
-    pixels: Vec<u8>,
-}
-
 /// Draws the picture.
-pub fn draw(image: &FloatImage, mask: &Array2<u8>, features: &Features) -> Overlay {
-    let mut overlay = Overlay {
+pub fn draw(image: &FloatImage, mask: &Array2<u8>, features: &MaskFeatures) -> RgbImage {
+    let mut overlay = RgbImage {
         width: image.width,
         height: image.height,
         pixels: Vec::new(),
@@ -47,29 +40,21 @@ pub fn draw(image: &FloatImage, mask: &Array2<u8>, features: &Features) -> Overl
             .chain(&feature.holes)
             .flatten()
         {
-            overlay.put(i64::from(row), i64::from(col), bytes);
+            put(&mut overlay, i64::from(row), i64::from(col), bytes);
         }
         let [row, col] = feature.centre.map(|at| at.round() as i64);
         for step in -ARM..=ARM {
-            overlay.put(row + step, col, [255; 3]);
-            overlay.put(row, col + step, [255; 3]);
+            put(&mut overlay, row + step, col, [255; 3]);
+            put(&mut overlay, row, col + step, [255; 3]);
         }
     }
     overlay
 }
 
-impl Overlay {
-    fn put(&mut self, row: i64, col: i64, color: [u8; 3]) {
-        let inside =
-            (0..i64::from(self.height)).contains(&row) && (0..i64::from(self.width)).contains(&col);
-        if inside {
-            let pixel = row as usize * self.width as usize + col as usize;
-            self.pixels[3 * pixel..][..3].copy_from_slice(&color);
-        }
-    }
-
-    /// Writes the picture as PNG.
-    pub fn write(&self, path: &std::path::Path) -> Result<()> {
-        write_png(path, self.width, self.height, &self.pixels)
+/// Sets a pixel, where the image has it.
+fn put(overlay: &mut RgbImage, row: i64, col: i64, color: [u8; 3]) {
+    let sides = [overlay.height, overlay.width].map(i64::from);
+    if (0..sides[0]).contains(&row) && (0..sides[1]).contains(&col) {
+        overlay.set_run(row as u32, col as u32, 1, color);
     }
 }

@@ -12,7 +12,7 @@ use crate::format::image;
 use crate::mesh::pictures::{self, VertexColoredMesh};
 use crate::mesh::reading::UserMesh;
 use crate::render::preview;
-use crate::sites::vertices::surface::Surface;
+use crate::sites::vertices::prepared_surface::PreparedSurface;
 
 /// Mean distortion drawn red.
 const MOST_DISTORTION: f32 = 0.1;
@@ -25,7 +25,7 @@ pub(super) fn draw(
     folder: &Path,
     user: &UserMesh,
     oriented: &Oriented,
-    surface: &Surface,
+    surface: &PreparedSurface,
 ) -> Result<Outcome> {
     fs::create_dir_all(folder).map_err(Error::io(folder, "create"))?;
     let bent = oriented.distortion(user);
@@ -40,7 +40,8 @@ pub(super) fn draw(
         ),
         pictures::heat(&user.mesh, &bent, MOST_DISTORTION),
     ];
-    all.extend(surface.meshes.iter().map(pictures::level));
+    let levels = surface.levels.iter();
+    all.extend(levels.map(|level| pictures::level(&level.mesh)));
     let mut outcome = outcome
         .line(format!(
             "patches distort lengths by {:.2} % on average",
@@ -48,7 +49,7 @@ pub(super) fn draw(
         ))
         .figure("mean_distortion", mean);
     // Write the pictures.
-    let names = picture_names(surface.meshes.len() as u32);
+    let names = picture_names(surface.levels.len() as u32);
     for (name, picture) in names.iter().zip(all) {
         for path in write_picture(folder, name, &picture, user.origin)? {
             outcome = outcome.wrote(&path).put_inside([path]);

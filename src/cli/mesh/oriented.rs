@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::mesh::connection::Connection;
 use crate::mesh::field::Field;
 use crate::mesh::field::cosine::mean_cosine;
-use crate::mesh::field::guides::{Canvas, guided_field};
+use crate::mesh::field::guides::{GuidedSurface, guided_field};
 use crate::mesh::field::singularities::{Singularity, singularities};
 use crate::mesh::pictures;
 use crate::mesh::reading::UserMesh;
@@ -35,13 +35,13 @@ impl Oriented {
     pub fn new(user: &UserMesh, options: &SurfaceOptions, progress: Progress<'_>) -> Result<Self> {
         let rings = Rings::new(&user.mesh, &Topology::new(&user.mesh.triangles));
         let texel = options.texel_on(&user.mesh)?;
-        let canvas = Canvas {
+        let surface = GuidedSurface {
             user,
             rings: &rings,
             tree: &SurfaceBvh::new(&user.mesh),
             texel,
         };
-        let field = guided_field(canvas, &options.guides(), options.seed, progress)?;
+        let field = guided_field(surface, &options.guides(), options.seed, progress)?;
         let singular = singularities(&user.mesh, &rings, &field.vectors);
         Ok(Self {
             rings,

@@ -12,7 +12,7 @@ use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::carrying::Carried;
 use crate::mesh::topology::{Shape, Topology};
 use crate::mesh::triangle_mesh::TriangleMesh;
-use crate::sites::vertices::surface::Surface;
+use crate::sites::vertices::prepared_surface::{PreparedSurface, SurfaceLevel};
 
 /// What was read, what had to be repaired, and what of it is not used.
 pub fn read_outcome(input: &Path, user: &UserMesh) -> Outcome {
@@ -163,10 +163,10 @@ pub fn with_shape(outcome: Outcome, user: &UserMesh) -> Outcome {
         .figure("evenness", json!(even))
 }
 
-pub(super) fn describe_levels(outcome: Outcome, surface: &Surface) -> Outcome {
-    let levels = surface.meshes.iter().zip(&surface.samples);
-    let figures: Vec<Value> = levels
-        .map(|(mesh, samples)| {
+pub(super) fn describe_levels(outcome: Outcome, surface: &PreparedSurface) -> Outcome {
+    let levels = || surface.levels.iter();
+    let figures: Vec<Value> = levels()
+        .map(|SurfaceLevel { mesh, samples, .. }| {
             let shape = shape_of(mesh);
             json!({
                 "vertices": mesh.positions.len(),
@@ -179,12 +179,10 @@ pub(super) fn describe_levels(outcome: Outcome, surface: &Surface) -> Outcome {
             })
         })
         .collect();
-    let counts: Vec<String> = surface
-        .meshes
-        .iter()
-        .map(|mesh| mesh.positions.len().to_string())
+    let counts: Vec<String> = levels()
+        .map(|level| level.mesh.positions.len().to_string())
         .collect();
-    let folded: u64 = surface.samples.iter().map(|samples| samples.folded).sum();
+    let folded: u64 = levels().map(|level| level.samples.folded).sum();
     outcome
         .line(format!(
             "levels of {} vertices; {folded} samples have no value because the chart folds there",

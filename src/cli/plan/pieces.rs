@@ -7,7 +7,7 @@ use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::draft::path_word;
 use crate::cli::run::sizes::Sizes;
-use crate::cli::{Command, bake, machine, render, textons};
+use crate::cli::{Command, bake, import, machine, render, textons};
 use crate::error::Result;
 use crate::render::plan::frame_range;
 use crate::shard::Shard;
@@ -96,6 +96,7 @@ impl Made {
 pub(super) fn pieces(stage: &Stage, sizes: &mut Sizes<'_>, shards: u32) -> Result<Vec<Piece>> {
     match &stage.command {
         Command::Bake(arguments) => bakes(stage, arguments, sizes, shards),
+        Command::Import(arguments) => imports(stage, arguments, sizes, shards),
         Command::Textons(arguments) => analyses(stage, arguments, sizes, shards),
         Command::Render(arguments) => renderings(stage, arguments, sizes, shards),
         _ => Ok(vec![whole(stage, sizes)?]),
@@ -146,6 +147,31 @@ fn bakes(
         ending: ".sample",
         kind: PartKind::Folder,
         costs: sizes.costs_of_slices(arguments, count),
+    };
+    Ok(split.pieces(whole, count))
+}
+
+/// An import in shares of its images, and the run that joins them.
+fn imports(
+    stage: &Stage,
+    arguments: &import::Arguments,
+    sizes: &mut Sizes<'_>,
+    shards: u32,
+) -> Result<Vec<Piece>> {
+    let whole = whole(stage, sizes)?;
+    let count = sizes.shares_of_import(arguments).min(shards);
+    if count < 2 {
+        return Ok(vec![whole]);
+    }
+    let paths = arguments.paths.iter().map(|path| path_word(path));
+    let head = std::iter::once(stage.words[0].clone()).chain(paths);
+    let split = Split {
+        part: head.chain(options_of(stage)).collect(),
+        joined: vec![stage.words[0].clone()],
+        output: &arguments.output,
+        ending: ".sample",
+        kind: PartKind::Folder,
+        costs: sizes.costs_of_imports(arguments, whole.cost, count),
     };
     Ok(split.pieces(whole, count))
 }
@@ -239,7 +265,7 @@ impl Split<'_> {
         words.extend(output(self.output));
         let parts = paths.iter().map(|path| path.to_string_lossy());
         words.extend(parts.map(|path| format!("--reduce={path}")));
-        // An analysis looks at the chosen images of its sample; slices of a bake are all that it is.
+        // An analysis looks at the chosen images of its sample; parts of a sample are all that it is.
         let also = match self.kind {
             PartKind::File => whole.reads,
             PartKind::Folder => Vec::new(),

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::outcome::Outcome;
 use crate::error::Result;
-use crate::format::image;
 use crate::format::ours::{Format, check_replaceable};
+use crate::format::rgb_image::RgbImage;
 use crate::progress::Progress;
 use crate::render::option_values::Animation;
 use crate::render::sequence::FrameFile;
 use crate::report::animation::{write_apng, write_gif};
-use crate::report::contact_sheet::{Picture, contact_sheet};
+use crate::report::contact_sheet::{contact_sheet, reduced};
 use crate::report::video::{Container, VideoEncoder};
 
 /// The contact sheet, the most pictures on it, and their columns.
@@ -67,8 +67,7 @@ impl<'a> Overviews<'a> {
             )));
         }
         let sheet = self.folder.join(SHEET);
-        let picture = contact_sheet(&thumbnails(frames, progress)?, LEGEND);
-        image::write_png(&sheet, picture.width, picture.height, &picture.pixels)?;
+        contact_sheet(&thumbnails(frames, progress)?, LEGEND).write(&sheet)?;
         let outcome = outcome.wrote(&sheet).put_inside([sheet]);
         match self.write_animation(frames, progress)? {
             None => Ok(outcome),
@@ -87,11 +86,11 @@ impl<'a> Overviews<'a> {
         let path = self.folder.join(name);
         progress.begin("moving preview", frames.len() as u64);
         let pictures = frames.iter().map(|frame| {
-            let picture = Picture::read(&frame.preview)?;
+            let picture = RgbImage::read(&frame.preview)?;
             progress.advance(1)?;
             Ok(match self.encoder {
                 Some(_) => picture,
-                None => picture.reduced_to(WIDEST),
+                None => reduced(picture, WIDEST),
             })
         });
         match (&self.encoder, self.animation) {
@@ -105,13 +104,13 @@ impl<'a> Overviews<'a> {
 }
 
 /// Evenly spaced frames, small.
-fn thumbnails(frames: &[FrameFile], progress: Progress<'_>) -> Result<Vec<(Picture, String)>> {
+fn thumbnails(frames: &[FrameFile], progress: Progress<'_>) -> Result<Vec<(RgbImage, String)>> {
     let shown = frames.len().min(MOST_PICTURES);
     (0..shown)
         .map(|index| &frames[index * frames.len() / shown])
         .map(|frame| {
             progress.check()?;
-            let picture = Picture::read(&frame.preview)?.reduced_to(THUMBNAIL);
+            let picture = reduced(RgbImage::read(&frame.preview)?, THUMBNAIL);
             Ok((picture, format!("{}  {}", frame.number, frame.label)))
         })
         .collect()

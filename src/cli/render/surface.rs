@@ -17,7 +17,7 @@ use crate::synthesis::faces::memory::bytes_to_decorate;
 use crate::textures::memory::bytes_to_draw;
 
 /// A surface to draw.
-pub(in crate::cli) struct Surface {
+pub(in crate::cli) struct DrawnSurface {
     pub(in crate::cli) map: SurfaceTextonMap,
     /// A plain colour below the texture.
     pub(in crate::cli) cover: Option<Cover>,
@@ -31,16 +31,16 @@ pub(in crate::cli) fn read(
     path: &Path,
     (look, shading): (Look, Shading),
     progress: Progress<'_>,
-) -> Result<Surface> {
+) -> Result<DrawnSurface> {
     if FaceMap::is_at(path)? {
-        return Ok(Surface {
+        return Ok(DrawnSurface {
             map: read_faces(path, shading).map_err(|error| error.in_file(path))?,
             cover: None,
             id: ContentId::of_file(path)?,
         });
     }
     if !is_atlas(path) {
-        return Ok(Surface {
+        return Ok(DrawnSurface {
             map: SurfaceTextonMap::read(path)?,
             cover: None,
             id: ContentId::of_file(path)?,
@@ -50,7 +50,7 @@ pub(in crate::cli) fn read(
     let (map, cover) = atlas
         .decorated(progress)
         .map_err(|error| error.in_file(path))?;
-    Ok(Surface {
+    Ok(DrawnSurface {
         map,
         cover,
         id: atlas.id,

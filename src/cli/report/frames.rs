@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::cli::info::kind::frames_in;
 use crate::cli::report::name;
 use crate::error::Result;
-use crate::report::contact_sheet::Picture;
+use crate::format::rgb_image::RgbImage;
+use crate::report::contact_sheet::reduced;
 use crate::report::embedded::jpeg;
 use crate::report::summary::Sequence;
 
@@ -52,7 +53,7 @@ fn sequence(folder: &Path, frames: &[&PathBuf]) -> Result<Sequence> {
         let preview = frames[index].with_extension("png");
         sequence
             .frames
-            .push(jpeg(&Picture::read(&preview)?.reduced_to(WIDTH))?);
+            .push(jpeg(&reduced(RgbImage::read(&preview)?, WIDTH))?);
         sequence.names.push(format!(
             "{} ({} of {})",
             name(&preview),

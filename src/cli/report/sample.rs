@@ -5,7 +5,7 @@ use crate::cli::Command;
 use crate::cli::report::products::Products;
 use crate::cli::session::Session;
 use crate::error::{Error, Result};
-use crate::report::contact_sheet::Picture;
+use crate::format::rgb_image::RgbImage;
 use crate::report::embedded::Embedded;
 use crate::report::summary::Chapter;
 
@@ -51,7 +51,7 @@ pub(super) fn chapter(
 }
 
 /// The relief that a scene's `[bake]` stage traced.
-fn relief(products: &Products, sample: &Sample, session: &Session) -> Result<Option<Picture>> {
+fn relief(products: &Products, sample: &Sample, session: &Session) -> Result<Option<RgbImage>> {
     let stages = products
         .overview
         .iter()
@@ -69,5 +69,5 @@ fn relief(products: &Products, sample: &Sample, session: &Session) -> Result<Opt
     ))?;
     let path = folder.path().join("relief.png");
     arguments.draw_relief(sample, &path, &session.with_seed(Some(seed)))?;
-    Picture::read(&path).map(Some)
+    RgbImage::read(&path).map(Some)
 }

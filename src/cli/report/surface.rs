@@ -7,7 +7,9 @@ use crate::cli::session::Session;
 use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
+use crate::false_color::{coordinate_colors, energy_colors, label_colors};
 use crate::format::guard::guarded;
+use crate::format::rgb_image::RgbImage;
 use crate::index::TextonLabel;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::field::Field;
@@ -18,13 +20,11 @@ use crate::mesh::rings::Rings;
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::render::preview;
-use crate::report::contact_sheet::Picture;
 use crate::report::embedded::Embedded;
 use crate::report::summary::{Chapter, Summary};
 use crate::sites::vertices::cache;
 use crate::sites::vertices::surface::prepare;
 use crate::sites::vertices::surface_options::SurfaceOptions;
-use crate::synthesis::false_color::{coordinate_colors, energy_colors, label_colors};
 
 /// Pixels of a picture.
 const SIZE: [u32; 2] = [640, 480];
@@ -87,6 +87,7 @@ fn measure(
     map: &SurfaceTextonMap,
     session: &Session,
 ) -> Result<()> {
+    // Open the space and the table.
     let (Some(space), Some(table)) = (&products.space, &products.table) else {
         summary.map.note("no quality figures: they need the space and the neighbour table (.space.npz, .knn.npz)");
         return Ok(());
@@ -98,6 +99,7 @@ fn measure(
             .note("no quality figures: the space is of a sample of another size");
         return Ok(());
     }
+    // Measure the map.
     let options = SurfaceOptions {
         texel: Some(map.header.texel),
         seed: map.header.seed,
@@ -116,6 +118,7 @@ fn measure(
         }
         Err(error) => summary.map.note(format!("no quality figures: {error}")),
     }
+    // Draw the levels.
     pyramid(&mut summary.mesh, products, &table, (map, options), session)
 }
 
@@ -127,6 +130,7 @@ fn pyramid(
     (map, options): (&SurfaceTextonMap, SurfaceOptions),
     session: &Session,
 ) -> Result<()> {
+    // Find the mesh of the synthesis.
     let prepared = |path: &&std::path::PathBuf| cache::folder_of(path).is_dir();
     let Some(path) = products.meshes.iter().find(prepared) else {
         chapter.note(
@@ -142,6 +146,7 @@ fn pyramid(
         ));
         return Ok(());
     }
+    // Take its levels from the cache.
     let options = SurfaceOptions {
         texel: None,
         ..options
@@ -153,11 +158,12 @@ fn pyramid(
         Some(&cache::folder_of(path)),
         session.progress(),
     )?;
-    for (level, mesh) in surface.meshes.iter().enumerate() {
-        let picture = pictures::level(mesh);
+    // Draw them.
+    for (number, level) in surface.levels.iter().enumerate() {
+        let picture = pictures::level(&level.mesh);
         let caption = format!(
-            "level {level}: {} vertices, one colour per vertex",
-            mesh.positions.len()
+            "level {number}: {} vertices, one colour per vertex",
+            level.mesh.positions.len()
         );
         chapter
             .pictures
@@ -184,6 +190,9 @@ fn map_facts(chapter: &mut Chapter, map: &SurfaceTextonMap) {
         format!("{:.6} mesh units", map.header.texel),
     );
     chapter.fact("method", &map.header.method);
+    if map.header.polish > 0 {
+        chapter.fact("rounds of polish", map.header.polish);
+    }
     chapter.fact("seed", map.header.seed);
 }
 
@@ -203,7 +212,7 @@ fn field_picture(mesh: &TriangleMesh, map: &SurfaceTextonMap) -> Result<Embedded
 }
 
 fn drawn(mesh: &TriangleMesh, colors: &[[u8; 3]], caption: &str) -> Result<Embedded> {
-    let picture = Picture {
+    let picture = RgbImage {
         width: SIZE[0],
         height: SIZE[1],
         pixels: preview::vertex_colors(mesh, colors, SIZE)?,

@@ -4,10 +4,9 @@ use std::path::Path;
 
 use crate::btf::sample::Sample;
 use crate::error::Result;
-use crate::report::contact_sheet::Picture;
 use crate::report::embedded::Embedded;
 use crate::report::summary::Chapter;
-use crate::texton::picture::{self, label_map, montage};
+use crate::texton::montage::{label_map, montage};
 use crate::texton::vocabulary::StoredVocabulary;
 
 /// What is known of the vocabulary.
@@ -17,6 +16,7 @@ pub(super) fn chapter(path: Option<&Path>, sample: Option<&Sample>) -> Result<Ch
         chapter.note("no textons are there: mesotex textons finds them, plain images have none");
         return Ok(chapter);
     };
+    // State the facts.
     let vocabulary = StoredVocabulary::open(path)?;
     chapter.fact("images looked at", vocabulary.representatives.len());
     for (at, level) in vocabulary.levels.iter().enumerate() {
@@ -25,15 +25,17 @@ pub(super) fn chapter(path: Option<&Path>, sample: Option<&Sample>) -> Result<Ch
         chapter.fact(&format!("level {at}"), textons);
     }
     chapter.fact("id", &vocabulary.id);
+    // Draw the texton map.
     let finest = &vocabulary.levels[0];
-    let labels = picture_of(label_map(finest.grid, &finest.labels));
+    let labels = label_map(finest.grid, &finest.labels);
     chapter
         .pictures
         .push(Embedded::new(&labels, "the texton map: a colour per texton")?.of_texels());
+    // Draw the montage, which needs the sample.
     let grid = sample.map(Sample::grid);
     match sample.filter(|_| grid.is_some_and(|grid| grid.len() == finest.grid.len())) {
         Some(sample) => {
-            let patches = picture_of(montage(sample, &finest.labels, &finest.counts)?);
+            let patches = montage(sample, &finest.labels, &finest.counts)?;
             chapter.pictures.push(
                 Embedded::new(
                     &patches,
@@ -45,12 +47,4 @@ pub(super) fn chapter(path: Option<&Path>, sample: Option<&Sample>) -> Result<Ch
         None => chapter.note("no montage of the textons: the sample they were found in is missing"),
     }
     Ok(chapter)
-}
-
-fn picture_of(picture: picture::Picture) -> Picture {
-    Picture {
-        width: picture.width,
-        height: picture.height,
-        pixels: picture.pixels,
-    }
 }

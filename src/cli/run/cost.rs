@@ -4,7 +4,7 @@
 //! 256 texels per side, 15,000 to 240,000 vertices and 640 × 480 to 1280 × 960 pixels. `tools/compare_plan.py` holds
 //! a scene's plan against what its stages took.
 
-use crate::synthesis::options::{Method, Search};
+use crate::synthesis::{SynthesisOptions, Workload};
 
 /// What the program itself takes.
 const PROGRAM: f64 = 16e6;
@@ -75,9 +75,34 @@ pub(super) fn slices_of_bake(whole: Cost, sample: SampleSize, shards: f64) -> [C
         seconds: setup + (whole.seconds - setup) / shards,
         ..whole
     };
-    // Bytes are copied and hashed.
+    [slice, joining(sample)]
+}
+
+/// Parts joined to a sample: bytes are copied and hashed.
+fn joining(sample: SampleSize) -> Cost {
     let copied = 6.0 * sample.texels * sample.images;
-    [slice, Cost::new(0.03 + 2.7e-9 * copied, 10e6)]
+    Cost::new(0.03 + 2.7e-9 * copied, 10e6)
+}
+
+/// The most bytes of images that are decoded at once.
+const MOST_DECODED: f64 = 134e6;
+
+/// Measured images, imported: files of this many pixels each.
+pub(super) fn import(sample: SampleSize, pixels: f64) -> Cost {
+    let decoded = (384.0 * sample.texels).min(MOST_DECODED);
+    Cost::new(
+        0.03 + sample.images * (1.5e-4 + 5.5e-8 * pixels),
+        decoded + 24.0 * pixels,
+    )
+}
+
+/// An import shared among so many runs: what each takes, and to join them.
+pub(super) fn shares_of_import(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
+    let share = Cost {
+        seconds: 0.03 + whole.seconds / shards,
+        ..whole
+    };
+    [share, joining(sample)]
 }
 
 /// The most texels of which all products are kept; more are projected first.
@@ -171,38 +196,10 @@ pub(super) fn mesh(own: f64, vertices: Option<f64>, has_field: bool) -> Cost {
     Cost::new(0.1 + seconds + field, 14e6 + bytes)
 }
 
-/// Synthesis of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Synthesis {
-    /// The method.
-    pub(super) method: Method,
-    /// Which texels k-coherence tries.
-    pub(super) search: Search,
-    /// Rounds of polishing.
-    pub(super) polish: f64,
-    /// Whether sites are texels of an atlas.
-    pub(super) is_atlas: bool,
-}
-
-impl Synthesis {
-    /// At this many sites from this many texels, the surface's preparation included.
-    pub(super) fn cost(self, texels: f64, sites: f64) -> Cost {
-        // Microseconds per site; those of full searches grow with the sample.
-        let per_site = match (self.method, self.search) {
-            (Method::KCoherence, Search::KCoherence) if self.is_atlas => 70.0,
-            (Method::KCoherence, Search::KCoherence) => 97.0,
-            (Method::KCoherence, Search::Full) | (Method::WeiLevoy, _) => {
-                63.0 + 0.9 * texels.sqrt()
-            }
-            (Method::Adaptive, _) => 78.0,
-            (Method::Multiscale, _) => 90.0 + 1.1 * texels.sqrt(),
-            (Method::Coherent, _) => 31.0,
-            (Method::Progressive, _) => 200.0 + 2.0 * texels.sqrt(),
-            (Method::Choosy, _) => 220.0,
-        };
-        let per_site = per_site + 320.0 * self.polish;
-        Cost::new(0.1 + 1e-6 * per_site * sites, 2_700.0 * sites)
-    }
+/// Synthesis on this many sites, the surface's preparation included.
+pub(super) fn synth(options: &SynthesisOptions, work: Workload, sites: f64) -> Cost {
+    let per_site = (options.method.description().microseconds)(work, options);
+    Cost::new(0.1 + 1e-6 * per_site * sites, 2_700.0 * sites)
 }
 
 /// A sequence of frames.
@@ -276,6 +273,7 @@ pub(super) fn pages(sample: SampleSize, vertices: f64) -> Cost {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::synthesis::Effort;
 
     /// A sample of 60 views by 60 lights.
     fn sample(side: f64) -> SampleSize {
@@ -309,18 +307,29 @@ mod tests {
             lights: 16.0,
         };
         let k_coherence = |side: f64, sites| {
-            let synthesis = Synthesis {
-                method: Method::KCoherence,
-                search: Search::KCoherence,
-                polish: 0.0,
-                is_atlas: false,
+            let mut options = SynthesisOptions::default();
+            options.k_coherence.polish = Effort::Rounds(0);
+            let work = Workload {
+                texels: side * side,
+                onto_atlas: false,
             };
-            synthesis.cost(side * side, sites)
+            synth(&options, work, sites)
         };
         let small = 640.0 * 480.0;
         let many = textons(sample(64.0), 100.0, 200.0, 8.0, 3.0);
         let all = textons(sample(64.0), 3600.0, 200.0, 8.0, 3.0);
+        let images = |side: f64, images| {
+            let sample = SampleSize {
+                texels: side * side,
+                images,
+                lights: 10.0,
+            };
+            import(sample, side * side)
+        };
         let measured = [
+            ("import 64", images(64.0, 256.0), 0.14, 15e6),
+            ("import 256, EXR", images(256.0, 100.0), 0.5, 42e6),
+            ("import 1024, PNG", images(1024.0, 30.0), 1.4, 158e6),
             ("bake 64", bake(sample(64.0), 1.0, 0.0, 1.9), 0.91, 22e6),
             ("bake 128", bake(sample(128.0), 1.0, 0.0, 1.9), 3.22, 41e6),
             (

@@ -93,6 +93,7 @@ pub struct Document {
 impl Document {
     /// Parses a text; every fault of its form is named.
     pub fn parse(text: &str, faults: &mut Faults) -> Self {
+        // Read the text, and say what is wrong with it.
         let line_of =
             |span: Range<usize>| 1 + text[..span.start.min(text.len())].matches('\n').count();
         let (spans, errors) = DeTable::parse_recoverable(text);
@@ -106,6 +107,7 @@ impl Document {
             }
             return Self::default();
         };
+        // Sort keys and sections, each with its line.
         let mut document = Self::default();
         for (key, spanned) in spans.get_ref() {
             let name = key.get_ref().to_string();

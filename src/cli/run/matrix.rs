@@ -28,14 +28,14 @@ pub(super) struct Matrix {
 struct Axis {
     /// The key with its dots, as it is written.
     name: String,
-    target: Target,
+    path: KeyPath,
     line: usize,
     choices: Vec<Choice>,
 }
 
 /// The key of a scene that an axis sets.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Target {
+struct KeyPath {
     /// Its section; `None` for the top of the scene.
     section: Option<String>,
     /// The rendering, where the key is that of one of them.
@@ -90,12 +90,12 @@ impl Matrix {
         for axis in &self.axes {
             axis.check(document, faults);
         }
-        let mut targets: Vec<&Target> = Vec::new();
+        let mut paths: Vec<&KeyPath> = Vec::new();
         for axis in &self.axes {
-            if targets.contains(&&axis.target) {
+            if paths.contains(&&axis.path) {
                 faults.data(&axis.place(), "given twice; expected one list");
             }
-            targets.push(&axis.target);
+            paths.push(&axis.path);
         }
         let counts = self.axes.iter().map(|axis| axis.choices.len());
         let runs = counts.fold(1usize, usize::saturating_mul);
@@ -123,7 +123,7 @@ impl Matrix {
 
     /// Whether the seed of whole runs varies.
     pub(super) fn varies_seed(&self) -> bool {
-        let is_seed = |axis: &Axis| axis.target.section.is_none() && axis.target.key == "seed";
+        let is_seed = |axis: &Axis| axis.path.section.is_none() && axis.path.key == "seed";
         self.axes.iter().any(is_seed)
     }
 }
@@ -141,7 +141,7 @@ fn dotted(name: &str, value: &Value) -> Vec<(String, Value)> {
     }
 }
 
-impl Target {
+impl KeyPath {
     fn of(name: &str) -> Self {
         let Some((section, rest)) = name.split_once('.') else {
             return Self {
@@ -175,7 +175,7 @@ impl Target {
 impl Axis {
     fn of(name: String, line: usize, value: Value, faults: &mut Faults) -> Option<Self> {
         let place = Place::new(line, format!("[{SECTION}] {name}"));
-        let target = Target::of(&name);
+        let path = KeyPath::of(&name);
         let values = match value {
             Value::Array(values) if !values.is_empty() => values,
             other => {
@@ -192,7 +192,7 @@ impl Axis {
                 faults.data(&place, format!("`{value}` twice"));
             }
         }
-        let choices = named(&target.key, values);
+        let choices = named(&path.key, values);
         let mut texts = BTreeSet::new();
         for choice in &choices {
             if !texts.insert(&choice.text) {
@@ -205,7 +205,7 @@ impl Axis {
         }
         Some(Self {
             name,
-            target,
+            path,
             line,
             choices,
         })
@@ -217,11 +217,12 @@ impl Axis {
 
     /// Refuses a key that is no scene's, or is set there already.
     fn check(&self, document: &Document, faults: &mut Faults) {
-        let Target {
+        let KeyPath {
             section,
             rendering,
             key,
-        } = &self.target;
+        } = &self.path;
+        // Check that the scene has such a key, and find whether it is set.
         let is_set = match section {
             None => {
                 if !TOP.contains(&key.as_str()) {
@@ -255,6 +256,7 @@ impl Axis {
                 sections.into_iter().find_map(|section| section.key(key))
             }
         };
+        // Refuse one that is set too.
         if let Some(other) = is_set {
             let says = format!("line {} sets this key too; leave one of both", other.line);
             faults.data(&self.place(), says);
@@ -263,12 +265,12 @@ impl Axis {
 
     fn sections<'a>(&'a self, document: &'a Document) -> impl Iterator<Item = &'a Section> {
         let sections = document.sections.iter();
-        sections.filter(|section| self.target.is_in(section))
+        sections.filter(|section| self.path.is_in(section))
     }
 
     /// A run with one of the values.
     fn applied(&self, choice: &Choice, mut variant: Variant) -> Variant {
-        let Target { section, key, .. } = &self.target;
+        let KeyPath { section, key, .. } = &self.path;
         let key = Key {
             name: key.clone(),
             line: self.line,
@@ -279,11 +281,7 @@ impl Axis {
         match section {
             None => document.keys.push(key),
             Some(name) => {
-                if !document
-                    .sections
-                    .iter()
-                    .any(|other| self.target.is_in(other))
-                {
+                if !document.sections.iter().any(|other| self.path.is_in(other)) {
                     document.sections.push(Section {
                         name: name.clone(),
                         line: self.line,
@@ -292,13 +290,13 @@ impl Axis {
                 }
                 let sections = document.sections.iter_mut();
                 sections
-                    .filter(|section| self.target.is_in(section))
+                    .filter(|section| self.path.is_in(section))
                     .for_each(|section| section.add(key.clone()));
             }
         }
         variant.tags.push(Tag {
-            section: section.clone().unwrap_or_else(|| self.target.key.clone()),
-            rendering: self.target.rendering.clone(),
+            section: section.clone().unwrap_or_else(|| self.path.key.clone()),
+            rendering: self.path.rendering.clone(),
             text: choice.text.clone(),
         });
         variant

@@ -19,6 +19,7 @@ use crate::cli::run::sections::SECTIONS;
 use crate::cli::run::side_outputs::mark_side_outputs;
 use crate::cli::run::tag::Tag;
 use crate::render::Axis;
+use crate::synthesis::Method;
 
 /// Keys at the top of a scene.
 const TOP: [&str; 5] = ["name", "output", "seed", "sample", "surface"];
@@ -288,14 +289,10 @@ impl Scene {
 
     /// What the file of the map ends with.
     fn kind_of_map(&self) -> &'static str {
-        let says = |section: &Section, key: &str, wanted: &str| {
-            let value = section.key(key).and_then(|key| key.value.as_str());
-            value == Some(wanted)
-        };
-        let is_onto_faces = self.section("synth").is_some_and(|section| {
-            says(section, "onto", "faces") || says(section, "method", "choosy")
-        });
-        if is_onto_faces {
+        let section = self.section("synth");
+        let value = |name| section?.key(name)?.value.as_str();
+        let method = value("method").and_then(|name| Method::from_str(name, false).ok());
+        if value("onto") == Some("faces") || method.is_some_and(Method::writes_faces) {
             "faces.ply"
         } else {
             "map.ply"
@@ -304,6 +301,7 @@ impl Scene {
 
     /// The stages of the scene, in order.
     pub fn drafts(&self, faults: &mut Faults) -> Vec<Draft> {
+        // Name what stages hand on.
         let [sample, map] = self.sample_and_map();
         let surface = self
             .surface
@@ -315,6 +313,7 @@ impl Scene {
         };
         let space = self.file(makers[0], "space.npz");
         let table = self.file(makers[1], "knn.npz");
+        // List the stages of the sample.
         let mut drafts = Vec::new();
         for (command, key) in [("bake", "material"), ("import", "path")] {
             drafts.extend(self.source(command, key, self.file(command, "sample"), faults));
@@ -328,8 +327,10 @@ impl Scene {
             drafts.push(self.link("gram", vec![textons], space.clone(), faults));
             drafts.push(self.link("knn", vec![space.clone()], table.clone(), faults));
         }
+        // List those of the surface.
         drafts.extend(self.source("mesh", "input", surface.clone(), faults));
         drafts.push(self.link("synth", vec![space, table, surface], map.clone(), faults));
+        // List the renderings.
         for section in self
             .document
             .sections

@@ -1,32 +1,29 @@
 //! The sizes of what stages read and write, and what each stage takes by the [`cost`](super::cost) model.
 //!
-//! Sizes come from the options of the stages, and from files that are there. What cannot be known before an earlier
-//! stage has run, as the size of a data set that is not imported yet, is unknown.
+//! Sizes come from the options of the stages, and from files that are there: of measured images, one is read. What cannot
+//! be known before an earlier stage has run, as the size of a `.btf` file that is not imported yet, is unknown.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use crate::btf::bake::Samples;
-use crate::btf::sample::Sample;
+use crate::btf::sample::{Description, Sample};
 use crate::cli::exemplar::with_kind;
 use crate::cli::run::check::Stage;
-use crate::cli::run::cost::{self, Cost, SampleSize, Sequence, Synthesis};
-use crate::cli::{Command, bake, exemplar, mesh, render, synth, textons};
+use crate::cli::run::cost::{self, Cost, SampleSize, Sequence};
+use crate::cli::{Command, bake, exemplar, import, mesh, render, synth, textons};
 use crate::format::{image, ply};
 use crate::mesh::reading;
 use crate::progress::Progress;
 use crate::render::memory::{frame_count, light_count};
 use crate::render::nearest::Weighting;
 use crate::render::renderer::{Shading, Shadows};
-use crate::synthesis::Effort;
+use crate::synthesis::Workload;
 use crate::texton::TextonOptions;
 use crate::texton::image_blocks::ImageBlocks;
 
 /// Rays per texel and image that `--samples auto` takes on average.
 const AUTO_SAMPLES: f64 = 12.0;
-/// Rounds that `--polish auto` amounts to: none of a sample that tiles, about a third of one of others.
-const AUTO_POLISH: f64 = 0.15;
-
 /// What is known of files, made or there.
 pub struct Sizes<'a> {
     progress: Progress<'a>,
@@ -53,12 +50,7 @@ impl<'a> Sizes<'a> {
     pub fn cost_of(&mut self, stage: &Stage, is_done: bool) -> Option<Cost> {
         match &stage.command {
             Command::Bake(arguments) => self.bake(arguments),
-            Command::Import(arguments) => {
-                // The size of a data set is known once it is imported.
-                let size = is_done.then(|| size_of(&arguments.output)).flatten();
-                self.hand_on_sample(size, [&arguments.output]);
-                None
-            }
+            Command::Import(arguments) => self.import(arguments, is_done),
             Command::Exemplar(arguments) => self.exemplar(arguments, is_done),
             Command::Textons(arguments) => self.textons(arguments),
             Command::Gram(arguments) => {
@@ -128,6 +120,38 @@ impl<'a> Sizes<'a> {
             f64::from(options.bounces),
             slant,
         ))
+    }
+
+    /// Of measured images the list and one image tell what comes of them.
+    fn import(&mut self, arguments: &import::Arguments, is_done: bool) -> Option<Cost> {
+        let made = is_done.then(|| size_of(&arguments.output)).flatten();
+        let foreseen = arguments.foresee().ok().flatten();
+        let size = made.or(foreseen
+            .as_ref()
+            .map(|(sample, _)| size_as_described(sample)));
+        self.hand_on_sample(size, [&arguments.output]);
+        let (_, pixels) = foreseen?;
+        Some(cost::import(size?, pixels as f64))
+    }
+
+    /// Among how many runs an import can be shared; 1 where that is not known.
+    pub fn shares_of_import(&self, arguments: &import::Arguments) -> u32 {
+        let is_one_already = arguments.shard.is_some() || !arguments.reduce.is_empty();
+        match self.samples.get(&arguments.output) {
+            Some(sample) if !is_one_already => sample.images as u32,
+            _ => 1,
+        }
+    }
+
+    /// What shares of an import take each, and what it takes to join them; `whole` is one run.
+    pub fn costs_of_imports(
+        &self,
+        arguments: &import::Arguments,
+        whole: Option<Cost>,
+        shards: u32,
+    ) -> Option<[Cost; 2]> {
+        let sample = self.samples.get(&arguments.output)?;
+        Some(cost::shares_of_import(whole?, *sample, f64::from(shards)))
     }
 
     fn exemplar(&mut self, arguments: &exemplar::Arguments, is_done: bool) -> Option<Cost> {
@@ -223,17 +247,11 @@ impl<'a> Sizes<'a> {
             true => f64::from(arguments.target.atlas.resolution).powi(2),
             false => vertices,
         };
-        let synthesis = Synthesis {
-            method: options.method,
-            search: options.k_coherence.search,
-            polish: match options.k_coherence.polish {
-                Effort::Auto => AUTO_POLISH,
-                Effort::Rounds(rounds) => f64::from(rounds),
-            },
-            is_atlas,
+        let work = Workload {
+            texels: self.samples.get(&arguments.space)?.texels,
+            onto_atlas: is_atlas,
         };
-        let texels = self.samples.get(&arguments.space)?.texels;
-        Some(synthesis.cost(texels, sites))
+        Some(cost::synth(options, work, sites))
     }
 
     fn render(&mut self, arguments: &render::Arguments) -> Option<Cost> {
@@ -299,9 +317,13 @@ fn channels_of(options: &TextonOptions) -> f64 {
 /// The size of a sample that is there.
 fn size_of(path: &Path) -> Option<SampleSize> {
     let sample = Sample::open(path).ok()?;
-    Some(SampleSize {
+    Some(size_as_described(sample.description()))
+}
+
+fn size_as_described(sample: &Description) -> SampleSize {
+    SampleSize {
         texels: sample.grid().len() as f64,
         images: sample.image_count() as f64,
-        lights: sample.description().lights.len() as f64,
-    })
+        lights: sample.lights.len() as f64,
+    }
 }

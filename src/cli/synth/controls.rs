@@ -1,4 +1,4 @@
-//! What a progressively-variant texture follows on a target: keys of the user, or numbers of the mesh.
+//! What a texture that changes follows on a target: keys of the user, or numbers of the mesh.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::sites::target::TargetSurface;
 /// The controls of a surface prepared from a mesh or, without one, of a flat grid, whose sites are vertices of the
 /// plane z = 0. `None` where nothing is said.
 pub fn of_target(
-    surface: &TargetSurface,
+    (surface, method): (&TargetSurface, &str),
     user: Option<UserMesh>,
     keys: Option<&Path>,
     session: &Session,
@@ -25,7 +25,7 @@ pub fn of_target(
     {
         return Err(Error::option(
             "charts",
-            "faces with --method progressive, whose keys are of the mesh's own vertices",
+            format!("faces with --method {method}, whose keys are of the mesh's own vertices"),
             "uv",
         ));
     }

@@ -11,6 +11,7 @@ use crate::btf::sample::{self, Sample};
 use crate::cli::outputs::{Files, Product};
 use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
+use crate::false_color::{coordinate_colors, energy_colors, label_colors};
 use crate::format::image::{Encoding, FloatImage, Precision, encode_srgb8, write_png};
 use crate::format::ours::Format;
 use crate::grid::{TexCoord, TexelGrid};
@@ -20,7 +21,6 @@ use crate::progress::Progress;
 use crate::render::preview;
 use crate::sites::level::Sites;
 use crate::sites::target::Target;
-use crate::synthesis::false_color::{coordinate_colors, energy_colors, label_colors};
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::quality::energy;
 

@@ -9,7 +9,8 @@ use crate::cli::outcome::Outcome;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::sites::target::{Target, TargetSites};
 use crate::synthesis::check::Plan;
-use crate::synthesis::options::{Method, SynthesisOptions};
+use crate::synthesis::method::Figure;
+use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::Agreement;
 
@@ -28,7 +29,7 @@ pub struct Report {
     #[serde(flatten)]
     quality: Quality,
     metric_agreement: Option<Agreement>,
-    /// Of the progressive method: choices on the finest level for which no texel that neighbours proposed was
+    /// Of a method that admits only some texels: choices on the finest level for which no texel that neighbours proposed was
     /// admitted, so that all that are admitted were compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     searched: Option<u64>,
@@ -43,7 +44,7 @@ struct MapFigures {
     exemplar: [u32; 2],
     texel: f64,
     seed: u64,
-    /// Of k-coherence alone.
+    /// Of methods that try the nearest of coherent texels.
     k: Option<usize>,
     levels: usize,
     /// Why these, where they were chosen.
@@ -146,7 +147,7 @@ impl Report {
             exemplar: map.header.exemplar,
             texel: map.header.texel,
             seed: map.header.seed,
-            k: (options.method == Method::KCoherence).then_some(plan.k),
+            k: options.method.reports(Figure::K).then_some(plan.k),
             levels: plan.levels,
             levels_reason,
             method: options.method.name(),
@@ -158,7 +159,7 @@ impl Report {
             options: options.clone(),
             quality,
             metric_agreement,
-            searched: (options.method == Method::Progressive).then_some(searched),
+            searched: options.method.reports(Figure::Searched).then_some(searched),
         }
     }
 

@@ -12,6 +12,7 @@ use crate::cli::synth::physical_scale::{MeshUnit, PhysicalTexel, check_texel_cou
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
+use crate::format::mesh_formats::listed_names;
 use crate::maps::vertex_map::check_scale;
 use crate::mesh::reading::{UserMesh, varying};
 use crate::neighborhood::{Neighborhood, window_width};
@@ -28,6 +29,7 @@ use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
 use crate::synthesis::check::{Plan, planned_neighborhoods};
 use crate::synthesis::level_choice::LevelChoice;
 use crate::synthesis::memory;
+use crate::synthesis::method::MethodSites;
 use crate::synthesis::options::{Method, SynthesisOptions};
 
 /// What happens at a flat grid's border.
@@ -66,8 +68,8 @@ pub struct Prepared {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Target")]
 pub struct TargetArguments {
-    /// The mesh: OBJ, PLY, STL, OFF, glTF or GLB
-    #[arg(conflicts_with = "grid")]
+    /// The mesh
+    #[arg(conflicts_with = "grid", help = format!("The mesh: {}", listed_names()))]
     pub mesh: Option<PathBuf>,
     /// Synthesize on a flat grid of WxH sites instead of a mesh
     #[arg(long, value_name = "WxH")]
@@ -92,10 +94,11 @@ pub struct TargetArguments {
 impl TargetArguments {
     /// Refuses sites that the target does not have.
     pub fn check(&self, method: Method) -> Result<()> {
-        if self.is_atlas() && method == Method::Adaptive {
+        if self.is_atlas() && method.is_round() {
+            let name = method.name();
             return Err(Error::option(
                 "onto",
-                "atlas with --method adaptive, whose neighbourhoods are round",
+                format!("atlas with --method {name}, whose neighbourhoods are round"),
                 "vertices or grid, or another --method",
             ));
         }
@@ -121,13 +124,14 @@ impl TargetArguments {
 
     /// Whether sites are faces.
     pub fn is_onto_faces(&self, method: Method) -> bool {
-        method == Method::Choosy || self.onto == Some(Onto::Faces)
+        method.writes_faces() || self.onto == Some(Onto::Faces)
     }
 
-    /// Refuses faces for other methods, and other sites for choosy sampling.
+    /// Refuses faces for methods of other sites, and other sites for methods of faces.
     fn check_faces(&self, method: Method) -> Result<()> {
-        if method != Method::Choosy {
-            let found = format!("faces with --method {}", method.name());
+        let name = method.name();
+        if !method.writes_faces() {
+            let found = format!("faces with --method {name}");
             return Err(Error::option(
                 "onto",
                 found,
@@ -136,11 +140,14 @@ impl TargetArguments {
         }
         let others = "a mesh and --onto faces, or another --method";
         match (self.onto, self.grid) {
-            (_, Some(_)) => Err(Error::option("grid", "given for --method choosy", others)),
+            (_, Some(_)) => {
+                let found = format!("given for --method {name}");
+                Err(Error::option("grid", found, others))
+            }
             (Some(Onto::Faces) | None, None) => Ok(()),
             (Some(_), None) => Err(Error::option(
                 "onto",
-                "other sites than faces with --method choosy",
+                format!("other sites than faces with --method {name}"),
                 others,
             )),
         }
@@ -176,16 +183,15 @@ impl TargetArguments {
         self.mesh.as_ref().map(read).transpose()
     }
 
-    /// The levels on which a mesh's vertices are synthesized, where none are asked for and the method has the table's
-    /// windows.
+    /// The levels on which a mesh's vertices are synthesized, where none are asked for and the method has them chosen.
     pub fn choose_levels(
         &self,
         (space, table): (&Space, &NeighborTable),
         user: Option<&UserMesh>,
         options: &SynthesisOptions,
     ) -> Result<Option<LevelChoice>> {
-        let has_windows = matches!(options.method, Method::KCoherence | Method::WeiLevoy);
-        let Some(user) = user.filter(|_| has_windows && !self.is_atlas()) else {
+        let chooses = options.method.description().chooses_levels;
+        let Some(user) = user.filter(|_| chooses && !self.is_atlas()) else {
             return Ok(None);
         };
         if options.levels.is_some() {
@@ -211,20 +217,23 @@ impl TargetArguments {
     ) -> Result<Prepared> {
         // Find which neighbourhoods the method reads, and which the figures are measured with.
         let windows = Windows {
-            own: planned_neighborhoods(table, plan, options)?,
+            own: planned_neighborhoods(table, plan, options),
             measured: table.neighborhoods().swap_remove(0),
         };
-        let round = (options.method == Method::Adaptive).then(|| RoundOptions {
-            rings: options.adaptive.rings,
-            levels: options.adaptive_levels(space.levels.len()) as u32,
-            texel: self.surface.texel,
-            guides: self.surface.guides(),
-            seed: session.seed(),
-        });
+        let method = options.method.description();
+        let round = match method.sites {
+            MethodSites::Circles(rings) => Some(RoundOptions {
+                rings: rings(options),
+                levels: plan.levels as u32,
+                texel: self.surface.texel,
+                guides: self.surface.guides(),
+                seed: session.seed(),
+            }),
+            MethodSites::Windows(_) | MethodSites::Faces => None,
+        };
         // Count the memory that is needed beside the target.
-        let polish =
-            memory::polish_bytes(self.most_sites(user.as_ref()), space.tileable(), options);
-        let exemplar = memory::exemplar_bytes(space, table, options) + polish;
+        let sites = self.most_sites(user.as_ref());
+        let exemplar = memory::exemplar_bytes((space, table), sites, options);
         let mesh = self.mesh.as_ref().zip(user.as_ref());
         let mesh = mesh.map(|(path, user)| MeshTarget {
             path,
@@ -267,10 +276,11 @@ impl TargetArguments {
             }
         };
         // Read the controls of the surface.
-        if options.method == Method::Progressive {
+        if method.follows_controls {
             let keys = self.surface.keys.as_deref();
             let surface = &prepared.target.surface;
-            prepared.target.controls = controls::of_target(surface, user, keys, session)?;
+            prepared.target.controls =
+                controls::of_target((surface, method.name), user, keys, session)?;
         }
         Ok(prepared)
     }
@@ -436,7 +446,7 @@ impl MeshTarget<'_> {
         let progress = self.session.progress();
         let surface = surface::prepare(self.user, options, Some(&cache), progress)
             .map_err(|error| error.in_file(self.path))?;
-        Ok(TargetSites::Vertices(surface.hierarchy))
+        Ok(TargetSites::Vertices(surface.into_sites()))
     }
 }
 

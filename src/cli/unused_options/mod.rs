@@ -27,6 +27,7 @@ use crate::error::Result;
 pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
     match command {
         Command::Bake(arguments) => refuse(samples::BAKE, arguments, given),
+        Command::Import(arguments) => refuse(samples::IMPORT, arguments, given),
         Command::Textons(arguments) => refuse(samples::TEXTONS, arguments, given),
         Command::Knn(arguments) => refuse(samples::KNN, &arguments.options, given),
         Command::Exemplar(arguments) => {
@@ -50,7 +51,8 @@ pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
         },
         Command::Mesh(arguments) => refuse(surfaces::MESH, arguments, given),
         Command::Synth(arguments) => {
-            refuse(synth::METHODS, arguments.as_ref(), given)?;
+            synth::refuse_by_method(arguments, given)?;
+            refuse(synth::SEARCHES, arguments.as_ref(), given)?;
             refuse(synth::TARGETS, arguments.as_ref(), given)?;
             refuse(synth::PRODUCTS, arguments.as_ref(), given)
         }
@@ -65,8 +67,8 @@ pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
         Command::Transfer(arguments) => refuse(surfaces::TRANSFER, arguments, given),
         Command::Export(arguments) => refuse(surfaces::EXPORT, arguments, given),
         Command::Run(arguments) => refuse(surfaces::RUN, arguments, given),
+        // Every option of these has effect.
         Command::Demo(_)
-        | Command::Import(_)
         | Command::Factor(_)
         | Command::Heights(_)
         | Command::Info(_)

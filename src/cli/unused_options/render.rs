@@ -110,7 +110,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
             };
             match options.lights.light.as_slice() {
                 [] => found(
-                    is_environment_alone(options) && !has_rows(options),
+                    is_environment_alone(options) && !options.has_rows(),
                     "given with an environment alone",
                 ),
                 lights => found(
@@ -151,6 +151,18 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         expected: "--environment FILE as well",
     },
     Rule {
+        options: &["front"],
+        unused: |options| {
+            let camera = &options.camera;
+            let is_vertical = camera
+                .camera_target
+                .is_some_and(|target| camera.looks_along_up(target.0));
+            let is_unused = camera.camera_position.is_some() && !options.has_rows() && !is_vertical;
+            found(is_unused, "given with --camera-position")
+        },
+        expected: "one way to say where the camera stands (or a --camera-target straight below or above it)",
+    },
+    Rule {
         options: &["camera-azimuth"],
         unused: camera_azimuth_is_replaced,
         expected: "one way to say where the camera stands",
@@ -158,7 +170,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
     Rule {
         options: &["camera-elevation"],
         unused: |options| {
-            let is_unused = options.camera.camera_position.is_some() && !has_rows(options);
+            let is_unused = options.camera.camera_position.is_some() && !options.has_rows();
             found(is_unused, "given with --camera-position")
         },
         expected: "one way to say where the camera stands",
@@ -186,11 +198,6 @@ fn is_light_sweep(options: &RenderOptions) -> bool {
         options.sweep.kind,
         Sweep::LightAzimuth | Sweep::LightElevation | Sweep::LightSpiral
     )
-}
-
-/// Whether rows of a file may say what the options leave open.
-fn has_rows(options: &RenderOptions) -> bool {
-    matches!(options.sweep.kind, Sweep::File(_)) || options.camera.camera_path.is_some()
 }
 
 fn is_environment_alone(options: &RenderOptions) -> bool {
@@ -229,7 +236,7 @@ fn light_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
 fn camera_azimuth_is_replaced(options: &RenderOptions) -> Option<String> {
     let starts_apart = options.sweep.kind == Sweep::ViewOrbit && options.sweep.sweep_from.is_some();
     match options.camera.camera_position.is_some() {
-        _ if has_rows(options) => None,
+        _ if options.has_rows() => None,
         true => found(!starts_apart, "given with --camera-position"),
         false => found(starts_apart, "given with --sweep-from"),
     }

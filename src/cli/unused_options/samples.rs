@@ -1,7 +1,7 @@
 //! Samples, textons and neighbour tables.
 
 use crate::cli::unused_options::rule::{Rule, found};
-use crate::cli::{bake, exemplar, textons};
+use crate::cli::{bake, exemplar, import, textons};
 use crate::exemplar::KnnOptions;
 use crate::exemplar::knn_options::Search;
 use crate::texton::options::{ImageCount, Named};
@@ -65,6 +65,48 @@ const PARTS_SAY_IT: &str = "parts baked with it: they say all options";
 fn given_with_reduce(arguments: &bake::Arguments) -> Option<String> {
     found(!arguments.reduce.is_empty(), "given with --reduce")
 }
+
+pub(super) const IMPORT: &[Rule<import::Arguments>] = &[Rule {
+    options: &[
+        "images",
+        "handedness",
+        "patch-mm",
+        "near-field",
+        "collocated",
+        "pattern",
+        "directions",
+        "views",
+        "lights",
+        "values",
+        "encoding",
+        "illuminant",
+        "size-line",
+        "orientation",
+        "alpha",
+        "layer",
+        "tileable",
+        "texel-mm",
+        "name",
+        "dtype",
+        "crop",
+        "downsample",
+        "keep-views",
+        "keep-lights",
+        "grey-card",
+        "hot-pixels",
+        "fill",
+        "scattered",
+        "corners",
+        "size",
+        "distortion",
+        "focal",
+        "center",
+        "expand",
+        "rank",
+    ],
+    unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
+    expected: "parts imported with it: they say all options",
+}];
 
 pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
     Rule {

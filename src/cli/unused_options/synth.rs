@@ -1,77 +1,21 @@
 //! Synthesis: options of one method beside another, of one kind of target beside another.
 
 use crate::cli::synth::Arguments;
+use crate::cli::unused_options::given::Given;
 use crate::cli::unused_options::rule::{Rule, found};
+use crate::error::Result;
 use crate::synthesis::Effort;
-use crate::synthesis::options::{Method, MetricKind, Search};
+use crate::synthesis::options::{MetricKind, Search};
 
-/// The options of one method.
-macro_rules! of_method {
-    ($method:ident, $name:literal, $options:expr) => {
-        Rule {
-            options: &$options,
-            unused: |arguments| of_another_method(arguments, Method::$method),
-            expected: concat!("--method ", $name, ", whose option it is"),
-        }
-    };
+/// Refuses options that the method does not use.
+pub(super) fn refuse_by_method(arguments: &Arguments, given: &Given) -> Result<()> {
+    let options = &arguments.options;
+    options.refuse_foreign(|name| given.has(name))?;
+    options.refuse_replaced(|name| given.has(name))
 }
 
-/// What belongs to methods.
-pub(super) const METHODS: &[Rule<Arguments>] = &[
-    of_method!(
-        KCoherence,
-        "k-coherence",
-        [
-            "k",
-            "search",
-            "coherence",
-            "distance-floor",
-            "repair-rounds",
-            "polish",
-            "start-passes",
-            "reuse-penalty",
-            "order"
-        ]
-    ),
-    of_method!(Adaptive, "adaptive", ["rings", "similarity", "link-range"]),
-    of_method!(
-        Multiscale,
-        "multiscale",
-        ["window", "parent-window", "matches", "match-margin"]
-    ),
-    of_method!(
-        Progressive,
-        "progressive",
-        [
-            "mask-window",
-            "color-window",
-            "mask-weight",
-            "refine-window"
-        ]
-    ),
-    of_method!(Choosy, "choosy", ["iterations", "dimensions"]),
-    Rule {
-        options: &["metric"],
-        unused: |arguments| {
-            let has_own = matches!(
-                arguments.options.method,
-                Method::Adaptive | Method::Coherent | Method::Progressive | Method::Choosy
-            );
-            found(has_own, with_method(arguments))
-        },
-        expected: "another method: this one has a metric of its own",
-    },
-    Rule {
-        options: &["passes"],
-        unused: |arguments| {
-            let has_own = matches!(
-                arguments.options.method,
-                Method::Adaptive | Method::Multiscale | Method::Coherent | Method::Choosy
-            );
-            found(has_own, with_method(arguments))
-        },
-        expected: "another method: this one has a fixed number of passes",
-    },
+/// What belongs to metrics and searches.
+pub(super) const SEARCHES: &[Rule<Arguments>] = &[
     Rule {
         options: &["spectrum"],
         unused: |arguments| {
@@ -96,14 +40,6 @@ pub(super) const METHODS: &[Rule<Arguments>] = &[
         expected: "--levels 2 or more: a single level grows from one site",
     },
 ];
-
-fn of_another_method(arguments: &Arguments, method: Method) -> Option<String> {
-    found(arguments.options.method != method, with_method(arguments))
-}
-
-fn with_method(arguments: &Arguments) -> String {
-    format!("given with --method {}", arguments.options.method.name())
-}
 
 /// What belongs to kinds of targets.
 pub(super) const TARGETS: &[Rule<Arguments>] = &[
@@ -132,18 +68,17 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
     },
     Rule {
         options: &["keys"],
-        unused: |arguments| given_for(arguments, arguments.options.method != Method::Progressive),
+        unused: |arguments| {
+            let method = arguments.options.method.description();
+            given_for(arguments, !method.follows_controls)
+        },
         expected: "--method progressive; directions alone are for --guide",
     },
     Rule {
         options: &["crease"],
         unused: |arguments| {
             let target = &arguments.target;
-            let has_one_mesh = target.is_atlas()
-                || matches!(
-                    arguments.options.method,
-                    Method::Adaptive | Method::Coherent
-                );
+            let has_one_mesh = target.is_atlas() || !arguments.options.method.retiles();
             given_for(arguments, target.grid.is_some() || has_one_mesh)
         },
         expected: "a mesh and a method that retiles it: creases are lines of coarser levels",

@@ -8,6 +8,7 @@ use super::rule::Rule;
 use super::*;
 use crate::cli::CommandLine;
 use crate::error::Error;
+use crate::synthesis::{OwnOptions, SynthesisOptions};
 
 /// A command line that is refused, and the option it is refused for; `|` where the parser may name either.
 const COMBINATIONS: &[(&str, &str)] = &[
@@ -125,6 +126,14 @@ const COMBINATIONS: &[(&str, &str)] = &[
         "camera-elevation",
     ),
     (
+        "render a.sample m.ply -o f --camera-position 1,2,3 --front x",
+        "front",
+    ),
+    (
+        "render a.sample m.ply -o f --camera-position 1,2,3 --camera-target 0,2,3 --front x",
+        "front",
+    ),
+    (
         "render a.sample m.ply -o f --projection orthographic --fov 9",
         "fov",
     ),
@@ -205,6 +214,19 @@ const COMBINATIONS: &[(&str, &str)] = &[
     (
         "exemplar c.png -o x --search exact --candidates 9",
         "candidates",
+    ),
+    (
+        "import --reduce a.0of2 a.1of2 -o a.sample --downsample 2",
+        "downsample",
+    ),
+    (
+        "import --reduce a.0of2 a.1of2 -o a.sample --dtype f2",
+        "dtype",
+    ),
+    ("import a.zip -o a.sample --reduce 2", "reduce"),
+    (
+        "import a.zip -o a.0of2 --shard 0/2 --reduce a.1of2",
+        "shard|reduce",
     ),
     ("exemplar c.png -o x --tile --margin 2", "margin"),
     (
@@ -430,6 +452,8 @@ const NEIGHBORS: &[&str] = &[
     "render a.sample m.ply -o f --light-radius 2 --shadow-rays 4",
     "render a.sample m.ply -o f --sweep view-orbit --sweep-from 1 --camera-position 1,2,3 --camera-azimuth 9",
     "render a.sample m.ply -o f --camera-path p.json --camera-position 1,2,3 --camera-azimuth 9",
+    "render a.sample m.ply -o f --camera-path p.json --camera-position 1,2,3 --front x",
+    "render a.sample m.ply -o f --camera-position 1,2,3 --camera-target 1,0,3 --front x",
     "render a.sample m.ply -o f --projection orthographic --view-height 9",
     "bake-maps a.sample m.ply -o t --unwrap --light-azimuth 9 --weights inverse-angle",
     "knn a.space.npz -o a.knn.npz --candidates 9",
@@ -438,6 +462,8 @@ const NEIGHBORS: &[&str] = &[
     "synth s.npz k.npz --grid 9x9 -o y.map.ply --border wrap",
     "synth s.npz m.ply --method choosy -o y.faces.ply --sample a.sample --iterations 2",
     "run s.toml --until synth",
+    "import a.zip b.zip -o a.0of2 --shard 0/2 --downsample 2",
+    "import --reduce a.0of2 a.1of2 -o a.sample",
 ];
 
 fn words(line: &str) -> impl Iterator<Item = &str> {
@@ -480,6 +506,19 @@ fn options_with_an_effect_are_not() {
     }
 }
 
+/// The options that single methods of synthesis have, method by method.
+fn own_options() -> Vec<Vec<(&'static str, &'static str)>> {
+    let options = SynthesisOptions::default();
+    let of_method = |own: &dyn OwnOptions| {
+        let names = own.changed().into_iter().map(|(name, _)| ("synth", name));
+        names.collect()
+    };
+    options
+        .own_options()
+        .map(|(_, own)| of_method(own))
+        .collect()
+}
+
 /// The options of every rule, each with the command it belongs to.
 fn options_of_rules() -> Vec<(&'static str, &'static str)> {
     fn of<A>(command: &'static str, rules: &[Rule<A>]) -> Vec<(&'static str, &'static str)> {
@@ -488,11 +527,13 @@ fn options_of_rules() -> Vec<(&'static str, &'static str)> {
     }
     [
         of("bake", samples::BAKE),
+        of("import", samples::IMPORT),
         of("textons", samples::TEXTONS),
         of("knn", samples::KNN),
         of("exemplar", samples::EXEMPLAR),
         of("mesh", surfaces::MESH),
-        of("synth", synth::METHODS),
+        own_options().concat(),
+        of("synth", synth::SEARCHES),
         of("synth", synth::TARGETS),
         of("synth", synth::PRODUCTS),
         of("render", render::ATLAS),
@@ -526,6 +567,10 @@ fn every_rule_is_among_the_combinations() {
             .iter()
             .any(|(line, option)| line.starts_with(command) && rule.contains(option))
     };
+    for options in own_options() {
+        let names: Vec<&str> = options.iter().map(|(_, name)| *name).collect();
+        assert!(is_listed(&names, "synth"), "{names:?}");
+    }
     let lists: [(&str, Vec<&[&str]>); 4] = [
         (
             "render",
@@ -533,7 +578,7 @@ fn every_rule_is_among_the_combinations() {
         ),
         (
             "synth",
-            synth::METHODS.iter().map(|rule| rule.options).collect(),
+            synth::SEARCHES.iter().map(|rule| rule.options).collect(),
         ),
         (
             "synth",
@@ -548,5 +593,36 @@ fn every_rule_is_among_the_combinations() {
         for rule in rules {
             assert!(is_listed(rule, command), "{command}: {rule:?}");
         }
+    }
+}
+
+/// Options of commands that join parts, which have an effect on that.
+const OF_JOINING: [&str; 11] = [
+    "output",
+    "reduce",
+    "shard",
+    "report",
+    "montage",
+    "label-map",
+    "seed",
+    "threads",
+    "quiet",
+    "verbose",
+    "json",
+];
+
+#[test]
+fn what_joins_parts_takes_no_option_of_them() {
+    let root = CommandLine::command();
+    let rules = options_of_rules();
+    for command in ["bake", "import", "textons"] {
+        let of_command = root.find_subcommand(command).unwrap();
+        let missing: Vec<&str> = of_command
+            .get_arguments()
+            .filter_map(|argument| argument.get_long())
+            .filter(|option| !OF_JOINING.contains(option))
+            .filter(|option| !rules.contains(&(command, option)))
+            .collect();
+        assert!(missing.is_empty(), "{command}: {missing:?}");
     }
 }

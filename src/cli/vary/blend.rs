@@ -10,7 +10,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
 use crate::cli::vary::fields::{FieldOptions, Fields};
-use crate::cli::vary::inputs::{InputOptions, mask_of};
+use crate::cli::vary::inputs::InputOptions;
 use crate::cli::vary::product::{Made, OutputOptions};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -112,26 +112,16 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         // Read textures, masks and fields.
         let progress = session.progress();
-        let mut reader = self.inputs.reader();
-        let first = self.inputs.material(&self.first, &mut reader, progress)?;
-        let second = self.inputs.material(&self.second, &mut reader, progress)?;
-        first
-            .check_partner(&second)
-            .map_err(|error| error.in_file(&self.second))?;
-        let materials = [&first, &second];
-        let masks = self.masks.iter().zip(materials);
-        let masks = masks
-            .map(|(path, material)| mask_of(path, material, &mut reader))
-            .collect::<Result<Vec<_>>>()?;
-        let output = self.inputs.output(&first);
-        let fields = self
-            .fields
-            .read(output, self.outputs.tolerance(), &mut reader)?;
-        reader.finish(progress)?;
+        let wanted = (&self.fields, self.outputs.tolerance());
+        let masks: Vec<&PathBuf> = self.masks.iter().collect();
+        let textures = [&self.first, &self.second];
+        let varied = self.inputs.read((&textures, &masks), wanted, progress)?;
+        let (output, fields) = (varied.output, varied.fields);
+        let materials = [&varied.materials[0], &varied.materials[1]];
         // Blend.
         let work = Blend {
             materials,
-            masks: &masks,
+            masks: &varied.masks,
             fields: &fields,
             output,
         };

@@ -10,7 +10,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
 use crate::cli::vary::fields::FieldOptions;
-use crate::cli::vary::inputs::{InputOptions, mask_of};
+use crate::cli::vary::inputs::InputOptions;
 use crate::cli::vary::product::{Made, OutputOptions};
 use crate::error::Result;
 use crate::vary::distortion::{DistortionOptions, distorted};
@@ -63,27 +63,22 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         // Read texture, mask and fields.
         let progress = session.progress();
-        let mut reader = self.inputs.reader();
-        let material = self.inputs.material(&self.texture, &mut reader, progress)?;
-        let mask = self
-            .mask
-            .as_ref()
-            .map(|path| mask_of(path, &material, &mut reader));
-        let mask = mask.transpose()?;
-        let output = self.inputs.output(&material);
-        let fields = self
-            .fields
-            .read(output, self.outputs.tolerance(), &mut reader)?;
-        reader.finish(progress)?;
+        let wanted = (&self.fields, self.outputs.tolerance());
+        let masks: Vec<&PathBuf> = self.mask.iter().collect();
+        let varied = self
+            .inputs
+            .read((&[&self.texture], &masks), wanted, progress)?;
+        let (output, fields) = (varied.output, varied.fields);
+        let (material, mask) = (&varied.materials[0], varied.masks.first());
         let read = (&fields.transition, &fields.orientation);
         // Distort, the mask with the texture.
-        let texels = distorted(&material, read, &self.distortion, session.seed(), progress)?;
+        let texels = distorted(material, read, &self.distortion, session.seed(), progress)?;
         let label = |mask: &Array2<u8>, pixel: usize| {
             let texel = texels[pixel] as usize;
             mask[[texel / mask.ncols(), texel % mask.ncols()]]
         };
         let mask = mask.map(|mask| {
-            Array2::from_shape_fn(output, |(row, col)| label(&mask, row * output.1 + col))
+            Array2::from_shape_fn(output, |(row, col)| label(mask, row * output.1 + col))
         });
         // Write what was made.
         let made = Made {
@@ -96,6 +91,6 @@ impl Arguments {
             fields,
             way: "distort",
         };
-        self.outputs.write(&[&material], made, progress)
+        self.outputs.write(&[material], made, progress)
     }
 }

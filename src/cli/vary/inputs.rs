@@ -1,6 +1,6 @@
 //! The textures and masks that are varied.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ndarray::Array2;
@@ -9,6 +9,7 @@ use crate::btf::sample::Sample;
 use crate::cli::exemplar::controls::read_mask;
 use crate::cli::exemplar::option_values::AlphaOption;
 use crate::cli::exemplar::reading::ImageReader;
+use crate::cli::vary::fields::{FieldOptions, Fields};
 use crate::error::{Error, Result};
 use crate::format::image::{Orientation, SourceEncoding};
 use crate::progress::Progress;
@@ -31,6 +32,18 @@ pub struct InputOptions {
     pub compare_images: usize,
 }
 
+/// What is varied.
+pub struct Varied {
+    /// The textures, all of one size.
+    pub materials: Vec<Material>,
+    /// The masks of the first textures.
+    pub masks: Vec<Array2<u8>>,
+    /// Rows and columns of the result.
+    pub output: (usize, usize),
+    /// How it varies.
+    pub fields: Fields,
+}
+
 impl InputOptions {
     /// Refuses what no input could satisfy.
     pub fn check(&self) -> Result<()> {
@@ -44,13 +57,40 @@ impl InputOptions {
         }
     }
 
-    /// A reader of images and masks.
-    pub fn reader(&self) -> ImageReader {
-        ImageReader::new(Orientation::Upright, AlphaOption::Refuse, None)
+    /// Reads textures, their masks, and the fields of the output.
+    pub fn read(
+        &self,
+        (textures, masks): (&[&PathBuf], &[&PathBuf]),
+        (fields, tolerance): (&FieldOptions, f64),
+        progress: Progress<'_>,
+    ) -> Result<Varied> {
+        let mut reader = ImageReader::new(Orientation::Upright, AlphaOption::Refuse, None);
+        let mut materials: Vec<Material> = Vec::new();
+        for path in textures {
+            let material = self.material(path, &mut reader, progress)?;
+            if let Some(first) = materials.first() {
+                let checked = first.check_partner(&material);
+                checked.map_err(|error| error.in_file(path))?;
+            }
+            materials.push(material);
+        }
+        let masks = masks.iter().zip(&materials);
+        let masks = masks
+            .map(|(path, material)| mask_of(path, material, &mut reader))
+            .collect::<Result<_>>()?;
+        let output = self.output(&materials[0]);
+        let fields = fields.read(output, tolerance, &mut reader)?;
+        reader.finish(progress)?;
+        Ok(Varied {
+            materials,
+            masks,
+            output,
+            fields,
+        })
     }
 
     /// A texture: the folder of a sample, or an image.
-    pub fn material(
+    fn material(
         &self,
         path: &Path,
         reader: &mut ImageReader,
@@ -72,7 +112,7 @@ impl InputOptions {
     }
 
     /// Rows and columns of what is made of a texture.
-    pub fn output(&self, material: &Material) -> (usize, usize) {
+    fn output(&self, material: &Material) -> (usize, usize) {
         let grid = material.grid();
         let [width, height] = match self.size {
             None => [grid.width, grid.height],
@@ -83,7 +123,7 @@ impl InputOptions {
 }
 
 /// The mask of a texture; refused where every pixel has one label.
-pub fn mask_of(path: &Path, material: &Material, reader: &mut ImageReader) -> Result<Array2<u8>> {
+fn mask_of(path: &Path, material: &Material, reader: &mut ImageReader) -> Result<Array2<u8>> {
     let grid = material.grid();
     let mask = read_mask(path, [grid.width, grid.height], reader)?;
     let first = mask.first().copied().unwrap_or(0);

@@ -9,7 +9,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
 use crate::cli::vary::fields::FieldOptions;
-use crate::cli::vary::inputs::{InputOptions, mask_of};
+use crate::cli::vary::inputs::InputOptions;
 use crate::cli::vary::product::{Made, OutputOptions};
 use crate::error::{Error, Result};
 use crate::vary::canvas::extended;
@@ -75,16 +75,14 @@ impl Arguments {
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         // Read texture, mask and fields.
         let progress = session.progress();
-        let mut reader = self.inputs.reader();
-        let material = self.inputs.material(&self.texture, &mut reader, progress)?;
-        let source = mask_of(&self.mask, &material, &mut reader)?;
-        let output = self.inputs.output(&material);
-        let fields = self
-            .fields
-            .read(output, self.outputs.tolerance(), &mut reader)?;
-        reader.finish(progress)?;
+        let wanted = (&self.fields, self.outputs.tolerance());
+        let varied = self
+            .inputs
+            .read((&[&self.texture], &[&self.mask]), wanted, progress)?;
+        let (output, fields) = (varied.output, varied.fields);
+        let (material, source) = (&varied.materials[0], &varied.masks[0]);
         // Warp the mask.
-        let mut mask = extended(&source, material.tileable, output);
+        let mut mask = extended(source, material.tileable, output);
         for warp in &self.warp {
             progress.check()?;
             mask = warp.apply(&mask, &fields.transition)?;
@@ -104,7 +102,7 @@ impl Arguments {
         let texture = Texture {
             grid: material.grid(),
             numbers: &numbers,
-            mask: &source,
+            mask: source,
         };
         let work = Filtering {
             sources: &[texture],
@@ -124,6 +122,6 @@ impl Arguments {
             fields,
             way: "warp",
         };
-        self.outputs.write(&[&material], made, progress)
+        self.outputs.write(&[material], made, progress)
     }
 }

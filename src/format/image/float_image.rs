@@ -44,6 +44,18 @@ pub struct FloatImage {
 }
 
 impl FloatImage {
+    /// A grey image of linear floats, `data` row by row.
+    pub fn gray(width: u32, height: u32, data: Vec<f32>) -> Self {
+        Self {
+            width,
+            height,
+            channels: 1,
+            data,
+            encoding: Encoding::Linear,
+            precision: Precision::Float,
+        }
+    }
+
     /// One number.
     pub fn get(&self, row: u32, col: u32, channel: u32) -> f32 {
         let texel = row as usize * self.width as usize + col as usize;

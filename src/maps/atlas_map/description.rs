@@ -10,10 +10,10 @@ use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::json;
 use crate::format::own_folder::is_plain_name;
+use crate::format::polygon_mesh::FARTHEST;
 use crate::grid::TexelGrid;
 use crate::maps::header::{LONGEST, is_method_name};
 use crate::mesh::atlas::MOST_TEXELS;
-use crate::mesh::origin::FARTHEST;
 
 /// The file's name.
 pub const DESCRIPTION: &str = "atlas.json";
@@ -49,11 +49,18 @@ pub struct Description {
     pub seed: u64,
     /// The method, as `--method` names it.
     pub method: String,
+    /// Rounds of polish that ended it; absent where there were none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub polish: u32,
     /// Where the atlas comes from, and what its files are.
     #[serde(flatten)]
     pub ids: AtlasIds,
     /// The images of the folder.
     pub channels: Vec<ChannelFile>,
+}
+
+fn is_zero(rounds: &u32) -> bool {
+    *rounds == 0
 }
 
 /// The ids of what an atlas was made of, and of its files.

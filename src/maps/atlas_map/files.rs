@@ -15,7 +15,7 @@ use crate::maps::atlas_map::description::{
     AtlasIds, ChannelFile, DESCRIPTION, Description, FORMAT, VERSION,
 };
 use crate::maps::atlas_map::map::AtlasMap;
-use crate::maps::atlas_map::surface::{self, SURFACE, Surface};
+use crate::maps::atlas_map::surface::{self, SURFACE, SurfaceFile};
 use crate::maps::header::MapHeader;
 
 const COORDS: &str = "coords.npy";
@@ -49,6 +49,7 @@ impl AtlasMap {
             origin: self.header.origin.to_array(),
             seed: self.header.seed,
             method: self.header.method.clone(),
+            polish: self.header.polish,
             ids: AtlasIds {
                 sample: self.header.sample.clone(),
                 space: self.header.space.clone(),
@@ -137,6 +138,7 @@ impl AtlasMap {
                 origin: DVec3::from_array(description.origin),
                 seed: description.seed,
                 method: description.method,
+                polish: description.polish,
                 sample: description.ids.sample,
                 space: description.ids.space,
             },
@@ -183,7 +185,7 @@ impl AtlasMap {
 
     /// Refuses numbers that no atlas has.
     fn check(&self) -> Result<()> {
-        Surface::check(self)?;
+        SurfaceFile::check(self)?;
         // Check each texel: a coordinate inside charts, none outside.
         let [width, height] = self.header.exemplar.map(|side| side as f32);
         let columns = self.width as usize;

@@ -14,8 +14,8 @@ use crate::error::{Error, Result};
 use crate::format::id::ContentId;
 use crate::format::npy::Element;
 use crate::format::npz;
+use crate::format::polygon_mesh::FARTHEST;
 use crate::maps::atlas_map::map::AtlasMap;
-use crate::mesh::origin::FARTHEST;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 /// The file's name.
@@ -26,7 +26,7 @@ const FORMAT: &str = "mesotex-atlas-surface";
 const VERSION: u32 = 1;
 
 /// What the file holds; per texel row by row.
-pub(super) struct Surface {
+pub(super) struct SurfaceFile {
     pub(super) mesh: TriangleMesh,
     pub(super) vertex_normals: Vec<Vec3>,
     pub(super) corner_uvs: Vec<[Vec2; 3]>,
@@ -88,7 +88,7 @@ where
 }
 
 /// Reads the file of a folder whose atlas has these sides; `wanted` is the id that the atlas states.
-pub(super) fn read(path: &Path, sides: [usize; 2], wanted: &ContentId) -> Result<Surface> {
+pub(super) fn read(path: &Path, sides: [usize; 2], wanted: &ContentId) -> Result<SurfaceFile> {
     let mut file = npz::Reader::open(path)?;
     check_meta(&mut file, wanted)?;
     // Read what holds per texel.
@@ -111,7 +111,7 @@ pub(super) fn read(path: &Path, sides: [usize; 2], wanted: &ContentId) -> Result
     let corners = shaped(&file, "triangles", corners, &[triangles, 3])?;
     let uvs = array::<f32, Ix3>(&mut file, "corner_uvs", &[triangles, 3, 2])?;
     let chart_of = array::<u32, Ix1>(&mut file, "triangle_chart", &[triangles])?;
-    Ok(Surface {
+    Ok(SurfaceFile {
         mesh: TriangleMesh {
             positions: vectors(&vertices),
             triangles: corners
@@ -177,7 +177,7 @@ fn vectors(numbers: &[f32]) -> Vec<Vec3> {
     numbers.chunks_exact(3).map(Vec3::from_slice).collect()
 }
 
-impl Surface {
+impl SurfaceFile {
     /// Refuses a mesh that is none, and texels whose surface is none.
     pub(super) fn check(map: &AtlasMap) -> Result<()> {
         check_mesh(map)?;

@@ -74,6 +74,7 @@ pub(crate) fn square() -> AtlasMap {
             texel: 1.0 / 3.0,
             seed: 7,
             method: "coherent".into(),
+            polish: 1,
             sample: id.clone(),
             space: id,
         },

@@ -1,4 +1,4 @@
-//! Triangles turned so that neighbours face the same way; edges cut where that cannot be.
+//! Triangles flipped so that neighbours face the same way; edges cut where that is impossible.
 
 use glam::Vec3;
 

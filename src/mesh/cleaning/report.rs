@@ -1,10 +1,10 @@
 //! What cleaning changed.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// What cleaning changed, in numbers.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub struct RepairReport {
     /// Vertices at the place of an earlier one, made one with it.
     pub welded_vertices: usize,
@@ -37,8 +37,8 @@ pub struct RepairReport {
 }
 
 /// A component of which triangles were turned to face one way.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub struct TurnedComponent {
     /// Its triangles.
     pub triangles: usize,

@@ -2,7 +2,7 @@
 //! greatest Σ cos((θ_i − φ_ij) − (θ_j − φ_ji)) over the edges, where φ_ij is the angle of the edge in the
 //! tangent plane of vertex i.
 //!
-//! In: a field to start from and what it should heed. Out: unit vectors. The sum has many local maxima; the
+//! In: a field to start from and its constraints. Out: unit vectors. The sum has many local maxima; the
 //! one that the start leads to is found.
 //!
 //! Each step turns one vertex. With all others held, its terms are |S| cos(θ_i − arg S), where S sums the neighbours'

@@ -124,7 +124,7 @@ pub struct Guide {
 
 /// The user's surface while its field is being made.
 #[derive(Clone, Copy)]
-pub struct Canvas<'a> {
+pub struct GuidedSurface<'a> {
     /// The mesh and what came with it.
     pub user: &'a UserMesh,
     /// Its rings.
@@ -137,7 +137,7 @@ pub struct Canvas<'a> {
 
 /// The field of a user's mesh under all that guides it.
 pub fn guided_field(
-    canvas: Canvas<'_>,
+    surface: GuidedSurface<'_>,
     options: &GuideOptions,
     seed: u64,
     progress: Progress<'_>,
@@ -145,39 +145,39 @@ pub fn guided_field(
     options.validate()?;
     // Gather the constraints; the first that speaks of a vertex counts.
     let mut constraints = FieldConstraints::default();
-    let count = canvas.user.mesh.positions.len();
+    let count = surface.user.mesh.positions.len();
     let mut said = vec![false; count];
-    canvas.add_property(&mut constraints, &mut said)?;
+    surface.add_property(&mut constraints, &mut said)?;
     if let Some(path) = &options.guide {
-        canvas.add_file(path, &mut constraints, &mut said)?;
+        surface.add_file(path, &mut constraints, &mut said)?;
     }
     if let Some(path) = &options.keys {
-        canvas.add_keys(path, &mut constraints, &mut said)?;
+        surface.add_keys(path, &mut constraints, &mut said)?;
     }
     if let Some(direction) = &options.direction {
-        canvas.add_direction(direction, &mut constraints, &mut said);
+        surface.add_direction(direction, &mut constraints, &mut said);
     }
     if options.align == Alignment::Uv {
-        canvas.add_uvs(&mut constraints, &mut said)?;
+        surface.add_uvs(&mut constraints, &mut said)?;
     }
     // Solve for the field.
     let mut field = orientation_field(
-        &canvas.user.mesh,
-        canvas.rings,
+        &surface.user.mesh,
+        surface.rings,
         &constraints,
         seed,
         progress,
     )?;
     if options.align == Alignment::Curvature {
-        field = canvas.lean_on_curvature(field, &mut constraints, seed, progress)?;
+        field = surface.lean_on_curvature(field, &mut constraints, seed, progress)?;
     }
     match options.energy {
         FieldEnergy::Dirichlet => Ok(field),
-        FieldEnergy::Cosine => canvas.improve_cosines(&field, &constraints, progress),
+        FieldEnergy::Cosine => surface.improve_cosines(&field, &constraints, progress),
     }
 }
 
-impl Canvas<'_> {
+impl GuidedSurface<'_> {
     fn constrain(
         &self,
         vertex: usize,

@@ -39,7 +39,7 @@ pub struct Constraint {
     pub angle: f64,
 }
 
-/// What the field should heed.
+/// Directions that constrain the field.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FieldConstraints {
     /// Directions taken exactly.

@@ -97,7 +97,7 @@ impl Multigrid {
             let unknown = unknown as usize;
             x[unknown] = b[unknown] / matrix.diagonal[unknown];
         }
-        // The finest levels are dear: they are passed once, the coarse ones twice (a W-cycle).
+        // The finest levels cost most: they are visited once, the coarse ones twice (a W-cycle).
         for _ in 0..if number == 0 { 1 } else { 2 } {
             matrix.apply(&x, &mut spare);
             spare.iter_mut().zip(b).for_each(|(ax, b)| *ax = *b - *ax);

@@ -1,5 +1,4 @@
-//! What came with a mesh, carried onto its retiling: texture coordinates, wanted orientations, factors and
-//! turns.
+//! The properties of a mesh, transferred to its retiling: texture coordinates, orientations, scales and rotations.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! A triangle mesh that can be cut and mended in place: split, collapse and flip an edge.
+//! A triangle mesh whose edges can be split, collapsed and flipped in place.
 //!
 //! Half-edge 3·t + k runs from corner k of triangle t to corner k + 1. Every operation keeps the
 //! surface's topology (components, boundaries, genus); one that would not is refused.

@@ -14,7 +14,7 @@ use crate::mesh::retile::edge_operations::EditMesh;
 use crate::mesh::retile::even_valence::{self, Split};
 use crate::mesh::topology::{NONE, find, join, next};
 
-/// Rounds of closed chains and of the open ones that mend what they left odd.
+/// Rounds of closed chains and of the open ones that make even what they left odd.
 const ROUNDS: usize = 4;
 /// States a search may have: vertices times the parities of all walks.
 const MOST_STATES: usize = 1 << 25;

@@ -1,8 +1,8 @@
 //! What retiling must not smooth away: boundaries, creases sharper than an angle, and the points
 //! where they end, meet or turn.
 //!
-//! All of it at a scale: on a coarse level of a pyramid a crease shorter than a few edges is no
-//! line, and a jagged border is straight when it is straight over an edge's length.
+//! Features depend on scale. On a coarse level of a pyramid a crease shorter than a few edges is ignored, and a jagged
+//! border counts as straight if it is straight over the length of an edge.
 
 use glam::Vec3;
 
@@ -16,7 +16,7 @@ use crate::mesh::triangle_mesh::TriangleMesh;
 const SHORTEST: f32 = 4.0;
 
 /// The lines of a surface, and what they ask of its vertices.
-pub struct Features {
+pub struct SharpFeatures {
     /// Half-edges on a boundary or crease.
     pub sharp: Vec<bool>,
     /// Per vertex its freedom.
@@ -25,7 +25,7 @@ pub struct Features {
     segments: Option<SurfaceBvh>,
 }
 
-impl Features {
+impl SharpFeatures {
     /// Finds boundaries, edges whose triangles turn by more than `crease` radians, and corners:
     /// vertices where a line ends, meets another, or itself turns by more than `crease`. Half-edges that
     /// `lines` names (none, if empty) are lines as well.

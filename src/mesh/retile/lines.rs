@@ -168,7 +168,7 @@ impl<'a> Lines<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::retile::features::Features;
+    use crate::mesh::retile::features::SharpFeatures;
     use crate::mesh::shapes;
 
     #[test]
@@ -179,7 +179,7 @@ mod tests {
             mesh.positions[vertex].y -= 0.6;
         }
         let fixed = |edge: f32| {
-            let features = Features::at_scale(&mesh, |_| true, 0.7, edge);
+            let features = SharpFeatures::at_scale(&mesh, |_| true, 0.7, edge);
             let is_fixed = |&v: &usize| features.freedom[v] == Freedom::Fixed;
             (0..mesh.positions.len())
                 .filter(is_fixed)
@@ -196,7 +196,7 @@ mod tests {
             mesh.positions[vertex].z = 1.5;
         }
         let creased = |edge: f32| {
-            let features = Features::at_scale(&mesh, |_| true, 0.7, edge);
+            let features = SharpFeatures::at_scale(&mesh, |_| true, 0.7, edge);
             features.freedom[10 * 21 + 10] != Freedom::Surface
         };
         assert!(creased(0.0) && creased(0.5) && !creased(10.0));

@@ -2,7 +2,7 @@
 //!
 //! In: a manifold mesh. Out: another on the same surface, with the same components, boundaries and
 //! genus; boundaries and creases keep their lines and corners. Deviation: where Turk repels random
-//! points and re-triangulates, edges are split, collapsed and turned in place and vertices relaxed
+//! points and re-triangulates, edges are split, collapsed and flipped in place and vertices relaxed
 //! (Botsch and Kobbelt 2004), which keeps the topology by construction.
 
 pub(crate) mod carrying;
@@ -19,7 +19,7 @@ pub(crate) mod relax;
 use crate::error::{Error, Result};
 use crate::mesh::retile::edge_operations::EditMesh;
 use crate::mesh::retile::even_walks::make_even;
-use crate::mesh::retile::features::Features;
+use crate::mesh::retile::features::SharpFeatures;
 use crate::mesh::retile::needle::Needle;
 use crate::mesh::retile::relax::ReferenceSurface;
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -158,7 +158,7 @@ impl<'a> Retiler<'a> {
     /// Keeps the lines that are such at the scale of edges of length `edge`.
     fn forget_small_features(&mut self, edge: f32) {
         let (mesh, known) = (self.edited.finish(), &self.edited.sharp);
-        let features = Features::at_scale(
+        let features = SharpFeatures::at_scale(
             &mesh,
             |half_edge| known[half_edge],
             self.target.crease,

@@ -2,7 +2,7 @@
 //!
 //! The long edges of a needle of length L and width w are cut into many pieces while its area asks
 //! for few vertices. Each cut leaves thinner needles, so that the pieces grow faster than L.
-//! [`Retiler`](super::Retiler) stops cutting in time and says which vertex is odd.
+//! [`Retiler`](super::Retiler) stops cutting in time and names the outlying vertex.
 
 use glam::Vec3;
 

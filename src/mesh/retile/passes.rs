@@ -1,5 +1,5 @@
 //! The three passes that make edges alike (Botsch and Kobbelt 2004 §4): split the long, collapse
-//! the short, turn those that leave vertices with too many or too few neighbours.
+//! the short, flip those that leave vertices with too many or too few neighbours.
 
 use glam::Vec3;
 

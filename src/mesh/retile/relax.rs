@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::mesh::retile::edge_operations::{EditMesh, Freedom};
-use crate::mesh::retile::features::Features;
+use crate::mesh::retile::features::SharpFeatures;
 use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
@@ -18,7 +18,7 @@ pub struct ReferenceSurface {
     /// Its triangles.
     pub tree: SurfaceBvh,
     /// Its lines.
-    pub features: Features,
+    pub features: SharpFeatures,
     /// The angle of a crease, radians.
     pub crease: f64,
 }
@@ -33,7 +33,7 @@ impl ReferenceSurface {
     pub fn along(mesh: &TriangleMesh, crease: f64, lines: &[bool]) -> Self {
         Self {
             tree: SurfaceBvh::new(mesh),
-            features: Features::find(mesh, crease, lines),
+            features: SharpFeatures::find(mesh, crease, lines),
             crease,
         }
     }

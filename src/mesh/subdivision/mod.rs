@@ -7,7 +7,7 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`quad_mesh`] | how quadrilaterals hang together |
+//! | [`quad_mesh`] | how quadrilaterals are connected |
 //! | [`quad_faces`] | the quadrilateral faces of a user's mesh |
 //! | [`catmull_clark`] | the rules of Catmull and Clark |
 //! | [`refinement`] | several steps, and the cells of a control face |

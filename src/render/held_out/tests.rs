@@ -8,9 +8,8 @@ use clap::ValueEnum;
 use super::*;
 use crate::btf::direction::Direction;
 use crate::btf::direction_set::DirectionSet;
-use crate::btf::sample::{DType, Description, FORMAT, Layout, VERSION};
+use crate::btf::sample::{Description, Layout};
 use crate::btf::writer::SampleWriter;
-use crate::format::id::ContentId;
 
 /// A sample of 20 × 15 texels whose value is `value(view, light, texel)` times the light's cosine over π.
 fn sample(
@@ -20,25 +19,13 @@ fn sample(
 ) -> Sample {
     let directions = |count| DirectionSet::Fibonacci(count).directions().unwrap();
     let description = Description {
-        format: FORMAT.into(),
-        version: VERSION,
-        name: "test".into(),
-        width: 20,
-        height: 15,
-        channels: 3,
-        dtype: DType::F4,
-        texel_mm: None,
         layout: if pairs.is_some() {
             Layout::Pairs
         } else {
             Layout::Product
         },
-        views: directions(12),
-        lights: directions(30),
         pairs,
-        tileable: false,
-        id: ContentId::of_bytes(b""),
-        source: serde_json::Value::Null,
+        ..Description::product("test", [20, 15], directions(12), directions(30))
     };
     let target = folder.join("x.sample");
     let mut writer = SampleWriter::create(&target, description.clone()).unwrap();

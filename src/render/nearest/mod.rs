@@ -4,8 +4,7 @@
 //! Directions within [`SAME_DIRECTION`](crate::btf::direction::SAME_DIRECTION) of each other count as one, the first; a wanted direction
 //! that close to a sampled one gives it all the weight. Two weightings:
 //!
-//! - `inverse-angle`, the paper's: the 4 nearest by angle d, w = 1/d. A change of the nearest four
-//!   is a jump.
+//! - `inverse-angle`, the paper's: the 4 nearest by angle d, w = 1/d. The blend jumps where the nearest four change.
 //! - `continuous`: all with d < R = 1.05 · d₅ (the 5th nearest), with the nearness
 //!   b = ((R − d)/(R d))² and the weights of a linear [`fit`], none below 0: what changes linearly from
 //!   direction to direction is reproduced, and a direction enters and leaves with weight 0. Lights

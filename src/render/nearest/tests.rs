@@ -1,4 +1,4 @@
-//! The fast weights against the contract's sentence, read literally in double precision.
+//! The fast weights against their definition, computed directly in double precision.
 
 use std::f64::consts::PI;
 

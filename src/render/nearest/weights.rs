@@ -9,11 +9,11 @@ use crate::btf::direction::{Direction, SAME_DIRECTION};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Weighting {
-    /// A linear fit to the directions nearer than 1.05 times the 5th nearest; values are scaled by the ratio of the
+    /// A linear fit to the directions within 1.05 times the angle of the 5th nearest; values are scaled by the ratio of the
     /// lights' cosines, at most 2. Sweeps are smooth.
     #[default]
     Continuous,
-    /// A quadratic fit to the directions nearer than 1.05 times the 10th nearest: closer to the truth
+    /// A quadratic fit to the directions within 1.05 times the angle of the 10th nearest: closer to the truth
     /// between the directions, for about six times the reads. Not for scattered pairs.
     Quadratic,
     /// The 4 nearest views and the 4 nearest lights by inverse angle, exactly as in Tong et al. 2002.

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use glam::DVec3;
 use serde::Serialize;
 
 use crate::error::Error;
 use crate::error::Result;
-use crate::render::azimuth::Axis;
+use crate::render::azimuth::{Axis, is_along};
 use crate::render::option_values::{Point, ProjectionKind};
 use crate::render::options::ranges::{ANGLES, FARTHEST, Plain, check_numbers};
 
@@ -87,6 +88,15 @@ impl CameraOptions {
             Some(mm) => 2.0 * (12.0 / mm).atan(),
             None => self.fov.to_radians(),
         }
+    }
+
+    /// Whether a camera at the stated position looks straight up or down at `target`: what is up in its image then depends on
+    /// the front.
+    pub fn looks_along_up(&self, target: [f64; 3]) -> bool {
+        self.camera_position.is_some_and(|position| {
+            let towards = DVec3::from_array(position.0) - DVec3::from_array(target);
+            is_along(self.up.vector(), towards)
+        })
     }
 
     /// Refuses values that no camera can have.

@@ -48,7 +48,7 @@ pub struct FileOptions {
     /// as #RRGGBB.
     #[arg(long, value_name = "GREY|COLOR", default_value_t = FileOptions::default().background)]
     pub background: Background,
-    /// A moving preview.
+    /// A moving preview of all frames, beside the contact sheet.
     #[arg(long, value_enum, default_value_t)]
     pub animation: Animation,
     /// Memory in MiB for the copy of the sample that shading reads, coarser levels included; what is more is kept in

@@ -8,7 +8,7 @@
 //! | --- | --- |
 //! | [`relief`] | the surface, and the height that every view sees at every texel |
 //! | [`reads`] | the texels that a blend reads |
-//! | [`patches`] | how far the patch of a map that is copied coherently goes on round a vertex |
+//! | [`patches`] | how far a coherent patch of a map continues round a vertex |
 //! | [`trial`] | whether it helps: views left out and predicted from the others |
 //! | [`decision`] | on or off, and why |
 

@@ -41,7 +41,7 @@ pub struct Place {
     pub reach: f32,
 }
 
-/// Reads, and working memory to find them; one a task.
+/// Reads, and working memory to find them; one per task.
 #[derive(Debug, Default)]
 pub struct ReadList {
     reads: Vec<Read>,

@@ -1,7 +1,7 @@
 //! The surface of a sample, and the height that each of its views sees at every texel.
 //!
 //! A view v sees through the texel at c of the plane z = 0 the first point of the surface on the line
-//! c + z·(v_x, v_y)/v_z. Its height z says all: where the point lies, and at which texel another view shows it.
+//! c + z·(v_x, v_y)/v_z. Its height z determines where the point lies, and at which texel another view shows it.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;

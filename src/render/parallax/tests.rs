@@ -199,6 +199,7 @@ fn cut_map(cells: u32, cut: u32) -> SurfaceTextonMap {
             origin: DVec3::ZERO,
             seed: 0,
             method: "k-coherence".into(),
+            polish: 0,
             sample: ContentId::of_bytes(b""),
             space: ContentId::of_bytes(b""),
         },

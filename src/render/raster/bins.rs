@@ -1,5 +1,4 @@
-//! Which triangles touch which tile: lists built in parallel, in the triangles' order, those that
-//! face the camera apart from those that turn their back.
+//! Which triangles touch which tile: lists built in parallel, in the triangles' order, those that face the camera apart from those that face away.
 
 use rayon::prelude::*;
 

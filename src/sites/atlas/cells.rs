@@ -10,14 +10,14 @@ const STEPS: u16 = u16::MAX;
 /// One sample of one site: a cell and a place in it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct PackedSample {
-    /// Index into [`CellStencils::cells`], or [`PackedSample::OUTSIDE`]'s.
+pub struct CellSample {
+    /// Index into [`CellStencils::cells`], or [`CellSample::OUTSIDE`]'s.
     pub cell: u32,
     /// How far the sample lies to the right and down from the cell's first site, in 1/65535.
     pub place: [u16; 2],
 }
 
-impl PackedSample {
+impl CellSample {
     /// A sample beyond the surface.
     pub const OUTSIDE: Self = Self {
         cell: u32::MAX,
@@ -69,7 +69,7 @@ pub struct CellStencils {
     /// The sites of each cell.
     pub cells: Arc<Vec<[u32; 4]>>,
     /// Site after site, `samples_per_site` each, in the template's order.
-    pub samples: Vec<PackedSample>,
+    pub samples: Vec<CellSample>,
 }
 
 impl CellStencils {
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn corners_are_sites_and_all_else_is_blended() {
         let cells = [[5, 6, 7, 8]];
-        let locate = |place| PackedSample::new(0, place).locate(&cells);
+        let locate = |place| CellSample::new(0, place).locate(&cells);
         assert_eq!(locate([0.0, 0.0]), SampleLocation::AtSite(5));
         assert_eq!(locate([1.0, 0.0]), SampleLocation::AtSite(6));
         assert_eq!(locate([0.0, 1.0]), SampleLocation::AtSite(7));
@@ -100,9 +100,6 @@ mod tests {
         for (weight, expected) in weights.iter().zip([0.375, 0.125, 0.375, 0.125]) {
             assert!((weight - expected).abs() < 1e-4);
         }
-        assert_eq!(
-            PackedSample::OUTSIDE.locate(&cells),
-            SampleLocation::Outside
-        );
+        assert_eq!(CellSample::OUTSIDE.locate(&cells), SampleLocation::Outside);
     }
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::cells::{CellStencils, PackedSample};
+use super::cells::{CellSample, CellStencils};
 use super::level_cells::LevelCells;
 use super::neighbors::{NeighborCollector, PackedNeighbor};
 use super::texels::LevelTexels;
@@ -49,7 +49,7 @@ pub struct LevelSamples {
 #[derive(Default)]
 pub struct SiteBlock {
     sites: Vec<u32>,
-    samples: Vec<PackedSample>,
+    samples: Vec<CellSample>,
     neighbors: Vec<PackedNeighbor>,
     /// Where the neighbours of each site end.
     ends: Vec<u32>,
@@ -72,11 +72,11 @@ impl SiteBlock {
             let sample = match point {
                 _ if *offset == glam::Vec2::ZERO => cells.at_site(site),
                 Some(point) => cells.sample(&point),
-                None => PackedSample::OUTSIDE,
+                None => CellSample::OUTSIDE,
             };
             self.samples.push(sample);
             match sample {
-                PackedSample::OUTSIDE => self.counts.outside += 1,
+                CellSample::OUTSIDE => self.counts.outside += 1,
                 _ => self.counts.valued += 1,
             }
             if window.neighbors {
@@ -132,7 +132,7 @@ pub fn join(
     let (count, per_site) = (level.texels.len(), window.template.positions.len());
     let starts = starts(&blocks, count)?;
     let mut counts = AtlasCounts::default();
-    let mut samples = vec![PackedSample::OUTSIDE; count * per_site];
+    let mut samples = vec![CellSample::OUTSIDE; count * per_site];
     let mut neighbors = vec![PackedNeighbor::default(); starts[count] as usize];
     // Copy block after block to its sites.
     for block in blocks {

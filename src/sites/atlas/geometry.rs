@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::mesh::atlas::Atlas;
 use crate::mesh::connection::Connection;
-use crate::mesh::field::guides::{Canvas, GuideOptions};
+use crate::mesh::field::guides::{GuideOptions, GuidedSurface};
 use crate::mesh::frame::Frame;
 use crate::mesh::reading::{UserMesh, varying};
 use crate::mesh::rings::Rings;
@@ -43,13 +43,13 @@ impl<'a> Geometry<'a> {
         let topology = Topology::new(&user.mesh.triangles);
         let rings = Rings::new(&user.mesh, &topology);
         let tree = SurfaceBvh::new(&user.mesh);
-        let canvas = Canvas {
+        let surface = GuidedSurface {
             user,
             rings: &rings,
             tree: &tree,
             texel,
         };
-        let angles = guided_angles(canvas, guides, seed, progress)?;
+        let angles = guided_angles(surface, guides, seed, progress)?;
         let connection = Connection::new(&rings, &angles);
         progress.advance(1)?;
         progress.end();

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::{DMat2, DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::cells::{PackedSample, bilinear};
+use super::cells::{CellSample, bilinear};
 use super::geometry::Geometry;
 use super::texels::LevelTexels;
 use crate::error::Result;
@@ -162,25 +162,25 @@ impl<'a> LevelCells<'a> {
     }
 
     /// The sample at a surface point.
-    pub fn sample(&self, point: &SurfacePoint) -> PackedSample {
+    pub fn sample(&self, point: &SurfacePoint) -> CellSample {
         let place = self.level.points.place(self.geometry.atlas.uv(point));
         let chart = self.geometry.atlas.chart_of[point.triangle as usize];
         let Some(cell) = self.cell_at(place, chart) else {
             // A part of the chart between texels' centres.
             let nearest = self.across.nearest_texel(point);
-            return nearest.map_or(PackedSample::OUTSIDE, |texel| {
+            return nearest.map_or(CellSample::OUTSIDE, |texel| {
                 self.at_site(self.level.sites[texel] as usize)
             });
         };
         let flat = place - place.floor();
         let place = self.place_in_cell(cell, point.position, flat);
-        PackedSample::new(cell as u32, place.to_array().map(snapped))
+        CellSample::new(cell as u32, place.to_array().map(snapped))
     }
 
     /// The sample on a site.
-    pub fn at_site(&self, site: usize) -> PackedSample {
-        self.cell_from(site).map_or(PackedSample::OUTSIDE, |cell| {
-            PackedSample::new(cell as u32, [0.0; 2])
+    pub fn at_site(&self, site: usize) -> CellSample {
+        self.cell_from(site).map_or(CellSample::OUTSIDE, |cell| {
+            CellSample::new(cell as u32, [0.0; 2])
         })
     }
 

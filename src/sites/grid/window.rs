@@ -1,5 +1,5 @@
 //! The samples round the sites of a flat grid. All coincide with sites, and sites as far from the
-//! borders see them at the same steps: a list for every such kind of site instead of one a site.
+//! borders see them at the same steps: a list for every such kind of site instead of one per site.
 
 use crate::sites::level::{Neighbor, SampleLocation};
 

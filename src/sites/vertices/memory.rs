@@ -126,7 +126,7 @@ mod tests {
                 ..SurfaceOptions::default()
             };
             let surface = prepare(&user, &options, None, Progress::silent()).unwrap();
-            let sites = &surface.hierarchy.levels[0];
+            let sites = &surface.levels[0].sites;
             let found: usize = (0..sites.areas.len())
                 .map(|site| sites.neighbors.row(site).len())
                 .sum();

@@ -1,7 +1,7 @@
 //! The vertices of a mesh as sites: patches round every vertex, sampled once for any exemplar, on every
 //! level of a pyramid of retiled meshes (Tong 2002 §5.1).
 //!
-//! In: a [user's mesh](crate::mesh::reading::UserMesh). Out: a [`surface::Surface`], kept in a
+//! In: a [user's mesh](crate::mesh::reading::UserMesh). Out: a [`PreparedSurface`](prepared_surface::PreparedSurface), kept in a
 //! [`cache`] beside the mesh.
 //!
 //! | file | what it does |
@@ -20,7 +20,7 @@ pub(crate) mod distortion;
 pub(crate) mod memory;
 mod parents;
 pub mod patches;
-mod prepared_surface;
+pub(crate) mod prepared_surface;
 pub(crate) mod sampling;
 pub mod stencil;
 pub mod stretch;

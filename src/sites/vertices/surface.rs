@@ -8,11 +8,9 @@ use std::path::Path;
 use glam::Vec3;
 use rayon::prelude::*;
 
-pub use crate::sites::vertices::prepared_surface::Surface;
-
 use crate::error::Result;
 use crate::mesh::connection::Connection;
-use crate::mesh::field::guides::{Canvas, GuideOptions, guided_field};
+use crate::mesh::field::guides::{GuideOptions, GuidedSurface, guided_field};
 use crate::mesh::reading::UserMesh;
 use crate::mesh::retile::Retiler;
 use crate::mesh::retile::relax::ReferenceSurface;
@@ -22,11 +20,14 @@ use crate::mesh::topology::Topology;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::neighborhood::Template;
 use crate::progress::Progress;
-use crate::sites::level::SiteHierarchy;
+use crate::sites::level::Parent;
 use crate::sites::vertices::VertexSites;
 use crate::sites::vertices::cache;
 use crate::sites::vertices::parents;
 use crate::sites::vertices::patches::Patches;
+use crate::sites::vertices::prepared_surface::{PreparedSurface, SurfaceLevel};
+use crate::sites::vertices::sampling::SampleCounts;
+use crate::sites::vertices::stencil::PatchStencils;
 use crate::sites::vertices::surface_options::{SurfaceOptions, warn_of_texel};
 
 /// One level while it is being prepared.
@@ -34,6 +35,9 @@ struct LevelGeometry {
     mesh: TriangleMesh,
     rings: Rings,
     connection: Connection,
+    /// Mesh units per texel where the scale is 1.
+    texel: f32,
+    /// Per vertex the mesh units per texel, its scale included.
     texels: Vec<f32>,
 }
 
@@ -45,7 +49,7 @@ pub fn prepare(
     options: &SurfaceOptions,
     cache: Option<&Path>,
     progress: Progress<'_>,
-) -> Result<Surface> {
+) -> Result<PreparedSurface> {
     options.validate()?;
     let Some(folder) = cache else {
         return prepare_afresh(user, options, progress);
@@ -69,7 +73,7 @@ fn prepare_afresh(
     user: &UserMesh,
     options: &SurfaceOptions,
     progress: Progress<'_>,
-) -> Result<Surface> {
+) -> Result<PreparedSurface> {
     let texel = options.texel_on(&user.mesh)?;
     warn_of_texel(&user.mesh, texel, progress);
     progress.check()?;
@@ -112,21 +116,24 @@ fn oriented_levels(
     let mut levels: Vec<LevelGeometry> = Vec::with_capacity(meshes.len());
     for (number, mesh) in meshes.into_iter().enumerate() {
         progress.check()?;
+        // Find the tangent planes.
         let rings = Rings::new(&mesh, &Topology::new(&mesh.triangles));
         progress.check()?;
+        // Find the directions: of the finest level the field, of others what it has there.
         let (angles, scales) = match levels.first() {
             None => {
-                let canvas = Canvas {
+                let surface = GuidedSurface {
                     user,
                     rings: &rings,
                     tree,
                     texel,
                 };
-                let angles = guided_angles(canvas, &options.guides(), options.seed, progress)?;
+                let angles = guided_angles(surface, &options.guides(), options.seed, progress)?;
                 (angles, user.scale.clone())
             }
             Some(first) => carried_down(&mesh, &rings, first, user.scale.as_deref(), tree),
         };
+        // Scale the texel.
         let level_texel = (texel * f64::from(1u32 << number)) as f32;
         let texels = match scales {
             Some(scales) => scales.iter().map(|scale| scale * level_texel).collect(),
@@ -136,6 +143,7 @@ fn oriented_levels(
             connection: Connection::new(&rings, &angles),
             rings,
             mesh,
+            texel: level_texel,
             texels,
         });
     }
@@ -144,13 +152,13 @@ fn oriented_levels(
 
 /// The angles of the finest frames: the field, rotated by the user's rotation.
 pub fn guided_angles(
-    canvas: Canvas<'_>,
+    surface: GuidedSurface<'_>,
     guides: &GuideOptions,
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<Vec<f64>> {
-    let mut angles = guided_field(canvas, guides, seed, progress)?.angles();
-    let turns = canvas.user.rotation.iter().flatten();
+    let mut angles = guided_field(surface, guides, seed, progress)?.angles();
+    let turns = surface.user.rotation.iter().flatten();
     for (angle, degrees) in angles.iter_mut().zip(turns) {
         *angle += f64::from(*degrees).to_radians();
     }
@@ -165,6 +173,7 @@ fn carried_down(
     scales: Option<&[f32]>,
     tree: &SurfaceBvh,
 ) -> (Vec<f64>, Option<Vec<f32>>) {
+    // Find the nearest point that faces the same way, or else the nearest.
     let points: Vec<Option<SurfacePoint>> = (0..mesh.positions.len())
         .into_par_iter()
         .map(|vertex| {
@@ -180,6 +189,7 @@ fn carried_down(
                 .or_else(|| tree.nearest(position))
         })
         .collect();
+    // Take the direction there.
     let corners = |point: &SurfacePoint| finest.mesh.triangles[point.triangle as usize];
     let angle = |(vertex, point): (usize, &Option<SurfacePoint>)| {
         let point = point.as_ref()?;
@@ -195,6 +205,7 @@ fn carried_down(
         .enumerate()
         .map(|at| angle(at).unwrap_or(0.0))
         .collect();
+    // Take the scale there.
     let scale = |point: &Option<SurfacePoint>, scales: &[f32]| {
         point.as_ref().map_or(1.0, |point| {
             let terms = corners(point).into_iter().zip(point.weights);
@@ -212,59 +223,27 @@ fn assemble(
     options: &SurfaceOptions,
     texel: f64,
     progress: Progress<'_>,
-) -> Result<Surface> {
+) -> Result<PreparedSurface> {
+    // Make the sites, each level's with the geometry of the next.
     progress.begin("patches", levels.len() as u64);
-    let fine_template = Template::square(options.neighborhood);
-    let coarse_template = Template::square(options.coarse_neighborhood);
-    let mut hierarchy = SiteHierarchy { levels: Vec::new() };
-    let (mut samples, mut parent_points) = (Vec::new(), Vec::new());
+    let mut sites = Vec::with_capacity(levels.len());
     for (number, level) in levels.iter().enumerate() {
-        let patches = level.patches();
-        let half_window = options.neighborhood as f32 / 2.0;
-        let own = patches.round_vertices(&fine_template, half_window, progress)?;
-        let mut points = Vec::new();
-        let above = levels.get(number + 1).map(|coarser| {
-            progress.check()?;
-            let coarse_texels: Vec<f32> = level.texels.iter().map(|texel| 2.0 * texel).collect();
-            let coarse_texel = (texel * f64::from(2u32 << number)) as f32;
-            let tree = SurfaceBvh::new(&coarser.mesh);
-            points = parents::parent_points(&level.mesh, &level.rings.normals, &tree, coarse_texel);
-            coarser.patches().round_points(
-                &coarse_template,
-                &points,
-                &level.connection,
-                &coarse_texels,
-                progress,
-            )
-        });
-        let (coarse, parents) = above.transpose()?.unzip();
-        samples.push(own.counts);
-        parent_points.push(points);
-        hierarchy.levels.push(VertexSites {
-            fine: own.stencils,
-            coarse,
-            neighbors: own.neighbors,
-            parents: parents.unwrap_or_default(),
-            areas: level.mesh.vertex_areas(),
-        });
+        sites.push(level.sites(levels.get(number + 1), options, progress)?);
         progress.advance(1)?;
     }
     progress.end();
-    let mut surface = Surface {
-        meshes: Vec::new(),
-        normals: Vec::new(),
-        frames: Vec::new(),
-        hierarchy,
-        parent_points,
-        texel,
+    // Keep of the geometry what synthesis needs.
+    let levels = levels.into_iter().zip(sites);
+    let levels = levels.map(|(level, (sites, samples))| SurfaceLevel {
+        mesh: level.mesh,
+        frames: level.connection.frames,
+        sites,
         samples,
-    };
-    for level in levels {
-        surface.meshes.push(level.mesh);
-        surface.normals.push(level.rings.normals);
-        surface.frames.push(level.connection.frames);
-    }
-    Ok(surface)
+    });
+    Ok(PreparedSurface {
+        levels: levels.collect(),
+        texel,
+    })
 }
 
 impl LevelGeometry {
@@ -274,6 +253,50 @@ impl LevelGeometry {
             connection: &self.connection,
             texels: &self.texels,
         }
+    }
+
+    /// The level's sites, with their parents on the `coarser` level, and what became of their samples.
+    fn sites(
+        &self,
+        coarser: Option<&Self>,
+        options: &SurfaceOptions,
+        progress: Progress<'_>,
+    ) -> Result<(VertexSites, SampleCounts)> {
+        let window = Template::square(options.neighborhood);
+        let half_window = options.neighborhood as f32 / 2.0;
+        let own = self
+            .patches()
+            .round_vertices(&window, half_window, progress)?;
+        let above = coarser.map(|coarser| self.parent_samples(coarser, options, progress));
+        let (coarse, parents) = above.transpose()?.unzip();
+        let sites = VertexSites {
+            fine: own.stencils,
+            coarse,
+            neighbors: own.neighbors,
+            parents: parents.unwrap_or_default(),
+            areas: self.mesh.vertex_areas(),
+        };
+        Ok((sites, own.counts))
+    }
+
+    /// The samples of the parent neighbourhood of every vertex on the coarser level, and the parents.
+    fn parent_samples(
+        &self,
+        coarser: &Self,
+        options: &SurfaceOptions,
+        progress: Progress<'_>,
+    ) -> Result<(PatchStencils, Vec<Parent>)> {
+        progress.check()?;
+        let tree = SurfaceBvh::new(&coarser.mesh);
+        let points = parents::parent_points(&self.mesh, &self.rings.normals, &tree, coarser.texel);
+        let texels: Vec<f32> = self.texels.iter().map(|texel| 2.0 * texel).collect();
+        coarser.patches().round_points(
+            &Template::square(options.coarse_neighborhood),
+            &points,
+            &self.connection,
+            &texels,
+            progress,
+        )
     }
 }
 
@@ -288,7 +311,7 @@ mod tests {
         UserMesh::from(mesh)
     }
 
-    fn prepared(user: &UserMesh, levels: u32) -> Surface {
+    fn prepared(user: &UserMesh, levels: u32) -> PreparedSurface {
         let options = SurfaceOptions {
             levels,
             ..SurfaceOptions::default()
@@ -296,8 +319,8 @@ mod tests {
         prepare(user, &options, None, Progress::silent()).unwrap()
     }
 
-    /// A flat grid guided along x, one texel a step.
-    fn flat(side: u32, levels: u32) -> (TriangleMesh, Surface) {
+    /// A flat grid guided along x, one texel per step.
+    fn flat(side: u32, levels: u32) -> (TriangleMesh, PreparedSurface) {
         let mesh = shapes::grid(side, side, 0.5);
         let mut user = user(mesh.clone());
         user.orientation = Some(vec![Vec3::X; mesh.positions.len()]);
@@ -326,7 +349,7 @@ mod tests {
     fn the_stencil_of_a_flat_grid_is_the_grid() {
         let (mesh, surface) = flat(12, 1);
         let template = Template::square(7);
-        let level = &surface.hierarchy.levels[0];
+        let level = &surface.levels[0].sites;
         let centre = 6 * 13 + 6;
         for (sample, offset) in level.fine.of_site(centre).zip(&template.positions) {
             let at = position(sample, &mesh);
@@ -347,9 +370,9 @@ mod tests {
     fn coarse_stencils_and_parents_lie_where_they_should() {
         let (mesh, surface) = flat(24, 2);
         let template = Template::square(3);
-        let level = &surface.hierarchy.levels[0];
+        let level = &surface.levels[0].sites;
         let coarse = level.coarse.as_ref().unwrap();
-        let above = &surface.meshes[1];
+        let above = &surface.levels[1].mesh;
         let centre = 12 * 25 + 12;
         for (sample, offset) in coarse.of_site(centre).zip(&template.positions) {
             let at = position(sample, above);
@@ -372,14 +395,14 @@ mod tests {
         mesh.positions.insert(0, Vec3::splat(7.0));
         mesh.triangles.iter_mut().flatten().for_each(|v| *v += 1);
         let surface = prepared(&user(mesh), 2);
-        let level = &surface.hierarchy.levels[0];
+        let level = &surface.levels[0].sites;
         assert_eq!(level.neighbors(0).count(), 0);
         for stencils in [&level.fine, level.coarse.as_ref().unwrap()] {
             assert!(stencils.of_site(0).all(|s| s == SampleLocation::Outside));
         }
         assert_eq!(level.areas[0], 0.0);
         assert_eq!(
-            (surface.normals[0][0], surface.frames[0][0].s),
+            (surface.levels[0].frames[0].n, surface.levels[0].frames[0].s),
             (Vec3::Z, Vec3::X)
         );
     }
@@ -438,8 +461,8 @@ mod tests {
             ..SurfaceOptions::default()
         };
         let surface = prepare(&user, &options, None, Progress::silent()).unwrap();
-        assert!((surface.frames[0][centre].s - Vec3::Y).length() < 1e-5);
-        let fine = &surface.hierarchy.levels[0].fine;
+        assert!((surface.levels[0].frames[centre].s - Vec3::Y).length() < 1e-5);
+        let fine = &surface.levels[0].sites.fine;
         // One texel along s: up the mesh, and a whole unit at scale 2.
         let at = position(fine.of_site(centre).nth(5).unwrap(), &mesh);
         assert!(

@@ -168,7 +168,7 @@ fn check_crease(degrees: f64) -> Result<()> {
     ))
 }
 
-/// Vertices a texel, and texels a vertex, beyond which a texel is hardly meant.
+/// Vertices per texel, and texels per vertex, beyond which a texel is hardly meant.
 const VERTICES_A_TEXEL: f64 = 16.0;
 const TEXELS_A_VERTEX: f64 = 64.0;
 

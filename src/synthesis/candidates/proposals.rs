@@ -4,6 +4,7 @@
 use multiversion::multiversion;
 
 use crate::grid::{TexCoord, TexelGrid};
+use crate::lanes::LANES;
 
 /// Proposed coordinates in the order they came.
 #[derive(Clone, Debug, Default)]
@@ -16,9 +17,6 @@ pub struct Proposals {
     /// How far down.
     down: Vec<f32>,
 }
-
-/// Proposals summed side by side.
-const LANES: usize = 16;
 
 /// The texel of a coordinate off the grid.
 const NOWHERE: u32 = u32::MAX;

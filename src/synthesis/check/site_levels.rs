@@ -7,7 +7,7 @@ use crate::sites::level::{SiteHierarchy, Sites};
 /// Checks the sites against the neighbourhoods of as many levels, finest first.
 pub fn check_sites<const N: usize, S: Sites<N>>(
     sites: &SiteHierarchy<S>,
-    neighborhoods: &[&Neighborhood],
+    neighborhoods: &[Neighborhood],
 ) -> Result<()> {
     let (levels, wanted) = (&sites.levels, neighborhoods.len());
     if levels.len() < wanted {

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
-use crate::neighborhood::window_width;
+use crate::neighborhood::{Neighborhood, window_width};
 use crate::synthesis::options::SynthesisOptions;
 
 /// Options as the inputs complete them.
@@ -13,6 +13,19 @@ pub struct Plan {
     pub levels: usize,
     /// Neighbours per texel that are used.
     pub k: usize,
+}
+
+impl Plan {
+    /// The plan of a method that takes nothing but levels from the exemplar.
+    pub fn of_levels(levels: usize) -> Self {
+        Self { levels, k: 1 }
+    }
+}
+
+/// The table's windows on the levels of a plan, finest first.
+pub fn table_windows(table: &NeighborTable, plan: &Plan) -> Vec<Neighborhood> {
+    let levels = table.levels[..plan.levels].iter();
+    levels.map(|level| level.neighborhood.clone()).collect()
 }
 
 /// Checks options against the exemplar alone: k, levels, neighbourhood. What `synth` must know

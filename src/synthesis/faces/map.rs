@@ -43,6 +43,7 @@ pub fn face_map(
             origin,
             seed,
             method: Method::Choosy.name().into(),
+            polish: 0,
             sample: space.sample.clone(),
             space: space.id.clone(),
         },

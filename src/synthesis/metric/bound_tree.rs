@@ -1,14 +1,14 @@
-//! A tree of projected windows, by which a search of all texels sees few of them.
+//! A tree of projected windows, so that a search of all texels compares few of them.
 //!
-//! A window is a point: what it gives in every direction, and the norm of what the directions leave of it. The lower
+//! A window is a point: its coordinate in every direction, and the norm of the remainder. The lower
 //! bound of two windows' distance is the squared distance of their points. Every node of the tree has the box of its
 //! points; a box farther away than what a search still keeps is skipped whole. Leaves have as many points as a block
 //! has lanes, at most. What is left is held against its [finer bound](super::fine_bounds), where there is one.
 
-use crate::exemplar::embedding::{LANES, LaneBlock};
+use crate::lanes::{LANES, LaneBlock, sum_of_lanes};
 use crate::synthesis::keep::Keep;
 use crate::synthesis::metric::fine_bounds::{FinePattern, FinePoint};
-use crate::synthesis::metric::projection::{DIRECTIONS, Projected, SLACK, sum_of_lanes};
+use crate::synthesis::metric::projection::{DIRECTIONS, Projected, SLACK};
 
 /// Points that are ordered by one thread.
 const FEW: usize = 1 << 12;

@@ -6,6 +6,7 @@
 
 use crate::exemplar::dense_windows::{DenseWindows, flat_vectors};
 use crate::exemplar::embedding::Embedding;
+use crate::lanes::LANES;
 use crate::sites::level::{SampleLocation, Sites};
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
 
@@ -26,9 +27,6 @@ pub struct DensePattern {
     /// Which samples count: 1 or 0 for each.
     pub counts: Vec<f32>,
 }
-
-/// Numbers summed side by side.
-const LANES: usize = 16;
 
 impl DenseMetric {
     /// The metric of a level from its resampled windows.

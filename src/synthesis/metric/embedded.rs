@@ -6,17 +6,13 @@
 
 use multiversion::multiversion;
 
-use crate::exemplar::embedding::{Embedding, LANES, LaneBlock};
+use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::ExemplarLevel;
+use crate::lanes::{LANES, LaneBlock, sum_apart};
 use crate::sites::level::{MOST_BLENDED, Sites};
-use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Keep, Pick};
-use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::lower_bounds::ProjectedWindows;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
-use crate::synthesis::metric::window_metric::{
-    WindowMetric, best_candidate, distance, search_all, search_bounded,
-};
+use crate::synthesis::metric::window_metric::WindowMetric;
 
 /// Samples after which a growing distance is compared with the best so far.
 const RUN: u32 = 24;
@@ -249,7 +245,7 @@ fn run_distance(values: &[LaneBlock], plane: &[LaneBlock], window: &[u32], delta
     for lane in 0..LANES {
         even[lane] += odd[lane];
     }
-    sum_of_lanes(&even)
+    sum_apart(&even)
 }
 
 #[inline(always)]
@@ -260,23 +256,11 @@ fn add_squares(sums: &mut LaneBlock, a: &LaneBlock, b: &LaneBlock) {
     }
 }
 
-/// The sum of a block's lanes, as a tree. Not inlined, so that the loops that fill the block keep it
-/// in whole vectors instead of following the tree's pairs.
-#[inline(never)]
-pub fn sum_of_lanes(block: &LaneBlock) -> f32 {
-    let mut sums = *block;
-    let mut half = LANES / 2;
-    while half > 0 {
-        for lane in 0..half {
-            sums[lane] += sums[lane + half];
-        }
-        half /= 2;
-    }
-    sums[0]
-}
-
 impl WindowMetric for EmbeddedMetric<'_> {
     type Pattern = EmbeddedPattern;
+
+    /// A few distances are as fast as their bounds.
+    const BOUNDS_CANDIDATES: bool = false;
 
     /// The distance, or infinity once it exceeds `limit`: the first blocks of the vectors, which say
     /// most, on both levels before the others.
@@ -307,38 +291,17 @@ impl WindowMetric for EmbeddedMetric<'_> {
     fn whole_texels(&self) -> &[u32] {
         &self.exemplar.whole_texels
     }
-}
 
-impl Metric for EmbeddedMetric<'_> {
-    type Pattern = EmbeddedPattern;
+    fn bounds(&self, pattern: &EmbeddedPattern) -> Option<&ProjectedWindows> {
+        self.projected.as_ref().filter(|_| pattern.complete)
+    }
 
-    fn read<const N: usize, S: Sites<N>>(
+    fn read_windows<const N: usize, S: Sites<N>>(
         &self,
         site: &SiteNeighborhood<'_, S>,
         pattern: &mut EmbeddedPattern,
     ) {
         read_pattern(self, site, pattern);
-    }
-
-    fn distance(&self, pattern: &EmbeddedPattern, texel: u32, limit: f64) -> f64 {
-        f64::from(distance(self, pattern, texel, limit as f32))
-    }
-
-    fn best(
-        &self,
-        pattern: &EmbeddedPattern,
-        candidates: &[Candidate],
-        first: Option<Pick>,
-        floor: f64,
-    ) -> Option<Pick> {
-        best_candidate(self, pattern, candidates, first, floor)
-    }
-
-    fn search(&self, pattern: &mut EmbeddedPattern, keep: &mut impl Keep) {
-        match &self.projected {
-            Some(windows) if pattern.complete => search_bounded(self, windows, pattern, keep),
-            _ => search_all(self, pattern, keep),
-        }
     }
 }
 

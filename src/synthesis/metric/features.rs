@@ -1,6 +1,6 @@
 //! The metric of features: the neighbourhoods of plain images, a line of a window as one run of numbers.
 //!
-//! A plain image has a short vector a texel, three numbers of colour mostly. They are kept side by side
+//! A plain image has a short vector per texel, three numbers of colour mostly. They are kept side by side
 //! as the texels are, on an image with a border as wide as the windows reach, so that a line of a
 //! window is a run of numbers: of 7 texels in colour two blocks of lanes, where one block per texel would be
 //! seven, mostly empty. A site's pattern has the same blocks, and a weight for each number, 0 where none
@@ -12,18 +12,14 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use multiversion::multiversion;
 
-use crate::exemplar::embedding::{Embedding, LANES, LaneBlock};
+use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::windows::Windows;
+use crate::lanes::{LANES, LaneBlock};
 use crate::sites::level::Sites;
-use crate::synthesis::candidates::forward::Candidate;
-use crate::synthesis::keep::{Keep, Pick};
-use crate::synthesis::metric::Metric;
-use crate::synthesis::metric::lower_bounds::{MANY, ProjectedWindows};
+use crate::synthesis::metric::lower_bounds::ProjectedWindows;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
-use crate::synthesis::metric::window_metric::{
-    WindowMetric, best_bounded, best_candidate, distance, search_all, search_bounded,
-};
+use crate::synthesis::metric::window_metric::WindowMetric;
 
 /// Numbers of a vector that are copied at once.
 const STEP: usize = 4;
@@ -49,7 +45,7 @@ struct BorderedImage {
     steps: usize,
     /// The vector of every feature row, filled up to whole steps; the default's last.
     vectors: Vec<[f32; STEP]>,
-    /// The bordered image, `depth` numbers a texel.
+    /// The bordered image, `depth` numbers per texel.
     numbers: Vec<f32>,
     depth: usize,
     /// Where a window's blocks begin, behind its first number; two and two, which are summed apart.
@@ -132,7 +128,7 @@ impl<'a> FeatureMetric<'a> {
     }
 }
 
-/// Where the numbers of each texel's windows begin on the bordered images, `depth` numbers a texel.
+/// Where the numbers of each texel's windows begin on the bordered images, `depth` numbers per texel.
 fn corners(exemplar: &ExemplarLevel<'_>, depth: usize) -> Vec<[u32; 2]> {
     let begins = |texel: u32| {
         let coarse = exemplar.coarse.as_ref().map_or(0, |coarse| {
@@ -328,6 +324,8 @@ fn sum_of_both(sums: &[LaneBlock; 2]) -> f32 {
 impl WindowMetric for FeatureMetric<'_> {
     type Pattern = FeaturePattern;
 
+    const BOUNDS_CANDIDATES: bool = true;
+
     /// The distance, or infinity once it exceeds `limit`; both windows are summed together.
     #[inline(always)]
     fn distance_inline(&self, pattern: &FeaturePattern, texel: u32, limit: f32) -> f32 {
@@ -360,43 +358,17 @@ impl WindowMetric for FeatureMetric<'_> {
     fn whole_texels(&self) -> &[u32] {
         &self.exemplar.whole_texels
     }
-}
 
-impl Metric for FeatureMetric<'_> {
-    type Pattern = FeaturePattern;
+    fn bounds(&self, pattern: &FeaturePattern) -> Option<&ProjectedWindows> {
+        self.projected.as_ref().filter(|_| pattern.complete)
+    }
 
-    fn read<const N: usize, S: Sites<N>>(
+    fn read_windows<const N: usize, S: Sites<N>>(
         &self,
         site: &SiteNeighborhood<'_, S>,
         pattern: &mut FeaturePattern,
     ) {
         read_pattern(self, site, pattern);
-    }
-
-    fn distance(&self, pattern: &FeaturePattern, texel: u32, limit: f64) -> f64 {
-        f64::from(distance(self, pattern, texel, limit as f32))
-    }
-
-    fn best(
-        &self,
-        pattern: &FeaturePattern,
-        candidates: &[Candidate],
-        first: Option<Pick>,
-        floor: f64,
-    ) -> Option<Pick> {
-        match &self.projected {
-            Some(windows) if pattern.complete && first.is_some() && candidates.len() >= MANY => {
-                best_bounded(self, windows, pattern, candidates, first, floor)
-            }
-            _ => best_candidate(self, pattern, candidates, first, floor),
-        }
-    }
-
-    fn search(&self, pattern: &mut FeaturePattern, keep: &mut impl Keep) {
-        match &self.projected {
-            Some(windows) if pattern.complete => search_bounded(self, windows, pattern, keep),
-            _ => search_all(self, pattern, keep),
-        }
     }
 }
 

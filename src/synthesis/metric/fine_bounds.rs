@@ -1,11 +1,10 @@
-//! Finer bounds: what windows give in more directions, as bytes.
+//! Finer bounds: the coordinates of windows in more directions, as bytes.
 //!
-//! In pictures with noise the few directions of a [projection](super::projection) rule out too little: a window of noise
-//! is far from all others by about the same distance, most of it in other directions. Of those, bytes are kept: a
-//! window fills one line of the cache. A byte is off by half a step at most, by which the bound is lowered.
+//! In noisy images the few directions of a [projection](super::projection) rule out too little: a window of noise
+//! is far from all others by about the same distance, most of it in other directions. The coordinates in those are kept as bytes; those of a window fill one cache line. A byte is off by half a step at most, by which the bound is lowered.
 
-use crate::exemplar::embedding::{LANES, LaneBlock};
-use crate::synthesis::metric::projection::{SLACK, Sums, sum_apart};
+use crate::lanes::{LANES, LaneBlock, sum_apart};
+use crate::synthesis::metric::projection::{SLACK, Sums};
 
 /// Blocks of finer directions.
 pub const FINE_BLOCKS: usize = 3;

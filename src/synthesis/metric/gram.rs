@@ -23,7 +23,8 @@ pub struct GramPattern {
     fine: Vec<BlendedTexton>,
     coarse: Vec<BlendedTexton>,
     /// Distances of every sample to every texton, [samples, textons], for a search of all texels.
-    to_textons: Vec<f64>,
+    fine_table: Vec<f64>,
+    coarse_table: Vec<f64>,
 }
 
 /// One sample that counts: a surface texton.
@@ -55,42 +56,73 @@ impl<'a> GramMetric<'a> {
         }
     }
 
-    /// The distances of a pattern to every whole texel, in their order.
-    pub fn distances_to_all(&self, pattern: &mut GramPattern) -> Vec<f64> {
-        let texels = &self.exemplar.whole_texels;
-        let mut distances = vec![0.0; texels.len()];
-        let windows = &self.exemplar.fine;
-        let mut table = std::mem::take(&mut pattern.to_textons);
-        tabulate(&mut table, &pattern.fine, self.fine);
-        let textons = self.fine.nrows();
-        for (sum, &texel) in distances.iter_mut().zip(texels) {
-            *sum = tabulated(&table, textons, &pattern.fine, windows.window(texel));
+    /// The distances of a pattern to whole texels, each with its texel, in their order. A distance is infinite once it exceeds the
+    /// limit that `visit` returned last; the first limit is `limit`.
+    pub fn visit_all(
+        &self,
+        pattern: &mut GramPattern,
+        mut limit: f64,
+        mut visit: impl FnMut(u32, f64) -> f64,
+    ) {
+        let fine = Tabulated::new(&mut pattern.fine_table, &pattern.fine, self.fine);
+        let coarse = match (&self.exemplar.coarse, self.coarse) {
+            (Some(coarse), Some(gram)) => {
+                let table = Tabulated::new(&mut pattern.coarse_table, &pattern.coarse, gram);
+                Some((table, &coarse.windows, &coarse.parents))
+            }
+            _ => None,
+        };
+        for &texel in &self.exemplar.whole_texels {
+            let mut distance = fine.distance(self.exemplar.fine.window(texel), limit);
+            if let Some((coarse, windows, parents)) = &coarse
+                && distance <= limit
+            {
+                let window = windows.window(parents[texel as usize]);
+                distance += coarse.distance(window, limit);
+            }
+            limit = visit(texel, distance);
         }
-        if let (Some(coarse), Some(gram)) = (&self.exemplar.coarse, self.coarse) {
-            tabulate(&mut table, &pattern.coarse, gram);
-            for (sum, &texel) in distances.iter_mut().zip(texels) {
-                let window = coarse.windows.window(coarse.parents[texel as usize]);
-                *sum += tabulated(&table, gram.nrows(), &pattern.coarse, window);
+    }
+}
+
+/// The weighted distances of some samples to every texton: a search of all texels only adds them up.
+struct Tabulated<'a> {
+    /// [samples, textons].
+    distances: &'a [f64],
+    textons: usize,
+    samples: &'a [BlendedTexton],
+}
+
+impl<'a> Tabulated<'a> {
+    fn new(table: &'a mut Vec<f64>, samples: &'a [BlendedTexton], gram: &Array2<f32>) -> Self {
+        table.clear();
+        for sample in samples {
+            let textons = 0..gram.nrows() as u32;
+            table.extend(textons.map(|texton| sample.distance(gram, texton)));
+        }
+        Self {
+            distances: table,
+            textons: gram.nrows(),
+            samples,
+        }
+    }
+
+    /// The distance to a window, or infinity once it exceeds `limit`.
+    #[inline]
+    fn distance(&self, window: &[u32], limit: f64) -> f64 {
+        const BETWEEN_CHECKS: usize = 8;
+        let rows = self.distances.chunks(BETWEEN_CHECKS * self.textons);
+        let mut sum = 0.0;
+        for (rows, samples) in rows.zip(self.samples.chunks(BETWEEN_CHECKS)) {
+            for (row, sample) in rows.chunks_exact(self.textons).zip(samples) {
+                sum += row[window[sample.delta as usize] as usize];
+            }
+            if sum > limit {
+                return f64::INFINITY;
             }
         }
-        pattern.to_textons = table;
-        distances
+        sum
     }
-}
-
-/// Weighted distances of every sample to every texton.
-fn tabulate(table: &mut Vec<f64>, samples: &[BlendedTexton], gram: &Array2<f32>) {
-    table.clear();
-    for sample in samples {
-        let textons = 0..gram.nrows() as u32;
-        table.extend(textons.map(|texton| sample.distance(gram, texton)));
-    }
-}
-
-fn tabulated(table: &[f64], textons: usize, samples: &[BlendedTexton], window: &[u32]) -> f64 {
-    let rows = table.chunks_exact(textons).zip(samples);
-    rows.map(|(row, sample)| row[window[sample.delta as usize] as usize])
-        .sum()
 }
 
 impl BlendedTexton {
@@ -197,9 +229,9 @@ impl Metric for GramMetric<'_> {
     }
 
     fn search(&self, pattern: &mut GramPattern, keep: &mut impl Keep) {
-        let distances = self.distances_to_all(pattern);
-        for (&texel, distance) in self.exemplar.whole_texels.iter().zip(distances) {
+        self.visit_all(pattern, keep.limit(), |texel, distance| {
             keep.offer(texel, distance);
-        }
+            keep.limit()
+        });
     }
 }

@@ -1,4 +1,4 @@
-//! Lower bounds that spare a search most of its distances, and leave what it finds the same.
+//! Lower bounds by which a search skips most distances and still finds the same texels.
 //!
 //! The windows of all whole texels are projected once on a few orthonormal directions B, near their
 //! principal ones. For a site's pattern f and a texel's window e, both weighted by √w,
@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use rand::Rng;
 use rayon::prelude::*;
 
-use crate::exemplar::embedding::{LANES, LaneBlock};
+use crate::lanes::{LANES, LaneBlock};
 use crate::random;
 use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::{Keep, Pick, smallest};

@@ -1,6 +1,6 @@
 //! Windows projected on a few orthonormal directions, and how far apart two of them are at least.
 
-use crate::exemplar::embedding::{LANES, LaneBlock};
+use crate::lanes::{LANES, LaneBlock, sum_of_lanes};
 
 /// Directions projected on.
 pub const DIRECTIONS: usize = LANES;
@@ -93,23 +93,4 @@ impl Sums {
             },
         }
     }
-}
-
-/// The sum of all lanes, not inlined, so that the loops that fill the block keep it in whole vectors.
-#[inline(never)]
-pub fn sum_apart(lanes: &LaneBlock) -> f32 {
-    sum_of_lanes(*lanes)
-}
-
-/// The sum of all lanes, as a tree.
-#[inline(always)]
-pub fn sum_of_lanes(lanes: LaneBlock) -> f32 {
-    let (mut eight, mut four) = ([0.0; 8], [0.0; 4]);
-    for lane in 0..8 {
-        eight[lane] = lanes[lane] + lanes[lane + 8];
-    }
-    for lane in 0..4 {
-        four[lane] = eight[lane] + eight[lane + 4];
-    }
-    (four[0] + four[2]) + (four[1] + four[3])
 }

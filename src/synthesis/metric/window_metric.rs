@@ -5,14 +5,22 @@
 
 use multiversion::multiversion;
 
+use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::{Keep, Pick, smallest};
-use crate::synthesis::metric::lower_bounds::{ProjectedWindows, search_within, smallest_within};
+use crate::synthesis::metric::Metric;
+use crate::synthesis::metric::lower_bounds::{
+    MANY, ProjectedWindows, search_within, smallest_within,
+};
+use crate::synthesis::metric::site_values::SiteNeighborhood;
 
 /// A metric that sums the differences of a pattern and a texel's windows, number by number.
-pub trait WindowMetric {
+pub trait WindowMetric: Sync {
     /// What a site's neighbourhood holds.
-    type Pattern;
+    type Pattern: Default + Send;
+
+    /// Whether lower bounds are asked before candidates are compared, too, and not only in full searches.
+    const BOUNDS_CANDIDATES: bool;
 
     /// The distance, or infinity once it exceeds `limit`. To be inlined, so that every loop has a copy of its own.
     fn distance_inline(&self, pattern: &Self::Pattern, texel: u32, limit: f32) -> f32;
@@ -22,6 +30,53 @@ pub trait WindowMetric {
 
     /// The texels that a search may find, ascending.
     fn whole_texels(&self) -> &[u32];
+
+    /// Lower bounds of the distances to a pattern, where they are prepared and hold for it.
+    fn bounds(&self, pattern: &Self::Pattern) -> Option<&ProjectedWindows>;
+
+    /// Reads what a site's neighbourhood holds.
+    fn read_windows<const N: usize, S: Sites<N>>(
+        &self,
+        site: &SiteNeighborhood<'_, S>,
+        pattern: &mut Self::Pattern,
+    );
+}
+
+impl<W: WindowMetric> Metric for W {
+    type Pattern = W::Pattern;
+
+    fn read<const N: usize, S: Sites<N>>(
+        &self,
+        site: &SiteNeighborhood<'_, S>,
+        pattern: &mut W::Pattern,
+    ) {
+        self.read_windows(site, pattern);
+    }
+
+    fn distance(&self, pattern: &W::Pattern, texel: u32, limit: f64) -> f64 {
+        f64::from(distance(self, pattern, texel, limit as f32))
+    }
+
+    fn best(
+        &self,
+        pattern: &W::Pattern,
+        candidates: &[Candidate],
+        first: Option<Pick>,
+        floor: f64,
+    ) -> Option<Pick> {
+        let asks = W::BOUNDS_CANDIDATES && first.is_some() && candidates.len() >= MANY;
+        match self.bounds(pattern) {
+            Some(windows) if asks => best_bounded(self, windows, pattern, candidates, first, floor),
+            _ => best_candidate(self, pattern, candidates, first, floor),
+        }
+    }
+
+    fn search(&self, pattern: &mut W::Pattern, keep: &mut impl Keep) {
+        match self.bounds(pattern) {
+            Some(windows) => search_bounded(self, windows, pattern, keep),
+            None => search_all(self, pattern, keep),
+        }
+    }
 }
 
 #[multiversion(targets(
@@ -29,7 +84,7 @@ pub trait WindowMetric {
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-pub fn distance<M: WindowMetric>(metric: &M, pattern: &M::Pattern, texel: u32, limit: f32) -> f32 {
+fn distance<M: WindowMetric>(metric: &M, pattern: &M::Pattern, texel: u32, limit: f32) -> f32 {
     metric.distance_inline(pattern, texel, limit)
 }
 
@@ -39,7 +94,7 @@ pub fn distance<M: WindowMetric>(metric: &M, pattern: &M::Pattern, texel: u32, l
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-pub fn best_candidate<M: WindowMetric>(
+fn best_candidate<M: WindowMetric>(
     metric: &M,
     pattern: &M::Pattern,
     candidates: &[Candidate],
@@ -57,7 +112,7 @@ pub fn best_candidate<M: WindowMetric>(
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-pub fn best_bounded<M: WindowMetric>(
+fn best_bounded<M: WindowMetric>(
     metric: &M,
     windows: &ProjectedWindows,
     pattern: &M::Pattern,
@@ -77,7 +132,7 @@ pub fn best_bounded<M: WindowMetric>(
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-pub fn search_all<M: WindowMetric, K: Keep>(metric: &M, pattern: &M::Pattern, keep: &mut K) {
+fn search_all<M: WindowMetric, K: Keep>(metric: &M, pattern: &M::Pattern, keep: &mut K) {
     for &texel in metric.whole_texels() {
         let distance = metric.distance_inline(pattern, texel, keep.limit() as f32);
         keep.offer(texel, f64::from(distance));
@@ -90,7 +145,7 @@ pub fn search_all<M: WindowMetric, K: Keep>(metric: &M, pattern: &M::Pattern, ke
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-pub fn search_bounded<M: WindowMetric, K: Keep>(
+fn search_bounded<M: WindowMetric, K: Keep>(
     metric: &M,
     windows: &ProjectedWindows,
     pattern: &M::Pattern,

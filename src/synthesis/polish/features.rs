@@ -2,10 +2,11 @@
 
 use rand::Rng;
 
-use crate::exemplar::embedding::{Embedding, LANES};
+use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::ExemplarLevel;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
+use crate::lanes::LANES;
 use crate::random;
 
 /// Pairs of random texels that the mean distance is measured at.

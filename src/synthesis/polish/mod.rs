@@ -1,14 +1,14 @@
 //! Polishing: a discrete optimisation over a finished map, after Kwatra 2003 and Boykov 2001.
 //!
-//! Neighbourhood search changes one site at a time. Where two copied patches do not line up no single site can mend
-//! it, and where a feature of the sample is missing no single site can bring it. Here all sites of a region are
-//! offered one copied patch at once: a patch of the region [continued](proposals::Patches::continued) over all of it,
+//! Neighbourhood search changes one site at a time. Where two copied patches do not line up, or a feature of
+//! the sample is missing, no change of a single site is an improvement. Here all sites of a region are offered one copied
+//! patch at once: a patch of the region [continued](proposals::Patches::continued) over all of it,
 //! or one [placed anew](proposals::laid_anew). A smallest [cut](max_flow) tells which of them take it, so that the
 //! seam runs where it costs least. A move is made only if all that it changes costs less in sum.
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`links`], [`features`], [`seam_cost`], [`usage`] | what a map costs |
+//! | [`links`], [`features`], [`seam_cost`], [`reuse_cost`] | what a map costs |
 //! | [`effort`], [`repeats`] | how many rounds, over which regions |
 //! | [`region`], [`proposals`] | what a region is offered |
 //! | [`max_flow`], [`moves`] | what is taken of it |
@@ -22,11 +22,11 @@ mod moves;
 mod proposals;
 mod region;
 mod repeats;
+mod reuse_cost;
 mod rounds;
 mod seam_cost;
 #[cfg(test)]
 mod tests;
-mod usage;
 
 pub use effort::Effort;
 
@@ -39,9 +39,9 @@ use crate::sites::level::Sites;
 use crate::synthesis::polish::features::PlaneFeatures;
 use crate::synthesis::polish::links::{Links, MOST_LINKS};
 use crate::synthesis::polish::moves::Judge;
+use crate::synthesis::polish::reuse_cost::ReuseCost;
 use crate::synthesis::polish::rounds::Rounds;
 use crate::synthesis::polish::seam_cost::SeamCost;
-use crate::synthesis::polish::usage::Usage;
 
 /// Bytes per site at the most: its links, what they cost, whether it is covered or changed, and four in every
 /// thread.
@@ -64,8 +64,8 @@ pub fn polish<const N: usize, S: Sites<N>>(
         links: &links,
         seams: SeamCost::new(&features, exemplar.grid),
     };
-    let usage = Usage::of(exemplar, coords);
-    let mut work = Rounds::new(judge, coords, usage, seed);
+    let reuse = ReuseCost::of(exemplar, coords);
+    let mut work = Rounds::new(judge, coords, reuse, seed);
     let mut costs = vec![work.cost()];
     let grid = exemplar.grid;
     for round in 0..effort.rounds(grid.tileable) {

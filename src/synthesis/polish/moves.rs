@@ -5,8 +5,8 @@ use crate::grid::TexCoord;
 use crate::synthesis::polish::links::Links;
 use crate::synthesis::polish::max_flow::CutGraph;
 use crate::synthesis::polish::region::{OUTSIDE, Region, RegionLink};
+use crate::synthesis::polish::reuse_cost::ReuseCost;
 use crate::synthesis::polish::seam_cost::SeamCost;
-use crate::synthesis::polish::usage::Usage;
 
 /// What moves are judged by.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +53,7 @@ impl Judge<'_> {
         &self,
         here: &mut Here<'_>,
         proposal: &[TexCoord],
-        usage: &Usage,
+        reuse: &ReuseCost,
         graph: &mut CutGraph,
     ) -> f64 {
         // Find the sites that the proposal would change.
@@ -66,7 +66,7 @@ impl Judge<'_> {
         graph.begin(count);
         for (at, node) in nodes.iter().enumerate() {
             let Some(node) = node else { continue };
-            let price = |at| usage.price(usage.cell_at(at));
+            let price = |at| reuse.price(reuse.cell_at(at));
             graph.add_node_cost(node.number, price(node.taken) - price(here.coords[at]));
             for link in here.region.links(at) {
                 let mate = nodes.get(link.at as usize).copied().flatten();

@@ -7,8 +7,8 @@ use crate::index::TexelIndex;
 use crate::random::Stream;
 use crate::synthesis::polish::moves::{Here, Judge};
 use crate::synthesis::polish::region::{OUTSIDE, Region};
+use crate::synthesis::polish::reuse_cost::ReuseCost;
 use crate::synthesis::polish::seam_cost::TORN;
-use crate::synthesis::polish::usage::Usage;
 
 /// Patches of a region that are continued, the largest of them.
 const CONTINUED: usize = 4;
@@ -148,7 +148,7 @@ fn mean_shift(region: &Region, shifts: &[Option<[f32; 2]>], at: usize) -> [f32; 
 pub fn laid_anew(
     judge: &Judge<'_>,
     here: &Here<'_>,
-    usage: &Usage,
+    reuse: &ReuseCost,
     stream: &mut Stream,
 ) -> Vec<Vec<TexCoord>> {
     let (region, exemplar) = (here.region, judge.exemplar);
@@ -176,7 +176,7 @@ pub fn laid_anew(
             let [x, y] = region.places[at];
             let there = region.shifted(at, shift);
             let apart = judge.seams.features.distance(there, here.coords[at]);
-            f64::from(OF_BORDER * x.hypot(y) * apart) + usage.price(usage.cell_at(there))
+            f64::from(OF_BORDER * x.hypot(y) * apart) + reuse.price(reuse.cell_at(there))
         };
         against.iter().map(at_site).sum::<f64>()
     };

@@ -14,7 +14,7 @@ use crate::synthesis::polish::moves::{Here, Judge};
 use crate::synthesis::polish::proposals::{Patches, laid_anew};
 use crate::synthesis::polish::region::{Places, Region};
 use crate::synthesis::polish::repeats::repeated;
-use crate::synthesis::polish::usage::Usage;
+use crate::synthesis::polish::reuse_cost::ReuseCost;
 
 /// Texels from a region's centre to its border: a patch as wide as the features of most samples.
 const RADIUS: f32 = 12.0;
@@ -31,7 +31,7 @@ const LEAST_GAIN: f64 = 1e-6;
 pub struct Rounds<'a, 'c> {
     judge: Judge<'a>,
     coords: &'c mut [TexCoord],
-    usage: Usage,
+    reuse: ReuseCost,
     seed: u64,
     /// The last run in which each site changed.
     changed: Vec<u32>,
@@ -57,23 +57,23 @@ struct Change {
 
 impl<'a, 'c> Rounds<'a, 'c> {
     /// Begins with what the sites hold.
-    pub fn new(judge: Judge<'a>, coords: &'c mut [TexCoord], usage: Usage, seed: u64) -> Self {
+    pub fn new(judge: Judge<'a>, coords: &'c mut [TexCoord], reuse: ReuseCost, seed: u64) -> Self {
         Self {
             judge,
             changed: vec![0; coords.len()],
             coords,
-            usage,
+            reuse,
             seed,
             run: 0,
             memory: Mutex::default(),
         }
     }
 
-    /// What the map costs per site: seams, each shared by two sites, and usage.
+    /// What the map costs per site: seams, each shared by two sites, and reuse.
     pub fn cost(&self) -> f64 {
         let seams = self.judge.seams.of_sites(self.judge.links, self.coords);
         let seams: f64 = seams.iter().map(|&cost| f64::from(cost)).sum();
-        (0.5 * seams + self.usage.total()) / self.coords.len().max(1) as f64
+        (0.5 * seams + self.reuse.total()) / self.coords.len().max(1) as f64
     }
 
     /// A round over the regions where texels are repeated.
@@ -154,12 +154,12 @@ impl<'a, 'c> Rounds<'a, 'c> {
             map: self.coords,
         };
         let mut stream = random::stream(self.seed, "polish", round, u64::from(centre));
-        let anew = laid_anew(&self.judge, &here, &self.usage, &mut stream);
+        let anew = laid_anew(&self.judge, &here, &self.reuse, &mut stream);
         let patches = Patches::of(&region, self.judge.exemplar.grid, &before);
         let mut saved = 0.0;
         for proposal in patches.continued(&region).chain(anew) {
-            let (usage, graph) = (&self.usage, &mut memory.graph);
-            saved += self.judge.take_part(&mut here, &proposal, usage, graph);
+            let (reuse, graph) = (&self.reuse, &mut memory.graph);
+            saved += self.judge.take_part(&mut here, &proposal, reuse, graph);
         }
         let now = region.sites.iter().zip(before.iter().zip(&here.coords));
         let sites = now
@@ -188,20 +188,20 @@ impl<'a, 'c> Rounds<'a, 'c> {
         !change.sites.is_empty() && change.region.iter().any(reads_changed)
     }
 
-    /// Makes a change, if usage by now does not outweigh what it saves.
+    /// Makes a change, if the cost of reuse does not outweigh what it saves by now.
     fn make(&mut self, change: &Change) {
         let mut cells = BTreeMap::new();
         for &(site, at) in &change.sites {
             let held = self.coords[site as usize];
             for (at, more) in [(held, -1.0), (at, 1.0)] {
-                *cells.entry(self.usage.cell_at(at)).or_insert(0.0) += more;
+                *cells.entry(self.reuse.cell_at(at)).or_insert(0.0) += more;
             }
         }
-        let dearer = self.usage.cost_of(&cells);
+        let dearer = self.reuse.cost_of(&cells);
         if change.saved - dearer < LEAST_GAIN {
             return;
         }
-        self.usage.change(&cells);
+        self.reuse.change(&cells);
         for &(site, at) in &change.sites {
             self.coords[site as usize] = at;
             self.changed[site as usize] = self.run;

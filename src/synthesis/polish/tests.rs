@@ -176,13 +176,16 @@ fn changes_of_usage_cost_what_the_totals_say() {
     let exemplar = fixtures::random_exemplar(6, SIDE, 1, true);
     let level = ExemplarLevel::new(&exemplar.0, &exemplar.1, 0, exemplar.1.k, false);
     let coords = random_map(&exemplar, 24);
-    let mut usage = Usage::of(&level, &coords);
-    let (before, at) = (usage.total(), usage.cell_at(coords[0]));
+    let mut reuse = ReuseCost::of(&level, &coords);
+    let (before, at) = (reuse.total(), reuse.cell_at(coords[0]));
     let changes = [(at, 12.0), (at + 1, -5.0)].into_iter().collect();
-    let cost = usage.cost_of(&changes);
-    usage.change(&changes);
-    assert!((usage.total() - before - cost).abs() < 1e-9);
+    let cost = reuse.cost_of(&changes);
+    reuse.change(&changes);
+    assert!((reuse.total() - before - cost).abs() < 1e-9);
     // As many sites as texels, each used once, cost nothing.
     let texels = (0..SIDE * SIDE).map(|texel| level.grid.centre(crate::index::TexelIndex(texel)));
-    assert_eq!(Usage::of(&level, &texels.collect::<Vec<_>>()).total(), 0.0);
+    assert_eq!(
+        ReuseCost::of(&level, &texels.collect::<Vec<_>>()).total(),
+        0.0
+    );
 }

@@ -192,8 +192,8 @@ mod tests {
     use super::*;
     use crate::sites::grid::GridSites;
     use crate::sites::grid::window::SiteGrid;
+    use crate::synthesis::all_levels::synthesize;
     use crate::synthesis::options::KCoherenceOptions;
-    use crate::synthesis::recipes::synthesize;
     use crate::synthesis::tests::fixtures;
 
     #[test]

@@ -222,8 +222,12 @@ trait ExactMetric: Metric {
 
 impl ExactMetric for GramMetric<'_> {
     fn best_distance(&self, pattern: &mut GramPattern, chosen: Pick) -> f64 {
-        let distances = self.distances_to_all(pattern);
-        distances.into_iter().fold(chosen.distance, f64::min)
+        let mut best = chosen.distance;
+        self.visit_all(pattern, best, |_, distance| {
+            best = best.min(distance);
+            best
+        });
+        best
     }
 }
 

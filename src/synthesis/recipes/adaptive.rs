@@ -12,6 +12,7 @@
 
 pub(crate) mod options;
 mod order;
+mod plan;
 mod similarity;
 
 use rand::Rng;
@@ -28,27 +29,46 @@ use crate::random;
 use crate::sites::coloring::color_classes;
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::CandidateList;
-use crate::synthesis::check;
+use crate::synthesis::check::Plan;
 use crate::synthesis::drive::{class_by_class, coarse_to_fine, one_by_one};
 use crate::synthesis::inputs::{Inputs, LevelMap};
+use crate::synthesis::method::{MethodDescription, MethodSites, SharedOption};
 use crate::synthesis::metric::dense::{DenseMetric, DensePattern};
 use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::adaptive::options::Similarity;
 use crate::synthesis::recipes::adaptive::order::most_neighbors_first;
+use crate::synthesis::recipes::adaptive::plan::{check, levels};
 use crate::synthesis::recipes::adaptive::similarity::Contest;
 use crate::synthesis::rule::Rule;
 use crate::synthesis::state::Texels;
 
+/// The method, as the rest of the program sees it.
+pub const DESCRIPTION: MethodDescription = MethodDescription {
+    name: "adaptive",
+    help: "Chen and Dong 2008: round neighbourhoods of growing size on the same sites at every level",
+    sites: MethodSites::Circles(|options| options.adaptive.rings),
+    plan: |space, _, options| levels(space, options).map(Plan::of_levels),
+    chooses_levels: false,
+    unused: &[
+        (SharedOption::Metric, "a metric of its own"),
+        (SharedOption::Neighborhood, "neighbourhoods of its own"),
+        (SharedOption::Passes, "a fixed number of passes"),
+    ],
+    own_options: Some(|options| &options.adaptive),
+    microseconds: |_, _| 78.0,
+    ..MethodDescription::PLAIN
+};
+
 /// Synthesizes all levels and returns the finest.
-pub fn adaptive<const N: usize, S: Sites<N>>(
+pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    let levels = check::round(inputs, options)?;
+    let levels = check(inputs, options)?;
     let template = Template::round(options.adaptive.rings);
     let none = Neighborhood::default();
     coarse_to_fine(levels, begun, finished, |number, coarser| {

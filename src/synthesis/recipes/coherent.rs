@@ -15,31 +15,67 @@ mod exemplar;
 
 use rand::Rng;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::exemplar::embedding::Embedding;
+use crate::exemplar::space::Space;
 use crate::grid::TexCoord;
 use crate::index::{Level, TexelIndex};
+use crate::neighborhood::Neighborhood;
 use crate::progress::Progress;
 use crate::random;
 use crate::sites::level::{Neighbor, Sites};
 use crate::sites::scan_order::one_pass_order;
 use crate::synthesis::candidates::forward::shifted;
-use crate::synthesis::check;
+use crate::synthesis::check::{Plan, space_level};
 use crate::synthesis::drive::one_by_one;
 use crate::synthesis::inputs::{Inputs, LevelMap};
+use crate::synthesis::method::{MethodDescription, MethodSites, SharedOption};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::coherent::exemplar::ContinuousExemplar;
 use crate::synthesis::rule::Rule;
 
+/// The width of the window inside which the neighbours of a site lie, at most 2 texels away each way.
+const WINDOW: u32 = 5;
+
+/// The method, as the rest of the program sees it.
+pub const DESCRIPTION: MethodDescription = MethodDescription {
+    name: "coherent",
+    help: "Ying 2001 §5: continues the patches of finished sites at real coordinates; one level, one pass, fast",
+    sites: MethodSites::Windows(|_, _, _| vec![Neighborhood::square(WINDOW, 0)]),
+    plan: |space, _, options| one_level(space, options),
+    chooses_levels: false,
+    unused: &[
+        (SharedOption::SeveralLevels, "one level"),
+        (SharedOption::Metric, "a metric of its own"),
+        (SharedOption::Neighborhood, "neighbourhoods of its own"),
+        (SharedOption::Passes, "a fixed number of passes"),
+    ],
+    microseconds: |_, _| 31.0,
+    ..MethodDescription::PLAIN
+};
+
+/// Checks the options and the finest level of the exemplar.
+fn one_level(space: &Space, options: &SynthesisOptions) -> Result<Plan> {
+    options.validate()?;
+    let Some(level) = space.levels.first() else {
+        return Err(Error::data("space", "no level").expected("one or more"));
+    };
+    space_level(level, 0)?;
+    Ok(Plan::of_levels(1))
+}
+
 /// Synthesizes the one level.
-pub fn coherent<const N: usize, S: Sites<N>>(
+pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    check::coherent(inputs, options)?;
+    one_level(inputs.space, options)?;
+    if inputs.sites.levels.first().map_or(0, Sites::count) == 0 {
+        return Err(Error::data("target", "no sites").expected("one or more"));
+    }
     // Take what an earlier run has finished.
     if let Some(map) = begun.filter(|map| map.level == Level(0)) {
         return Ok(map);

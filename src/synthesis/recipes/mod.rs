@@ -1,14 +1,7 @@
-//! Papers, a file each, and the parts that they share.
+//! Papers, a file each, the list of them, and the parts that they share.
 //!
-//! | recipe | method |
-//! | --- | --- |
-//! | [`tong`] | `k-coherence`: Tong 2002 §5 |
-//! | [`wei_levoy`] | `wei-levoy`: Wei and Levoy 2001 |
-//! | [`adaptive`] | `adaptive`: Chen and Dong 2008 |
-//! | [`multiscale`] | `multiscale`: Ying 2001 §4 |
-//! | [`coherent`] | `coherent`: Ying 2001 §5 |
-//! | [`progressive`] | `progressive`: Zhang 2003 §5 |
-//! | [`choosy`] | Castellanos and Williams: faces in place of vertices, with an entry of its own |
+//! A recipe has a `DESCRIPTION`, which answers every question about the method, and a function `synthesize`, which does
+//! the work. It becomes a method of `synth` by a row of the list.
 //!
 //! Parts: the [`k_coherence`] rule, [`distance_floor`], [`reuse_penalty`], [`seam_repair`].
 
@@ -24,52 +17,61 @@ pub(crate) mod seam_repair;
 pub(crate) mod tong;
 mod wei_levoy;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::progress::Progress;
-use crate::sites::level::{SiteHierarchy, Sites};
+use crate::sites::level::Sites;
 use crate::synthesis::inputs::{Inputs, LevelMap};
-use crate::synthesis::options::{Method, SynthesisOptions, needs_faces};
 
-/// Synthesizes all levels and returns the finest.
-///
-/// `finished` is handed every level when it is done; `begun` is one that an earlier run of the same
-/// inputs and options finished. Errors: inputs and options that do not fit
-/// ([`check`](super::check)), and [`Error::Interrupted`].
-pub fn synthesize<const N: usize, S: Sites<N>>(
-    inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
-    begun: Option<LevelMap>,
-    finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
-    progress: Progress<'_>,
-) -> Result<LevelMap> {
-    if let Some(map) = &begun {
-        check_begun(inputs.sites, map)?;
-    }
-    let recipe = match options.method {
-        Method::KCoherence => tong::tong,
-        Method::WeiLevoy => wei_levoy::wei_levoy,
-        Method::Adaptive => adaptive::adaptive,
-        Method::Multiscale => multiscale::multiscale,
-        Method::Coherent => coherent::coherent,
-        Method::Progressive => progressive::progressive,
-        Method::Choosy => return Err(needs_faces()),
+/// Makes the methods of a list of names and recipes.
+macro_rules! methods {
+    ($($(#[$attribute:meta])? $method:ident => $recipe:ident,)+) => {
+        /// The method of synthesis, by its paper.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub enum Method {
+            $(
+                #[doc = concat!("The recipe `", stringify!($recipe), "`.")]
+                $(#[$attribute])?
+                $method,
+            )+
+        }
+
+        impl Method {
+            /// All methods, in the order of the list.
+            pub const ALL: &'static [Self] = &[$(Self::$method),+];
+
+            /// What the method answers about itself.
+            pub fn description(self) -> &'static crate::synthesis::MethodDescription {
+                match self {
+                    $(Self::$method => &$recipe::DESCRIPTION,)+
+                }
+            }
+
+            /// Synthesizes all levels, as [`synthesize`](crate::synthesis::synthesize) does.
+            pub(crate) fn synthesize<const N: usize, S: Sites<N>>(
+                self,
+                inputs: Inputs<'_, S>,
+                options: &crate::synthesis::SynthesisOptions,
+                begun: Option<LevelMap>,
+                finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
+                progress: Progress<'_>,
+            ) -> Result<LevelMap> {
+                match self {
+                    $(Self::$method => {
+                        $recipe::synthesize(inputs, options, begun, finished, progress)
+                    })+
+                }
+            }
+        }
     };
-    recipe(inputs, options, begun, finished, progress)
 }
 
-/// Refuses a finished level that these sites do not have.
-fn check_begun<const N: usize, S: Sites<N>>(
-    sites: &SiteHierarchy<S>,
-    map: &LevelMap,
-) -> Result<()> {
-    let level = map.level.index();
-    let wanted = sites.levels.get(level).map(Sites::count);
-    if wanted == Some(map.coords.len()) {
-        return Ok(());
-    }
-    let expected = wanted.map_or("a level of the target".into(), |count| {
-        format!("{count} sites")
-    });
-    let found = format!("{} coordinates", map.coords.len());
-    Err(Error::data(format!("finished level {level}"), found).expected(expected))
+methods! {
+    #[default]
+    KCoherence => tong,
+    WeiLevoy => wei_levoy,
+    Adaptive => adaptive,
+    Multiscale => multiscale,
+    Coherent => coherent,
+    Progressive => progressive,
+    Choosy => choosy,
 }

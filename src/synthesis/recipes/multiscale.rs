@@ -12,6 +12,7 @@
 //! Gaussian, which the paper does not state, is the window's width over 6.4 (Efros and Leung 1999).
 
 pub(crate) mod options;
+mod plan;
 
 use crate::error::Result;
 use crate::exemplar::level::ExemplarLevel;
@@ -23,27 +24,45 @@ use crate::random;
 use crate::sites::coloring::color_classes;
 use crate::sites::level::Sites;
 use crate::sites::scan_order::scan_order;
-use crate::synthesis::check;
+use crate::synthesis::check::Plan;
 use crate::synthesis::drive::{class_by_class, coarse_to_fine, one_by_one};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Nearest;
+use crate::synthesis::method::{MethodDescription, MethodSites, SharedOption};
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::of_level::{MetricChoice, WithMetric, with_metric};
 use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::recipes::multiscale::plan::{check, levels};
 use crate::synthesis::rule::Rule;
 use crate::synthesis::state::Texels;
 use rand::Rng;
 
+/// The method, as the rest of the program sees it.
+pub const DESCRIPTION: MethodDescription = MethodDescription {
+    name: "multiscale",
+    help: "Ying 2001 §4: every texel is compared, first on the coarser level alone; one of the nearest is drawn at random",
+    sites: MethodSites::Windows(|_, plan, options| options.multiscale.neighborhoods(plan.levels)),
+    plan: |space, _, options| levels(space, options).map(Plan::of_levels),
+    chooses_levels: false,
+    unused: &[
+        (SharedOption::Neighborhood, "neighbourhoods of its own"),
+        (SharedOption::Passes, "a fixed number of passes"),
+    ],
+    own_options: Some(|options| &options.multiscale),
+    microseconds: |work, _| 90.0 + 1.1 * work.texels.sqrt(),
+    ..MethodDescription::PLAIN
+};
+
 /// Synthesizes all levels and returns the finest.
-pub fn multiscale<const N: usize, S: Sites<N>>(
+pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    let neighborhoods = check::multiscale(inputs, options)?;
+    let neighborhoods = check(inputs, options)?;
     coarse_to_fine(neighborhoods.len(), begun, finished, |level, coarser| {
         let windows = &neighborhoods[level];
         let run = |kind, windows, coarser, start| {

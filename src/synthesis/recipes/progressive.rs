@@ -15,6 +15,7 @@ mod band;
 mod exemplar;
 mod label_vectors;
 pub(crate) mod options;
+mod plan;
 mod ring_metric;
 mod rule;
 
@@ -30,20 +31,50 @@ use crate::sites::coloring::color_classes;
 use crate::sites::controls::SiteControls;
 use crate::sites::level::{Parent, SiteHierarchy, Sites};
 use crate::sites::order::{Order, growing_orders};
-use crate::synthesis::check;
 use crate::synthesis::drive::{class_by_class, coarse_to_fine, one_by_one};
 use crate::synthesis::inputs::{Inputs, LevelContent, LevelMap};
+use crate::synthesis::method::{Figure, MethodDescription, MethodSites, SharedOption};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::progressive::exemplar::VariantLevel;
 use crate::synthesis::recipes::progressive::options::Widths;
+use crate::synthesis::recipes::progressive::plan::{check, plan, window_bytes, windows};
 use crate::synthesis::recipes::progressive::rule::{Pass, State, Varied};
 use crate::synthesis::state::Texels;
 
 /// Sweeps over the coarsest level: the first sees only what is synthesized.
 const START_SWEEPS: u32 = 2;
 
+/// The method, as the rest of the program sees it.
+pub const DESCRIPTION: MethodDescription = MethodDescription {
+    name: "progressive",
+    help: "Zhang 2003 §5: textures that change over the surface, with masks that keep elements whole",
+    sites: MethodSites::Windows(windows),
+    plan,
+    chooses_levels: false,
+    unused: &[
+        (SharedOption::Metric, "a metric of its own"),
+        (SharedOption::Neighborhood, "neighbourhoods of its own"),
+    ],
+    own_options: Some(|options| &options.progressive),
+    check_options: check_passes,
+    follows_controls: true,
+    figures: &[Figure::Searched],
+    microseconds: |work, _| 200.0 + 2.0 * work.texels.sqrt(),
+    bytes: |space, _, options| window_bytes(space, options),
+};
+
+/// Refuses a single pass.
+fn check_passes(options: &SynthesisOptions) -> Result<()> {
+    if options.passes >= 2 {
+        return Ok(());
+    }
+    let found = format!("{} with --method progressive", options.passes);
+    let expected = "2 or more: the first is a guess";
+    Err(Error::option("passes", found, expected))
+}
+
 /// Synthesizes all levels and returns the finest.
-pub fn progressive<const N: usize, S: Sites<N>>(
+pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
     begun: Option<LevelMap>,
@@ -51,7 +82,7 @@ pub fn progressive<const N: usize, S: Sites<N>>(
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
     // Check the inputs, and carry the controls down the levels.
-    let plan = check::progressive(inputs, options)?;
+    let plan = check(inputs, options)?;
     let controls = match inputs.controls {
         Some(controls) => controls.pyramid(inputs.sites),
         None => still(inputs.sites),

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::ExemplarLevel;
-use crate::exemplar::space::Features;
+use crate::exemplar::space::{Features, Space};
 use crate::grid::TexCoord;
 use crate::progress::Progress;
 use crate::sites::coloring::color_classes;
@@ -28,10 +28,11 @@ use crate::synthesis::check;
 use crate::synthesis::drive::{class_by_class, coarse_to_fine, one_by_one};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Preference;
+use crate::synthesis::method::{Figure, MethodDescription, Workload};
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::of_level::{MetricChoice, WithMetric, with_metric};
-use crate::synthesis::options::SynthesisOptions;
-use crate::synthesis::polish::polish;
+use crate::synthesis::options::{Search, SynthesisOptions};
+use crate::synthesis::polish::{Effort, SITE_BYTES, polish};
 use crate::synthesis::recipes::distance_floor::distance_floor;
 use crate::synthesis::recipes::k_coherence::KCoherence;
 use crate::synthesis::recipes::reuse_penalty::Uses;
@@ -39,8 +40,44 @@ use crate::synthesis::recipes::seam_repair::repair_seams;
 use crate::synthesis::recipes::tong::passes::Passes;
 use crate::synthesis::state::Texels;
 
+/// Rounds that `--polish auto` amounts to: none of a sample that tiles, about a third of one of others.
+const AUTO_POLISH: f64 = 0.15;
+
+/// The method, as the rest of the program sees it.
+pub const DESCRIPTION: MethodDescription = MethodDescription {
+    name: "k-coherence",
+    help: "Tong 2002: coherent texels and the nearest of each, level after level",
+    own_options: Some(|options| &options.k_coherence),
+    figures: &[Figure::K, Figure::MetricAgreement],
+    microseconds,
+    bytes: polish_bytes,
+    ..MethodDescription::PLAIN
+};
+
+/// Microseconds per site: those of the search, and of each round of polishing.
+fn microseconds(work: Workload, options: &SynthesisOptions) -> f64 {
+    let choices = match options.k_coherence.search {
+        Search::KCoherence if work.onto_atlas => 70.0,
+        Search::KCoherence => 97.0,
+        Search::Full => work.full_search(),
+    };
+    let rounds = match options.k_coherence.polish {
+        Effort::Auto => AUTO_POLISH,
+        Effort::Rounds(rounds) => f64::from(rounds),
+    };
+    choices + 320.0 * rounds
+}
+
+/// Bytes that polishing takes.
+fn polish_bytes(space: &Space, sites: u64, options: &SynthesisOptions) -> u64 {
+    match options.k_coherence.polish.rounds(space.tileable()) {
+        0 => 0,
+        _ => SITE_BYTES * sites,
+    }
+}
+
 /// Synthesizes all levels and returns the finest.
-pub fn tong<const N: usize, S: Sites<N>>(
+pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
     begun: Option<LevelMap>,

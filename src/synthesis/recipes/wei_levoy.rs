@@ -19,6 +19,7 @@ use crate::synthesis::check;
 use crate::synthesis::drive::{class_by_class, coarse_to_fine};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Preference;
+use crate::synthesis::method::MethodDescription;
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::of_level::{MetricChoice, WithMetric, with_metric};
 use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
@@ -26,8 +27,15 @@ use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::rule::Rule;
 use crate::synthesis::state::Texels;
 
+/// The method, as the rest of the program sees it.
+pub const DESCRIPTION: MethodDescription = MethodDescription {
+    name: "wei-levoy",
+    help: "Wei and Levoy 2001: every texel is compared at every site; slow, for comparison",
+    ..MethodDescription::PLAIN
+};
+
 /// Synthesizes all levels and returns the finest.
-pub fn wei_levoy<const N: usize, S: Sites<N>>(
+pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     options: &SynthesisOptions,
     begun: Option<LevelMap>,

@@ -18,6 +18,7 @@ use crate::sites::grid::GridSites;
 use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::{Parent, SiteHierarchy, Sites};
 use crate::sites::order::Order;
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::candidates::forward::CandidateList;
 use crate::synthesis::drive::class_by_class;
 use crate::synthesis::inputs::{Inputs, LevelMap};
@@ -29,7 +30,6 @@ use crate::synthesis::quality;
 use crate::synthesis::quality::energy;
 use crate::synthesis::recipes::k_coherence::KCoherence;
 use crate::synthesis::recipes::seam_repair::{measure, repair_seams};
-use crate::synthesis::recipes::synthesize;
 use crate::synthesis::state::Texels;
 
 fn preference() -> Preference {

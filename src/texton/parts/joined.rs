@@ -134,6 +134,7 @@ fn check_alike(parts: &[Part], sample: &Sample) -> Result<()> {
             .expected(expected)
             .advice(advice)),
     };
+    // Compare the samples.
     let of_another = named(&|job| {
         let is_other = job.sample != *sample.id();
         is_other.then(|| format!("of the sample {}", job.sample))
@@ -144,6 +145,7 @@ fn check_alike(parts: &[Part], sample: &Sample) -> Result<()> {
         expected,
         "make these parts again from this sample",
     )?;
+    // Compare the versions of the program.
     let of_version = named(&|job| {
         let is_other = job.program != ENGINE;
         is_other.then(|| format!("made by version {} of the program", job.program))
@@ -154,6 +156,7 @@ fn check_alike(parts: &[Part], sample: &Sample) -> Result<()> {
         expected,
         "make these parts again with this version",
     )?;
+    // Compare the options with those of the first part.
     let Some(first) = parts.first() else {
         return Ok(());
     };

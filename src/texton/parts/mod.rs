@@ -27,13 +27,10 @@ pub use writing::{PartReport, write_part};
 mod tests {
     use std::path::Path;
 
-    use serde_json::Value;
-
     use super::{Parts, write_part};
     use crate::btf::direction::Direction;
-    use crate::btf::sample::{DType, Description, FORMAT, Layout, Sample, VERSION};
+    use crate::btf::sample::{Description, Sample};
     use crate::btf::writer::SampleWriter;
-    use crate::format::id::ContentId;
     use crate::progress::Progress;
     use crate::shard::Shard;
     use crate::texton::representatives::ImageVectors;
@@ -45,21 +42,13 @@ mod tests {
             .map(|i| Direction::from_angles(0.04 * f64::from(i), f64::from(i)))
             .collect();
         let description = Description {
-            format: FORMAT.into(),
-            version: VERSION,
-            name: "waves".into(),
-            width: 8,
-            height: 8,
-            channels: 3,
-            dtype: DType::F4,
-            texel_mm: None,
-            layout: Layout::Product,
-            views: vec![Direction::from_angles(0.0, 0.0)],
-            lights,
-            pairs: None,
             tileable: true,
-            id: ContentId::of_bytes(b""),
-            source: Value::Null,
+            ..Description::product(
+                "waves",
+                [8, 8],
+                vec![Direction::from_angles(0.0, 0.0)],
+                lights,
+            )
         };
         let mut writer = SampleWriter::create(path, description).unwrap();
         for image in 0..30 {

@@ -11,9 +11,9 @@ use crate::format::npz;
 use crate::progress::Progress;
 use crate::shard::Shard;
 use crate::texton::filter_bank::leung_malik;
+use crate::texton::image_batches::{ImageBatches, PlaneSource};
 use crate::texton::image_blocks::ImageBlocks;
 use crate::texton::image_products::ImageProducts;
-use crate::texton::panels::{Panels, PlaneSource};
 use crate::texton::parts::job::{FORMAT, Job, Meta, VERSION, as_map};
 use crate::texton::parts::part::Part;
 use crate::texton::parts::work::{VECTORS, Work, products_of};
@@ -119,13 +119,14 @@ fn write_products(
     progress: Progress<'_>,
 ) -> io::Result<()> {
     let numbers: Vec<u32> = (0..study.stack.sample.image_count() as u32).collect();
-    let panels = Panels::new(&study.stack, PlaneSource::Images(&numbers), blocks, false);
+    let batches = ImageBatches::new(&study.stack, PlaneSource::Images(&numbers), blocks, false);
     let mut products = ImageProducts::new(&study.stack.grids);
     let lengths = ImageProducts::stored_lengths(&study.stack.grids);
     let images: usize = own.clone().map(|block| blocks.images(block).len()).sum();
     progress.begin("image dot products", images as u64);
     for block in own {
-        let summed = panels.each_of_block(block, progress, |planes| products.add(planes, progress));
+        let summed =
+            batches.each_of_block(block, progress, |planes| products.add(planes, progress));
         if let Err(error) = summed.and_then(|()| progress.check()) {
             *fault.borrow_mut() = Some(error);
             return Err(io::Error::from(io::ErrorKind::Interrupted));

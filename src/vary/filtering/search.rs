@@ -2,7 +2,7 @@
 
 use multiversion::multiversion;
 
-use crate::vary::filtering::windows::LANES;
+use crate::lanes::LANES;
 
 /// A pattern: numbers, and what each weighs.
 #[derive(Clone, Debug, Default)]

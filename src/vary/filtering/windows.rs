@@ -8,12 +8,11 @@
 
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
+use crate::lanes::LANES;
 use crate::neighborhood::square_window;
 use crate::vary::filtering::options::FilterOptions;
 use crate::vary::filtering::pyramid::Depths;
 
-/// Numbers compared at once.
-pub const LANES: usize = 16;
 /// What a number off the texture is: 1 or more from any other.
 const OFF: f32 = 2.0;
 /// The deviation of the Gaussian over the window's width.

@@ -4,9 +4,7 @@ use std::path::Path;
 
 use super::*;
 use crate::btf::Direction;
-use crate::btf::sample::{DType, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
-use crate::format::id::ContentId;
 
 fn directions(angles: &[f64]) -> Vec<Direction> {
     angles
@@ -19,21 +17,8 @@ fn directions(angles: &[f64]) -> Vec<Direction> {
 fn sample(folder: &Path, name: &str, lights: &[f64], first: f32) -> Sample {
     let path = folder.join(name);
     let description = Description {
-        format: FORMAT.into(),
-        version: VERSION,
-        name: name.into(),
-        width: 2,
-        height: 1,
-        channels: 3,
-        dtype: DType::F4,
-        texel_mm: None,
-        layout: Layout::Product,
-        views: directions(&[0.0]),
-        lights: directions(lights),
-        pairs: None,
         tileable: true,
-        id: ContentId::of_bytes(&[]),
-        source: serde_json::Value::Null,
+        ..Description::product(name, [2, 1], directions(&[0.0]), directions(lights))
     };
     let mut writer = SampleWriter::create(&path, description).unwrap();
     for image in 0..lights.len() {

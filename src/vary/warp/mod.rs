@@ -20,7 +20,7 @@ use glam::DVec2;
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
-use crate::vary::contours::Features;
+use crate::vary::contours::MaskFeatures;
 use crate::vary::label_set::LabelSet;
 use crate::vary::morphology::{LARGEST_RADIUS, Operation, morph};
 use crate::vary::nearest_pixel::Axis;
@@ -106,8 +106,8 @@ impl Warp {
         }
     }
 
-    fn features(&self, mask: &Array2<u8>) -> Result<Features> {
-        let features = Features::of(mask, self.labels);
+    fn features(&self, mask: &Array2<u8>) -> Result<MaskFeatures> {
+        let features = MaskFeatures::of(mask, self.labels);
         if !features.list.is_empty() && features.owner.iter().any(Option::is_none) {
             return Ok(features);
         }

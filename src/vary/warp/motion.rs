@@ -3,7 +3,7 @@
 use glam::{DMat2, DVec2};
 use ndarray::Array2;
 
-use crate::vary::contours::Features;
+use crate::vary::contours::MaskFeatures;
 
 /// The largest factor of a feature's size.
 pub const LARGEST_SCALE: f64 = 16.0;
@@ -46,7 +46,11 @@ pub struct Moved {
 
 impl Moved {
     /// The features as a motion leaves them.
-    pub fn features(features: &Features, transition: &Array2<f32>, motion: Motion) -> Vec<Self> {
+    pub fn features(
+        features: &MaskFeatures,
+        transition: &Array2<f32>,
+        motion: Motion,
+    ) -> Vec<Self> {
         let moved = features.list.iter().map(|feature| {
             let [row, col] = feature.centre;
             let (height, width) = transition.dim();

@@ -65,7 +65,7 @@ fn features_are_scaled_about_their_centres_in_three_ways() {
         let found = warp(&format!("{follow}:scale=0.5"), &mask, &all);
         let share = area(&found) / area(&mask);
         assert!((share - 0.25).abs() < 0.06, "{follow} {share}");
-        let features = Features::of(&found, LabelSet::FEATURES);
+        let features = MaskFeatures::of(&found, LabelSet::FEATURES);
         assert_eq!(features.list.len(), 1, "{follow}");
         let [row, col] = features.list[0].centre;
         assert!(

@@ -10,7 +10,6 @@ mod cells;
 
 use clap::ValueEnum;
 use glam::DMat3;
-use serde::{Deserialize, Serialize};
 
 use crate::btf::bake::angular::cells::{LEAST_DIRECTIONS, second_moments};
 use crate::btf::bake::material::Material;
@@ -28,8 +27,7 @@ const GLOSSY_SHARE: f64 = 0.01;
 const LOOKED_AT: usize = 64;
 
 /// Whether highlights are widened to the spacing of the directions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AngularFilter {
     /// Where the material is glossier than the sets of directions can hold.
     Auto,

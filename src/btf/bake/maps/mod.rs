@@ -19,7 +19,6 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
 
 pub use crate::btf::bake::maps::folder::{Shown, shown_by_names};
 pub use crate::btf::bake::maps::normal_map::NormalKind;
@@ -42,8 +41,7 @@ use crate::progress::Progress;
 const DEFAULT_DEPTH: f64 = 0.05;
 
 /// What the borders of the maps mean.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Tiling {
     /// Opposite borders continue each other.
     Wrap,
@@ -52,8 +50,7 @@ pub enum Tiling {
 }
 
 /// What to do about the steps of an 8-bit height map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Terraces {
     /// Leave them.
     #[default]
@@ -63,9 +60,8 @@ pub enum Terraces {
 }
 
 /// How maps become a material; what is not given is taken from the recipe.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 #[command(next_help_heading = "Options of maps")]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct MapOptions {
     /// Height of map value 1 over map value 0, in millimetres (with --width-mm).
     #[arg(long, value_name = "MM")]
@@ -209,14 +205,16 @@ pub fn material(
     recipe: &Recipe,
     options: &MapOptions,
     size: u32,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Loaded> {
+    // Check the options.
     options.validate()?;
     if !(2..=16_384).contains(&size) {
         return Err(Error::option("size", size.to_string(), "2 to 16384 texels"));
     }
     let recipe = options.over(recipe);
     options.fit(&recipe)?;
+    // Read the relief.
     let reader = MapReader::new(options.reading(), options.albedo_encoding, progress);
     let relief = relief::read(&recipe, options.terraces, size, &reader)?;
     let (width, height) = resample::fitted(relief.width, relief.height, size);
@@ -227,6 +225,7 @@ pub fn material(
         target: (width, height),
         progress,
     };
+    // Read the other maps at its size.
     let heights = relief.resampled(width, height);
     let Coat {
         roughness,
@@ -252,6 +251,7 @@ pub fn material(
             None => Diffuse::Lambert,
         },
     };
+    // Warn of slopes that no material has.
     reader.check_layer()?;
     if let Some(warning) = relief
         .depth
@@ -294,7 +294,7 @@ struct Loader<'a> {
     /// Sides of the height map, which the others should share.
     source: (u32, u32),
     target: (u32, u32),
-    progress: &'a Progress<'a>,
+    progress: Progress<'a>,
 }
 
 impl Loader<'_> {

@@ -7,7 +7,7 @@
 
 use clap::ValueEnum;
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::error::{Error, Result};
 use crate::format::image::{FloatImage, Precision};
@@ -24,7 +24,7 @@ const OFF_LENGTH: f64 = 0.1;
 const FEW: f64 = 0.05;
 
 /// How a normal map stores its vectors.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum NormalKind {
     /// As its numbers show.
@@ -84,6 +84,7 @@ pub(super) fn normals(
     alpha: Option<Vec<f32>>,
     kind: NormalKind,
 ) -> Result<Normals> {
+    // Find the kind of map that the channels say.
     if map.channels != 3 {
         return Err(Error::data("channels", "1")
             .expected("3: a normal map is a colour image")
@@ -93,6 +94,7 @@ pub(super) fn normals(
         (NormalKind::Auto, Some(_)) if red_says_nothing(&map) => NormalKind::Dxt5nm,
         (kind, _) => kind,
     };
+    // Take x from alpha where the kind says so.
     let mut warning = None;
     match (kind, alpha) {
         (NormalKind::Dxt5nm, Some(alpha)) => {
@@ -111,6 +113,7 @@ pub(super) fn normals(
         }
         (_, None) => {}
     }
+    // Decode the vectors.
     check_red(&map)?;
     let kind = match kind {
         NormalKind::Auto => found_kind(&map),

@@ -8,8 +8,8 @@
 use clap::ValueEnum;
 use glam::DVec3;
 use rustfft::num_complex::Complex64;
-use rustfft::{FftDirection, FftPlanner};
-use serde::{Deserialize, Serialize};
+use rustfft::{FftDirection, FftPlannerScalar};
+use serde::Deserialize;
 
 use crate::btf::bake::maps::normal_map::Normals;
 
@@ -19,7 +19,7 @@ const LEAST_Z: f64 = 0.05;
 const CLEARLY_LESS: f64 = 0.7;
 
 /// Where green points in a normal map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum NormalY {
     /// Whichever makes the slopes those of a surface.
@@ -188,7 +188,7 @@ fn transformed(values: &[f64], width: usize, height: usize) -> Vec<Complex64> {
 
 /// A 2D transform in place, rows then columns, not scaled.
 fn transform(values: &mut [Complex64], width: usize, height: usize, direction: FftDirection) {
-    let mut planner = FftPlanner::new();
+    let mut planner = FftPlannerScalar::new();
     planner.plan_fft(width, direction).process(values);
     let mut columns: Vec<Complex64> = (0..width * height)
         .map(|i| values[(i % height) * width + i / height])

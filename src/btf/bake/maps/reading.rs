@@ -14,7 +14,7 @@ use crate::progress::Progress;
 pub(super) struct MapReader<'a> {
     options: ReadOptions,
     albedo_encoding: Option<SourceEncoding>,
-    pub(super) progress: &'a Progress<'a>,
+    pub(super) progress: Progress<'a>,
     layer_taken: Cell<bool>,
 }
 
@@ -22,7 +22,7 @@ impl<'a> MapReader<'a> {
     pub(super) fn new(
         options: ReadOptions,
         albedo_encoding: Option<SourceEncoding>,
-        progress: &'a Progress<'a>,
+        progress: Progress<'a>,
     ) -> Self {
         Self {
             options,
@@ -80,7 +80,7 @@ impl<'a> MapReader<'a> {
         let mut read = image::read_with(path, options)?;
         let mut notes = Notes::default();
         notes.add(path, std::mem::take(&mut read.notes));
-        notes.warn(*self.progress);
+        notes.warn(self.progress);
         self.layer_taken
             .set(self.layer_taken.get() || read.layer_taken);
         Ok(read)

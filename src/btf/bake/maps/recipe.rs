@@ -258,6 +258,7 @@ impl Recipe {
     }
 
     fn check(&self) -> Result<()> {
+        // Check the lengths.
         for (name, value) in [
             ("height-mm", self.relief.height_mm),
             ("depth", self.relief.depth),
@@ -268,6 +269,7 @@ impl Recipe {
                 return Err(Error::data(name, value.to_string()).expected("a number > 0"));
             }
         }
+        // Check that no two say the same.
         if self.relief.depth.is_some() && self.relief.height_mm.is_some() {
             return Err(Error::data("depth", "given with height-mm").expected("one of both"));
         }
@@ -276,6 +278,7 @@ impl Recipe {
                 .expected("one of both: normals follow from heights"));
         }
         self.check_packed()?;
+        // Check the numbers of the surface.
         let unit = |v: f32| (0.0..=1.0).contains(&v);
         let scalar = |s: &Option<Scalar>| !matches!(s, Some(Scalar::Constant(v)) if !unit(*v));
         let color =

@@ -10,10 +10,10 @@ use crate::btf::bake::maps::recipe::Recipe;
 use crate::btf::bake::maps::resample::resampled;
 use crate::btf::bake::maps::{DEFAULT_DEPTH, Terraces};
 use crate::error::{Error, Result};
-use crate::format::image::{self, Encoding, FloatImage, Precision, ReadOptions};
+use crate::format::image::{self, FloatImage, Precision, ReadOptions};
 use crate::progress::Progress;
 
-/// Steps of an 8-bit map lower than this slope are not seen, in texels a texel (2°).
+/// Steps of an 8-bit map lower than this slope are not seen, in texels per texel (2°).
 const VISIBLE_STEP: f64 = 0.035;
 /// A terraced map has more equal neighbours than this.
 const TERRACED: f64 = 0.5;
@@ -37,21 +37,10 @@ pub(super) struct Relief {
 impl Relief {
     /// Heights in texels of a grid of other sides.
     pub(super) fn resampled(&self, width: u32, height: u32) -> Vec<f32> {
-        let image = gray(self.width, self.height, self.heights.clone());
+        let image = FloatImage::gray(self.width, self.height, self.heights.clone());
         let mut heights = resampled(&image, width, height).data;
         heights.iter_mut().for_each(|h| *h *= width as f32);
         heights
-    }
-}
-
-fn gray(width: u32, height: u32, data: Vec<f32>) -> FloatImage {
-    FloatImage {
-        width,
-        height,
-        channels: 1,
-        data,
-        encoding: Encoding::Linear,
-        precision: Precision::Float,
     }
 }
 
@@ -101,7 +90,7 @@ fn plane(recipe: &Recipe) -> Result<Relief> {
 }
 
 /// Height of map value 1, as a share of the map's width.
-fn depth(recipe: &Recipe, columns: u32, progress: &Progress) -> Result<f64> {
+fn depth(recipe: &Recipe, columns: u32, progress: Progress<'_>) -> Result<f64> {
     match (recipe.relief.height_mm, recipe.width_of(columns)?) {
         (Some(height), Some(width)) => Ok(height / width),
         (Some(_), None) => Err(Error::data("height-mm", "given without the map's size")
@@ -121,7 +110,7 @@ fn from_heights(
     image: FloatImage,
     terraces: Terraces,
     size: u32,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Relief> {
     let depth = depth(recipe, image.width, progress)?;
     let mut map = Relief {
@@ -150,7 +139,7 @@ fn from_normals(
     recipe: &Recipe,
     map: FloatImage,
     alpha: Option<Vec<f32>>,
-    progress: &Progress,
+    progress: Progress<'_>,
 ) -> Result<Relief> {
     if recipe.relief.height_mm.is_some() || recipe.relief.depth.is_some() {
         return Err(Error::data("height-mm or depth", "given for a normal map")
@@ -176,7 +165,7 @@ fn from_normals(
     })
 }
 
-fn chosen_handedness(asked: NormalY, found: Handedness, progress: &Progress) -> NormalY {
+fn chosen_handedness(asked: NormalY, found: Handedness, progress: Progress<'_>) -> NormalY {
     let name = |y: NormalY| if y == NormalY::Down { "down" } else { "up" };
     match asked {
         NormalY::Auto if found.clear => found.likely,
@@ -238,7 +227,7 @@ fn smoothed_within_steps(map: &Relief) -> Vec<f32> {
 }
 
 /// Warns where the step across a border is far wider than those inside.
-fn warn_of_seams(relief: &Relief, progress: &Progress) {
+fn warn_of_seams(relief: &Relief, progress: Progress<'_>) {
     let (width, height) = (relief.width as usize, relief.height as usize);
     let at = |row: usize, col: usize| f64::from(relief.heights[row * width + col]);
     let mean = |steps: &mut dyn Iterator<Item = f64>| {

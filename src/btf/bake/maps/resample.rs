@@ -77,22 +77,9 @@ fn weights(target: usize, from: usize, to: usize) -> Vec<(usize, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::image::{Encoding, Precision};
-
-    fn image(width: u32, height: u32, data: Vec<f32>) -> FloatImage {
-        FloatImage {
-            width,
-            height,
-            channels: 1,
-            data,
-            encoding: Encoding::Linear,
-            precision: Precision::Float,
-        }
-    }
-
     #[test]
     fn shrinking_takes_area_means_and_keeps_the_mean() {
-        let source = image(4, 2, vec![1.0, 3.0, 5.0, 7.0, 1.0, 3.0, 5.0, 7.0]);
+        let source = FloatImage::gray(4, 2, vec![1.0, 3.0, 5.0, 7.0, 1.0, 3.0, 5.0, 7.0]);
         assert_eq!(resampled(&source, 2, 1).data, [2.0, 6.0]);
         let thirds = resampled(&source, 3, 2);
         let mean = thirds.data.iter().sum::<f32>() / 6.0;
@@ -103,9 +90,9 @@ mod tests {
 
     #[test]
     fn growing_is_linear_and_wraps() {
-        let grown = resampled(&image(2, 1, vec![0.0, 4.0]), 4, 1);
+        let grown = resampled(&FloatImage::gray(2, 1, vec![0.0, 4.0]), 4, 1);
         assert_eq!(grown.data, [1.0, 1.0, 3.0, 3.0]);
-        let same = image(3, 1, vec![1.0, 2.0, 3.0]);
+        let same = FloatImage::gray(3, 1, vec![1.0, 2.0, 3.0]);
         assert_eq!(resampled(&same, 3, 1).data, same.data);
     }
 

@@ -35,7 +35,7 @@ impl Bench {
             }
         };
         let material = read_recipe(&path)
-            .and_then(|recipe| material(&recipe, options, size, &Progress::new(&listener, None)));
+            .and_then(|recipe| material(&recipe, options, size, Progress::new(&listener, None)));
         let material = material.map(|loaded| loaded.material);
         let warnings = std::mem::take(&mut *warnings.lock().unwrap());
         (material, warnings)

@@ -1,12 +1,10 @@
 //! Built-in procedural materials: small, readable, tileable at any size, with relief one sees.
 //!
-//! Each is a function from a place on the [`Tile`] to height, colour and roughness there; features
+//! Each is one file with a function from a place on the [`Tile`] to height, colour and roughness there; features
 //! span about 8 to 24 texels, and vary at random so that a tile does not repeat inside itself. Sizes in
 //! texels; one texel is taken as ½ mm.
 
-mod cloth;
-mod hide;
-mod mineral;
+mod procedural;
 mod tile;
 
 use clap::ValueEnum;
@@ -14,8 +12,8 @@ use glam::Vec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::btf::bake::brdf::Diffuse;
 use crate::btf::bake::material::Material;
+use crate::btf::bake::presets::procedural::Procedural;
 use crate::btf::bake::presets::tile::{Facet, Tile};
 use crate::error::{Error, Result};
 use crate::grid::TexelGrid;
@@ -24,30 +22,40 @@ use crate::progress::Progress;
 /// Side of a preset's texel, in millimetres.
 const TEXEL_MM: f64 = 0.5;
 
-/// A built-in material.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Preset {
-    /// Plain weave of thick two-coloured threads.
-    Weave,
-    /// Velvety ribs.
-    Corduroy,
-    /// Stocking stitch: columns of V-shaped loops.
-    Knit,
-    /// Willow rods woven round stakes.
-    Wicker,
-    /// Rounded stones in dark mortar.
-    Cobbles,
-    /// Bricks in running bond.
-    Bricks,
-    /// Overlapping glossy scales.
-    Scales,
-    /// Pebbled, creased, waxed.
-    Leather,
-    /// Sheet metal beaten with a round hammer.
-    Hammered,
-    /// Deep wavy ridges along the trunk.
-    Bark,
+/// Registers the presets: one row per file. It declares the file's module and makes the variant of [`Preset`], whose name in
+/// kebab case is the preset's name on the command line and whose comment is its help text. `PRESET` of the file says the rest.
+macro_rules! presets {
+    ($($variant:ident => $file:ident, $help:literal;)*) => {
+        $(mod $file;)*
+
+        /// A built-in material.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum Preset {
+            $(#[doc = $help] $variant,)*
+        }
+
+        impl Preset {
+            fn procedural(self) -> Procedural {
+                match self {
+                    $(Self::$variant => $file::PRESET,)*
+                }
+            }
+        }
+    };
+}
+
+presets! {
+    Weave => weave, "Plain weave of thick two-coloured threads.";
+    Corduroy => corduroy, "Velvety ribs.";
+    Knit => knit, "Stocking stitch: columns of V-shaped loops.";
+    Wicker => wicker, "Willow rods woven round stakes.";
+    Cobbles => cobbles, "Rounded stones in dark mortar.";
+    Bricks => bricks, "Bricks in running bond.";
+    Scales => scales, "Overlapping glossy scales.";
+    Leather => leather, "Pebbled, creased, waxed.";
+    Hammered => hammered, "Sheet metal beaten with a round hammer.";
+    Bark => bark, "Deep wavy ridges along the trunk.";
 }
 
 impl Preset {
@@ -56,6 +64,11 @@ impl Preset {
         if !(16..=8192).contains(&size) {
             return Err(Error::option("size", size.to_string(), "16 to 8192 texels"));
         }
+        let Procedural {
+            facet,
+            diffuse,
+            is_metal,
+        } = self.procedural();
         let tile = Tile::new(size, seed);
         let facets: Vec<Facet> = (0..size * size)
             .into_par_iter()
@@ -63,10 +76,9 @@ impl Preset {
                 progress.check()?;
                 // Texel centres, y upwards.
                 let (col, up) = (texel % size, size - 1 - texel / size);
-                Ok(self.facet(&tile, Vec2::new(col as f32 + 0.5, up as f32 + 0.5)))
+                Ok(facet(&tile, Vec2::new(col as f32 + 0.5, up as f32 + 0.5)))
             })
             .collect::<Result<_>>()?;
-        let metal = self == Self::Hammered;
         Ok(Material {
             name: self.name(),
             grid: TexelGrid {
@@ -78,28 +90,10 @@ impl Preset {
             heights: facets.iter().map(|facet| facet.height).collect(),
             albedo: facets.iter().map(|facet| facet.albedo).collect(),
             roughness: Some(facets.iter().map(|facet| facet.roughness).collect()),
-            metallic: metal.then(|| vec![1.0; facets.len()]),
+            metallic: is_metal.then(|| vec![1.0; facets.len()]),
             reflectance: 0.04,
-            diffuse: match self {
-                Self::Weave | Self::Corduroy | Self::Knit => Diffuse::OrenNayar(0.35),
-                _ => Diffuse::Lambert,
-            },
+            diffuse,
         })
-    }
-
-    fn facet(self, tile: &Tile, at: Vec2) -> Facet {
-        match self {
-            Self::Weave => cloth::weave(tile, at),
-            Self::Corduroy => cloth::corduroy(tile, at),
-            Self::Knit => cloth::knit(tile, at),
-            Self::Wicker => cloth::wicker(tile, at),
-            Self::Cobbles => mineral::cobbles(tile, at),
-            Self::Bricks => mineral::bricks(tile, at),
-            Self::Hammered => mineral::hammered(tile, at),
-            Self::Scales => hide::scales(tile, at),
-            Self::Leather => hide::leather(tile, at),
-            Self::Bark => hide::bark(tile, at),
-        }
     }
 
     /// Its name on the command line.
@@ -131,7 +125,7 @@ mod tests {
             // Across the border the surface continues as it does inside.
             let tile = Tile::new(61, 5);
             for y in 0..61 {
-                let at = |x: f32| preset.facet(&tile, Vec2::new(x, y as f32 + 0.5));
+                let at = |x: f32| (preset.procedural().facet)(&tile, Vec2::new(x, y as f32 + 0.5));
                 let (a, b) = (at(0.25), at(61.25));
                 assert!((a.height - b.height).abs() < 0.02, "{preset:?} {y}");
                 assert!((a.albedo - b.albedo).length() < 0.02, "{preset:?} {y}");

@@ -1,17 +1,17 @@
 //! What happens to each picture between its file and the sample: hot pixels, grey card, rectification, crop,
-//! reduction.
+//! downsampling.
 //!
 //! | file | what it does |
 //! | --- | --- |
 //! | [`region`] | a rectangle of an image |
 //! | [`hot_pixels`] | pixels that are bright in every picture |
 //! | [`grey_card`] | exposure and white balance |
-//! | [`reduce`] | means of blocks |
+//! | [`downsample`] | means of blocks |
 //! | [`selection`] | which directions are kept |
 
+mod downsample;
 mod grey_card;
 mod hot_pixels;
-mod reduce;
 mod region;
 mod selection;
 
@@ -23,8 +23,8 @@ pub use crate::btf::import::prepare::selection::Selection;
 
 use crate::btf::import::image_list::MeasuredImage;
 use crate::btf::import::photographs::Rectification;
+use crate::btf::import::prepare::downsample::{cropped, downsampled};
 use crate::btf::import::prepare::hot_pixels::{Counts, FEWEST_PICTURES, HotPixels, MOST_PICTURES};
-use crate::btf::import::prepare::reduce::{cropped, reduced};
 use crate::error::{Error, Result};
 use crate::format::image::FloatImage;
 
@@ -37,7 +37,7 @@ pub struct Preparation {
     pub crop: Option<Region>,
     /// Takes the mean of blocks of N × N pixels as a texel.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub reduce: Option<u32>,
+    pub downsample: Option<u32>,
     /// Views that are used: numbers from 0 and ranges, as 0,4-11, or theta:60 in degrees.
     #[arg(long, value_name = "VIEWS")]
     pub keep_views: Option<Selection>,
@@ -65,7 +65,7 @@ impl Preparation {
     pub fn given(&self) -> Option<&'static str> {
         let flags = [
             (self.crop.is_some(), "crop"),
-            (self.reduce.is_some(), "reduce"),
+            (self.downsample.is_some(), "downsample"),
             (self.keep_views.is_some(), "keep-views"),
             (self.keep_lights.is_some(), "keep-lights"),
             (self.grey_card.is_some(), "grey-card"),
@@ -81,8 +81,8 @@ impl Preparation {
 
     /// Refuses numbers that no picture could satisfy.
     pub(super) fn check(&self) -> Result<()> {
-        if self.reduce == Some(0) {
-            return Err(Error::option("reduce", "0", "1 or more"));
+        if self.downsample == Some(0) {
+            return Err(Error::option("downsample", "0", "1 or more"));
         }
         match self.hot_pixels {
             Some(factor) if !(factor > 1.0 && factor.is_finite()) => Err(Error::option(
@@ -96,7 +96,7 @@ impl Preparation {
 
     /// Pixels of an image per side of a texel.
     pub(super) fn pixels_per_texel(&self) -> u32 {
-        self.reduce.unwrap_or(1)
+        self.downsample.unwrap_or(1)
     }
 }
 
@@ -127,9 +127,10 @@ impl<'a> Steps<'a> {
         })
     }
 
-    /// How many hot pixels there are.
-    pub(super) fn hot_pixels(&self) -> usize {
-        self.hot_pixels.texels.len()
+    /// How many hot pixels there are; `None` where they are not looked for.
+    pub(super) fn hot_pixels(&self) -> Option<usize> {
+        let is_asked = self.preparation.hot_pixels.is_some();
+        is_asked.then_some(self.hot_pixels.texels.len())
     }
 
     /// Takes a picture through all steps.
@@ -150,12 +151,18 @@ impl<'a> Steps<'a> {
         }
         match self.preparation.pixels_per_texel() {
             1 => Ok(image),
-            block => reduced(&image, block),
+            block => downsampled(&image, block),
         }
     }
 }
 
-/// Looks at pictures evenly spread over the set, all of the first one's size.
+/// The places of the pictures, spread evenly over a set of `count`, that are looked at for hot pixels.
+pub(super) fn inspected(count: usize) -> impl Iterator<Item = usize> {
+    let most = count.min(MOST_PICTURES);
+    (0..most).map(move |picture| picture * count / most)
+}
+
+/// Looks at pictures spread over the set, all of the first one's size.
 fn find_hot_pixels(
     factor: f32,
     count: usize,
@@ -168,10 +175,9 @@ fn find_hot_pixels(
             format!("at least {FEWEST_PICTURES}, to distinguish hot pixels from highlights"),
         ));
     }
-    let looked_at = count.min(MOST_PICTURES);
     let mut counts: Option<(u32, u32, Counts)> = None;
-    for picture in 0..looked_at {
-        let image = read(picture * count / looked_at)?;
+    for picture in inspected(count) {
+        let image = read(picture)?;
         let (width, height, counts) = counts.get_or_insert_with(|| {
             let counts = Counts::new(image.width, image.height, factor);
             (image.width, image.height, counts)

@@ -8,39 +8,31 @@ use crate::btf::import::find_images::by_last_names;
 use crate::btf::import::image_list::{ImageList, MeasuredImage};
 use crate::btf::import::list_options::Handedness;
 use crate::btf::import::listed::Listed;
-use crate::btf::import::lists::{extension, is_list};
-use crate::btf::import::place::Place;
+use crate::btf::import::lists::extension;
 use crate::btf::import::sets::listing::Listing;
 use crate::btf::import::{image_table, light_positions};
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
 use crate::format::text;
 
-/// The list of an archive, by its name in it; `None` for folders, and where there is none.
-pub(super) fn find(listing: &Listing) -> Result<Option<&str>> {
-    let lists = listing
-        .others
-        .iter()
-        .filter(|name| is_list(Path::new(name)));
-    let lists: Vec<&str> = lists.map(String::as_str).collect();
-    match (&listing.place, lists.as_slice()) {
-        (Place::Files, _) | (_, []) => Ok(None),
-        (_, [only]) => Ok(Some(only)),
-        _ => Err(Error::data("lists", lists.join(", "))
-            .expected("just one in an archive whose images' names say no angles")
-            .advice("unpack the archive and name the list")),
+/// The list of archives, by its path; `None` where there is none.
+pub(super) fn find(listing: &Listing) -> Result<Option<&Path>> {
+    match listing.lists.as_slice() {
+        [] => Ok(None),
+        [only] => Ok(Some(only)),
+        lists => {
+            let names: Vec<_> = lists.iter().map(|path| path.to_string_lossy()).collect();
+            Err(Error::data("lists", names.join(", "))
+                .expected("just one in an archive whose images' names say no angles")
+                .advice("unpack the archive and name the list"))
+        }
     }
 }
 
-/// Reads the list of an archive.
-pub(super) fn read(
-    archive: &Path,
-    listing: &Listing,
-    list: &str,
-    handedness: Handedness,
-) -> Result<ImageList> {
+/// Reads the list of archives.
+pub(super) fn read(listing: &Listing, path: &Path, handedness: Handedness) -> Result<ImageList> {
     // Read the list in its format.
-    let path = archive.join(list);
+    let path = path.to_path_buf();
     let bytes = listing.place.read(&path)?;
     let is_rti = extension(&path) == "lp";
     let (listed, notes) = guarded(&path, || {

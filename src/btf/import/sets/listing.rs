@@ -1,9 +1,10 @@
-//! The images of a folder, of the folders in it, or of a zip archive.
+//! The images of folders, of the folders in them, and of zip archives.
 
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::btf::import::lists::is_list;
 use crate::btf::import::place::Place;
 use crate::error::{Error, Result};
 use crate::format::archive::Archive;
@@ -28,54 +29,73 @@ pub(super) struct SetImage {
     pub(super) path: PathBuf,
 }
 
-/// What a folder or an archive holds.
+/// What folders and archives hold.
 #[derive(Debug)]
 pub(super) struct Listing {
+    /// The first of them.
     source: PathBuf,
     pub(super) place: Place,
     /// Sorted by name.
     pub(super) images: Vec<SetImage>,
     /// The names of other files.
     pub(super) others: Vec<String>,
+    /// Files in archives that list images, by their paths.
+    pub(super) lists: Vec<PathBuf>,
 }
 
 impl Listing {
-    /// Looks through a folder or the directory of an archive. Hidden files are left out.
-    pub(super) fn of(source: &Path) -> Result<Self> {
-        let (place, names) = match source.is_dir() {
-            true => {
-                let mut names = Vec::new();
-                walk(source, "", DEEPEST, &mut names)?;
-                (Place::Files, names)
-            }
-            false => {
-                let archive = Archive::open(source)?;
-                let names = archive.names().map(str::to_owned).collect();
-                (Place::Archive(archive), names)
-            }
+    /// Looks through folders and the directories of archives: together they hold one set. Hidden files are left out.
+    pub(super) fn of(sources: &[impl AsRef<Path>]) -> Result<Self> {
+        let mut listing = Self {
+            source: sources
+                .first()
+                .map(|s| s.as_ref().to_path_buf())
+                .unwrap_or_default(),
+            place: Place::default(),
+            images: Vec::new(),
+            others: Vec::new(),
+            lists: Vec::new(),
         };
-        let seen = names.into_iter().filter(|name| !is_hidden(name));
-        let (mut images, others): (Vec<String>, Vec<String>) =
-            seen.partition(|name| is_image(name));
-        images.sort();
-        let image = |name: String| SetImage {
-            path: source.join(&name),
-            name,
-        };
-        Ok(Self {
-            source: source.to_path_buf(),
-            place,
-            images: images.into_iter().map(image).collect(),
-            others,
-        })
+        sources
+            .iter()
+            .try_for_each(|source| listing.add(source.as_ref()))?;
+        listing
+            .images
+            .sort_by(|a, b| a.name.cmp(&b.name).then_with(|| a.path.cmp(&b.path)));
+        Ok(listing)
     }
 
-    /// The set's own name: that of its folder or archive.
+    /// Adds what a folder or an archive holds.
+    fn add(&mut self, source: &Path) -> Result<()> {
+        let mut names = Vec::new();
+        let is_archive = !source.is_dir();
+        if is_archive {
+            let archive = Archive::open(source)?;
+            names.extend(archive.names().map(str::to_owned));
+            self.place.archives.push(archive);
+        } else {
+            walk(source, "", DEEPEST, &mut names)?;
+        }
+        for name in names.into_iter().filter(|name| !is_hidden(name)) {
+            let path = source.join(&name);
+            if is_image(&name) {
+                self.images.push(SetImage { name, path });
+                continue;
+            }
+            if is_archive && is_list(&path) {
+                self.lists.push(path);
+            }
+            self.others.push(name);
+        }
+        Ok(())
+    }
+
+    /// The set's own name: that of its first folder or archive.
     pub(super) fn name(&self) -> String {
         let whole = fs::canonicalize(&self.source).unwrap_or_else(|_| self.source.clone());
-        let name = match self.place {
-            Place::Files => whole.file_name(),
-            Place::Archive(_) => whole.file_stem(),
+        let name = match whole.is_dir() {
+            true => whole.file_name(),
+            false => whole.file_stem(),
         };
         name.unwrap_or(OsStr::new("set"))
             .to_string_lossy()
@@ -143,7 +163,7 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, "").unwrap();
         }
-        let listing = Listing::of(folder.path()).unwrap();
+        let listing = Listing::of(&[folder.path()]).unwrap();
         let names: Vec<&str> = listing
             .images
             .iter()

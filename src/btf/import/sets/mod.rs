@@ -2,7 +2,7 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`listing`] | the images of a folder or of a zip archive |
+//! | [`listing`] | the images of folders and zip archives |
 //! | [`angles`] | the angles of one image, checked and ordered |
 //! | [`angle_names`] | angles by the names of Bonn's and UTIA's sets |
 //! | [`pattern`] | angles by a pattern of the user |
@@ -46,7 +46,7 @@ struct Sorted<'a> {
 
 /// Whether a folder holds images whose names say their angles.
 pub fn is_set(folder: &Path) -> bool {
-    Listing::of(folder).is_ok_and(|listing| listing.says_angles())
+    Listing::of(&[folder]).is_ok_and(|listing| listing.says_angles())
 }
 
 impl Listing {
@@ -57,15 +57,20 @@ impl Listing {
     }
 }
 
-/// Lists the images of a folder or a zip archive: by their names, else by a list in the archive.
-pub fn read_set(path: &Path, options: &SetOptions, handedness: Handedness) -> Result<ImageList> {
-    // Go by a list in the archive where no name says angles.
-    let listing = Listing::of(path)?;
+/// Lists the images of folders and zip archives that together hold one set: by their names, else by a list in an archive.
+pub fn read_set(
+    paths: &[impl AsRef<Path>],
+    options: &SetOptions,
+    handedness: Handedness,
+) -> Result<ImageList> {
+    // Go by a list in an archive where no name says angles.
+    let path = paths.first().map_or(Path::new(""), AsRef::as_ref);
+    let listing = Listing::of(paths)?;
     if options.given().is_none()
         && !listing.says_angles()
         && let Some(list) = archived_list::find(&listing).map_err(|error| error.in_file(path))?
     {
-        return archived_list::read(path, &listing, list, handedness);
+        return archived_list::read(&listing, list, handedness);
     }
     // Go by the names.
     let sorted = sort(&listing, options).map_err(|error| error.in_file(path))?;
@@ -226,7 +231,7 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, "").unwrap();
         }
-        read_set(folder.path(), options, Handedness::Right).map_err(|error| error.to_string())
+        read_set(&[folder.path()], options, Handedness::Right).map_err(|error| error.to_string())
     }
 
     fn ends(list: &ImageList) -> Vec<String> {

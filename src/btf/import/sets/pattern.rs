@@ -4,7 +4,7 @@
 //! anything; all else for itself. A pattern may begin and end anywhere in a file's name. One with a `/` is looked for
 //! in the path below the folder. Where a pattern has no view, it is directly above.
 
-use regex::Regex;
+use regex_lite::Regex;
 
 use crate::btf::import::sets::angles::Angles;
 use crate::error::{Error, Result};
@@ -72,7 +72,7 @@ fn expression(text: &str) -> std::result::Result<(String, Vec<&'static str>), St
             }
             None if sign == '{' => return Err("has a placeholder that is not known".into()),
             None => {
-                let itself = regex::escape(sign.encode_utf8(&mut [0; 4]));
+                let itself = regex_lite::escape(sign.encode_utf8(&mut [0; 4]));
                 regex += if sign == '*' { ".*" } else { &itself };
                 sign.len_utf8()
             }

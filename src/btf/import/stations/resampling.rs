@@ -1,5 +1,7 @@
 //! Images of near cameras and lamps become those of distant ones.
 
+use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -25,20 +27,38 @@ pub struct NearField {
     pub patch: Patch,
 }
 
-/// Gathers all images, then makes the resampled ones.
+impl NearField {
+    /// The images that some resampled ones may be made of, in order. They do not depend on the patch's texels.
+    pub fn sources_of(&self, wanted: Range<usize>) -> Vec<usize> {
+        let (varying, spread) = self.reach();
+        let sources = wanted.flat_map(|image| candidates(&self.stations, image, varying, spread));
+        sources.collect::<BTreeSet<usize>>().into_iter().collect()
+    }
+
+    /// What differs from image to image, and how much directions differ over the patch.
+    fn reach(&self) -> (Varying, f64) {
+        let spread = spread(&self.stations, self.patch);
+        (Varying::of(&self.stations), spread.most())
+    }
+}
+
+/// Gathers images, then makes the resampled ones.
 #[derive(Debug)]
 pub struct Resampler {
     near_field: NearField,
+    /// The images that are gathered, in order.
+    sources: Vec<usize>,
     gathered: NamelessWriter,
     folder: PathBuf,
 }
 
 impl Resampler {
-    /// Images are gathered in a file without a name on the disk of `folder`.
-    pub fn new(near_field: NearField, folder: &Path) -> Result<Self> {
+    /// Images, `sources` in order, are gathered in a file without a name on the disk of `folder`.
+    pub fn new(near_field: NearField, sources: Vec<usize>, folder: &Path) -> Result<Self> {
         let gathered = NamelessWriter::create_in(folder).map_err(Error::io(folder, "write"))?;
         Ok(Self {
             near_field,
+            sources,
             gathered,
             folder: folder.to_path_buf(),
         })
@@ -51,9 +71,10 @@ impl Resampler {
             .map_err(Error::io(&self.folder, "write"))
     }
 
-    /// Hands the resampled images to `write`, in order.
+    /// Hands the resampled images of a range to `write`, in order; all their sources must be there.
     pub fn finish(
         self,
+        wanted: Range<usize>,
         progress: Progress<'_>,
         mut write: impl FnMut(&[f32]) -> Result<()>,
     ) -> Result<()> {
@@ -61,12 +82,9 @@ impl Resampler {
             .gathered
             .finish()
             .map_err(Error::io(&self.folder, "read"))?;
-        let varying = Varying::of(&self.near_field.stations);
-        let most = spread(&self.near_field.stations, self.near_field.patch).most();
-        let count = self.near_field.stations.len();
-        progress.begin("resampling the near field", count as u64);
-        for wanted in 0..count {
-            let blend = Blend::new(&self.near_field, wanted, varying, most);
+        progress.begin("resampling the near field", wanted.len() as u64);
+        for image in wanted {
+            let blend = Blend::new(&self.near_field, &self.sources, image);
             write(&blend.image(self.near_field.patch, images.as_slice()))?;
             progress.advance(1)?;
         }
@@ -75,13 +93,14 @@ impl Resampler {
     }
 }
 
-/// The images that make one resampled image, and their weights at the nodes.
+/// The gathered images that make one resampled image, by their places, and their weights at the nodes.
 struct Blend {
     images: Vec<(usize, [f32; NODES])>,
 }
 
 impl Blend {
-    fn new(near_field: &NearField, wanted: usize, varying: Varying, spread: f64) -> Self {
+    fn new(near_field: &NearField, sources: &[usize], wanted: usize) -> Self {
+        let (varying, spread) = near_field.reach();
         let chosen = candidates(&near_field.stations, wanted, varying, spread);
         let stations: Vec<Station> = chosen
             .iter()
@@ -93,12 +112,12 @@ impl Blend {
             weights(&stations, &target, point, varying)
         };
         let at_nodes: Vec<Vec<f64>> = (0..NODES).into_par_iter().map(at_node).collect();
-        let of_image = |(place, &image): (usize, &usize)| {
+        let of_image = |(at, image): (usize, &usize)| {
             let mut weights = [0.0; NODES];
             for (weight, at_node) in weights.iter_mut().zip(&at_nodes) {
-                *weight = at_node[place] as f32;
+                *weight = at_node[at] as f32;
             }
-            (image, weights)
+            (sources.partition_point(|source| source < image), weights)
         };
         let images = chosen.iter().enumerate().map(of_image);
         Self {

@@ -2,6 +2,8 @@
 
 use std::f64::consts::FRAC_1_PI;
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::station::{Spread, spread};
@@ -77,13 +79,14 @@ fn resampled_images_are_those_of_distant_lamps() {
         patch: PATCH,
     };
     let folder = tempfile::tempdir().unwrap();
-    let mut resampler = Resampler::new(near_field.clone(), folder.path()).unwrap();
+    let all: Vec<usize> = (0..near_field.stations.len()).collect();
+    let mut resampler = Resampler::new(near_field.clone(), all.clone(), folder.path()).unwrap();
     for station in &near_field.stations {
         resampler.push(&photographed(station)).unwrap();
     }
     let mut found = Vec::new();
     resampler
-        .finish(Progress::silent(), |image| {
+        .finish(0..all.len(), Progress::silent(), |image| {
             found.push(image.to_vec());
             Ok(())
         })
@@ -109,7 +112,8 @@ fn distant_stations_change_nothing() {
     };
     assert_eq!(spread(&near_field.stations, PATCH), Spread::default());
     let folder = tempfile::tempdir().unwrap();
-    let mut resampler = Resampler::new(near_field.clone(), folder.path()).unwrap();
+    let all: Vec<usize> = (0..near_field.stations.len()).collect();
+    let mut resampler = Resampler::new(near_field.clone(), all.clone(), folder.path()).unwrap();
     let images: Vec<Vec<f32>> = near_field.stations.iter().map(photographed).collect();
     images
         .iter()
@@ -125,5 +129,35 @@ fn distant_stations_change_nothing() {
         at += 1;
         Ok(())
     };
-    resampler.finish(Progress::silent(), check).unwrap();
+    resampler
+        .finish(0..all.len(), Progress::silent(), check)
+        .unwrap();
+}
+
+#[test]
+fn some_images_are_resampled_from_some_of_all() {
+    let near_field = NearField {
+        stations: dome(150, 400.0),
+        patch: PATCH,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let resampled = |wanted: Range<usize>, sources: Vec<usize>| {
+        let mut resampler =
+            Resampler::new(near_field.clone(), sources.clone(), folder.path()).unwrap();
+        for source in sources {
+            let image = photographed(&near_field.stations[source]);
+            resampler.push(&image).unwrap();
+        }
+        let mut found = Vec::new();
+        let keep = |image: &[f32]| {
+            found.push(image.to_vec());
+            Ok(())
+        };
+        resampler.finish(wanted, Progress::silent(), keep).unwrap();
+        found
+    };
+    let whole = resampled(0..150, (0..150).collect());
+    let sources = near_field.sources_of(40..43);
+    assert!((3..100).contains(&sources.len()), "{sources:?}");
+    assert!(whole[40..43] == resampled(40..43, sources));
 }

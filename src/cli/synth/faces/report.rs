@@ -15,7 +15,7 @@ use crate::synthesis::faces::exemplar::SquareExemplar;
 use crate::synthesis::faces::histograms::{
     HistogramDistances, histogram_distances, texton_distance,
 };
-use crate::synthesis::options::{Method, SynthesisOptions};
+use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::choosy::ChoosyResult;
 use crate::texton::options::ByteSize;
 
@@ -85,7 +85,7 @@ impl FaceReport {
             texel: map.header.texel,
             seed,
             levels: surface.levels.len(),
-            method: Method::Choosy.name(),
+            method: options.method.name(),
             base_mesh: match coloring {
                 Coloring::Given => "given",
                 Coloring::Retiled => "retiled",

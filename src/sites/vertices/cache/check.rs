@@ -10,14 +10,12 @@ use super::{ENGINE, FORMAT, Meta, VERSION, Wanted, member};
 use crate::error::{Error, Result};
 use crate::mesh::compressed_rows::Rows;
 use crate::mesh::frame::Frame;
-use crate::mesh::surface_bvh::SurfacePoint;
 use crate::sites::level::{Neighbor, Parent};
-use crate::sites::vertices::VertexSites;
-use crate::sites::vertices::prepared_surface::Surface;
+use crate::sites::vertices::prepared_surface::{PreparedSurface, SurfaceLevel};
 use crate::sites::vertices::sampling::SampleCounts;
 use crate::sites::vertices::stencil::{PackedSample, PatchStencils};
 
-/// How far lengths, right angles and sums of weights may be off: rounding alone is a hundredth of it.
+/// How far lengths and right angles may be off: rounding alone is a hundredth of it.
 const TOLERANCE: f32 = 1e-3;
 
 /// Checks what `meta.json` says, before any list is read.
@@ -62,59 +60,57 @@ pub(super) fn header(meta: &Meta, wanted: &Wanted<'_>) -> Result<()> {
 }
 
 /// Checks every list of a surface.
-pub(super) fn surface(surface: &Surface, wanted: &Wanted<'_>) -> Result<()> {
-    let (finest, user) = (surface.meshes.first(), &wanted.user.mesh);
-    if finest.is_none_or(|finest| finest != user) {
+pub(super) fn surface(surface: &PreparedSurface, wanted: &Wanted<'_>) -> Result<()> {
+    let (finest, user) = (surface.levels.first(), &wanted.user.mesh);
+    if finest.is_none_or(|finest| finest.mesh != *user) {
         return Err(Error::data("L0", "another mesh").expected("the vertices and triangles given"));
     }
-    for number in 0..surface.meshes.len() {
-        CheckedLevel::of(surface, number)?.check(wanted)?;
+    for (number, level) in surface.levels.iter().enumerate() {
+        CheckedLevel::new(number, level, surface.levels.get(number + 1)).check(wanted)?;
     }
     Ok(())
 }
 
 /// One level and what it may point to.
 struct CheckedLevel<'a> {
-    surface: &'a Surface,
     number: usize,
-    level: &'a VertexSites,
-    sites: usize,
-    cells: usize,
+    level: &'a SurfaceLevel,
     sites_above: usize,
     cells_above: usize,
 }
 
 impl<'a> CheckedLevel<'a> {
-    fn of(surface: &'a Surface, number: usize) -> Result<Self> {
-        let mesh = &surface.meshes[number];
-        let above = surface.meshes.get(number + 1);
-        Ok(Self {
-            surface,
+    fn new(number: usize, level: &'a SurfaceLevel, above: Option<&SurfaceLevel>) -> Self {
+        Self {
             number,
-            level: &surface.hierarchy.levels[number],
-            sites: mesh.positions.len(),
-            cells: mesh.triangles.len(),
-            sites_above: above.map_or(0, |mesh| mesh.positions.len()),
-            cells_above: above.map_or(0, |mesh| mesh.triangles.len()),
-        })
+            level,
+            sites_above: above.map_or(0, |above| above.mesh.positions.len()),
+            cells_above: above.map_or(0, |above| above.mesh.triangles.len()),
+        }
     }
 
     fn check(&self, wanted: &Wanted<'_>) -> Result<()> {
+        let sites = &self.level.sites;
         self.mesh()?;
         self.frames()?;
-        self.stencils("samples", &self.level.fine, self.cells)?;
-        match &self.level.coarse {
+        self.stencils("samples", &sites.fine, self.level.mesh.triangles.len())?;
+        match &sites.coarse {
             Some(coarse) => self.stencils("coarse_samples", coarse, self.cells_above)?,
             None => self.count("coarse_samples", 0, 0)?,
         }
-        self.counts(&self.surface.samples[self.number])?;
-        self.neighbors(&self.level.neighbors, wanted.options.neighborhood)?;
+        self.counts(&self.level.samples)?;
+        self.neighbors(&sites.neighbors, wanted.options.neighborhood)?;
         self.parents()
     }
 
+    /// Vertices of the level.
+    fn sites(&self) -> usize {
+        self.level.mesh.positions.len()
+    }
+
     fn mesh(&self) -> Result<()> {
-        let mesh = &self.surface.meshes[self.number];
-        let within = |triangle: &[u32; 3]| triangle.iter().all(|&v| (v as usize) < self.sites);
+        let (mesh, areas) = (&self.level.mesh, &self.level.sites.areas);
+        let within = |triangle: &[u32; 3]| triangle.iter().all(|&v| (v as usize) < self.sites());
         self.all(
             "triangles",
             &mesh.triangles,
@@ -122,25 +118,22 @@ impl<'a> CheckedLevel<'a> {
             "vertices of the level",
         )?;
         self.all("positions", &mesh.positions, |p| p.is_finite(), "finite")?;
-        let areas = &self.surface.hierarchy.levels[self.number].areas;
-        self.count("areas", areas.len(), self.sites)?;
+        self.count("areas", areas.len(), self.sites())?;
         let sound = |area: &f32| (0.0..f32::INFINITY).contains(area);
         self.all("areas", areas, sound, "finite, 0 or more")
     }
 
     fn frames(&self) -> Result<()> {
-        let normals = &self.surface.normals[self.number];
-        let frames = &self.surface.frames[self.number];
-        self.count("normals", normals.len(), self.sites)?;
-        self.count("orientations", frames.len(), self.sites)?;
-        self.all("normals", normals, |&n| is_unit(n), "of length 1")?;
+        let frames = &self.level.frames;
+        self.count("normals", frames.len(), self.sites())?;
+        self.all("normals", frames, |frame| is_unit(frame.n), "of length 1")?;
         let sound = |frame: &Frame| is_unit(frame.s) && frame.s.dot(frame.n).abs() <= TOLERANCE;
         let expected = "of length 1 and at right angles to the normal";
         self.all("orientations", frames, sound, expected)
     }
 
     fn stencils(&self, name: &str, stencils: &PatchStencils, cells: usize) -> Result<()> {
-        let wanted = self.sites * stencils.samples_per_site;
+        let wanted = self.sites() * stencils.samples_per_site;
         self.count(name, stencils.samples.len(), wanted)?;
         let sound = |sample: &PackedSample| {
             let [first, second] = sample.weights.map(u32::from);
@@ -155,18 +148,18 @@ impl<'a> CheckedLevel<'a> {
     fn counts(&self, counts: &SampleCounts) -> Result<()> {
         let told = [counts.valued, counts.outside, counts.folded];
         let sum = told.iter().try_fold(0_u64, |sum, &n| sum.checked_add(n));
-        match sum == Some(self.level.fine.samples.len() as u64) {
+        match sum == Some(self.level.sites.fine.samples.len() as u64) {
             true => Ok(()),
             false => Err(Error::data(self.place("counts"), format!("{told:?}"))
-                .expected(format!("{} in all", self.level.fine.samples.len()))),
+                .expected(format!("{} in all", self.level.sites.fine.samples.len()))),
         }
     }
 
     fn neighbors(&self, lists: &Rows<Neighbor>, window: u32) -> Result<()> {
         let starts = &lists.starts;
-        self.count("neighbor_starts", starts.len(), self.sites + 1)?;
+        self.count("neighbor_starts", starts.len(), self.sites() + 1)?;
         let rising = starts.par_windows(2).all(|pair| pair[0] <= pair[1]);
-        let ends = (starts[0] as usize, starts[self.sites] as usize);
+        let ends = (starts[0] as usize, starts[self.sites()] as usize);
         if !rising || ends != (0, lists.entries.len()) {
             let found = format!("{} to {}", ends.0, ends.1);
             return Err(Error::data(self.place("neighbor_starts"), found)
@@ -174,30 +167,25 @@ impl<'a> CheckedLevel<'a> {
         }
         let half = window as f32 / 2.0;
         let sound = |near: &Neighbor| {
-            (near.site as usize) < self.sites && near.x.abs() <= half && near.y.abs() <= half
+            (near.site as usize) < self.sites() && near.x.abs() <= half && near.y.abs() <= half
         };
         let expected = format!("a vertex of the level within {half} texels");
         self.all("neighbors", &lists.entries, sound, &expected)
     }
 
     fn parents(&self) -> Result<()> {
-        let wanted = if self.sites_above > 0 { self.sites } else { 0 };
-        let parents = &self.surface.hierarchy.levels[self.number].parents;
-        let points = &self.surface.parent_points[self.number];
+        let wanted = if self.sites_above > 0 {
+            self.sites()
+        } else {
+            0
+        };
+        let parents = &self.level.sites.parents;
         self.count("parents", parents.len(), wanted)?;
-        self.count("parent_points", points.len(), wanted)?;
         let inside = |parent: &Parent| {
             (parent.site as usize) < self.sites_above && (parent.x + parent.y).is_finite()
         };
         let expected = "a vertex of the coarser level at a finite distance";
-        self.all("parents", parents, inside, expected)?;
-        let sound = |point: &SurfacePoint| {
-            let inside = (point.triangle as usize) < self.cells_above;
-            (inside && is_barycentric(point.weights) && point.position.is_finite())
-                || *point == SurfacePoint::NOWHERE
-        };
-        let expected = "a triangle of the coarser level with weights that sum to 1";
-        self.all("parent_points", points, sound, expected)
+        self.all("parents", parents, inside, expected)
     }
 
     fn count(&self, name: &str, found: usize, wanted: usize) -> Result<()> {
@@ -236,9 +224,4 @@ impl<'a> CheckedLevel<'a> {
 
 fn is_unit(vector: Vec3) -> bool {
     (vector.length() - 1.0).abs() <= TOLERANCE
-}
-
-fn is_barycentric(weights: [f32; 3]) -> bool {
-    let sum: f32 = weights.iter().sum();
-    weights.iter().all(|weight| (0.0..=1.0).contains(weight)) && (sum - 1.0).abs() <= TOLERANCE
 }

@@ -20,12 +20,11 @@ use crate::format::seal::{ENGINE, Seal};
 use crate::mesh::compressed_rows::Rows;
 use crate::mesh::frame::Frame;
 use crate::mesh::reading::UserMesh;
-use crate::mesh::surface_bvh::SurfacePoint;
 use crate::mesh::triangle_mesh::TriangleMesh;
-use crate::sites::level::{Neighbor, Parent, SiteHierarchy};
+use crate::sites::level::{Neighbor, Parent};
 use crate::sites::vertices::VertexSites;
 use crate::sites::vertices::cache::lists::Lists;
-use crate::sites::vertices::prepared_surface::Surface;
+use crate::sites::vertices::prepared_surface::{PreparedSurface, SurfaceLevel};
 use crate::sites::vertices::sampling::SampleCounts;
 use crate::sites::vertices::stencil::{PackedSample, PatchStencils};
 use crate::sites::vertices::surface_options::SurfaceOptions;
@@ -33,7 +32,7 @@ use crate::sites::vertices::surface_options::SurfaceOptions;
 /// `format` in the file's `meta.json`.
 const FORMAT: &str = "mesotex-surface";
 /// Changes whenever the same input would give another surface, or the file has another form.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The folder that belongs to a mesh file: `MESH.mesotex-cache`.
 pub fn folder_of(mesh: &Path) -> PathBuf {
@@ -130,39 +129,39 @@ struct LevelMeta {
     counts: [u64; 3],
 }
 
+impl LevelMeta {
+    fn of(level: &SurfaceLevel) -> Self {
+        let (sites, counts) = (&level.sites, &level.samples);
+        Self {
+            samples_per_site: sites.fine.samples_per_site,
+            coarse_samples_per_site: sites.coarse.as_ref().map(|coarse| coarse.samples_per_site),
+            counts: [counts.valued, counts.outside, counts.folded],
+        }
+    }
+}
+
 fn not_json(error: serde_json::Error) -> Error {
     Error::data("JSON", error.to_string())
 }
 
 /// Writes a surface, making the folder if need be; one that [`read`] would refuse is an error.
-pub fn write(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> {
+pub fn write(path: &Path, wanted: &Wanted<'_>, surface: &PreparedSurface) -> Result<()> {
     check::surface(surface, wanted)?;
     write_unchecked(path, wanted, surface)
 }
 
-fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Result<()> {
+fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &PreparedSurface) -> Result<()> {
     lists::make_folder(path)?;
     // List what each level holds.
-    let levels: Vec<LevelMeta> = surface
-        .hierarchy
+    let levels: Vec<LevelMeta> = surface.levels.iter().map(LevelMeta::of).collect();
+    let frames: Vec<[Vec<Vec3>; 2]> = surface.levels.iter().map(normals_and_s).collect();
+    let lists: Vec<(String, &[u8])> = surface
         .levels
         .iter()
-        .zip(&surface.samples)
-        .map(|(level, counts)| LevelMeta {
-            samples_per_site: level.fine.samples_per_site,
-            coarse_samples_per_site: level.coarse.as_ref().map(|coarse| coarse.samples_per_site),
-            counts: [counts.valued, counts.outside, counts.folded],
-        })
-        .collect();
-    let orientations: Vec<Vec<Vec3>> = surface
-        .frames
-        .iter()
-        .map(|frames| frames.iter().map(|frame| frame.s).collect())
-        .collect();
-    let lists: Vec<(String, &[u8])> = (0..levels.len())
-        .flat_map(|number| {
-            let of_level = lists(surface, number, &orientations[number]);
-            of_level.map(move |(name, bytes)| (member(number, name), bytes))
+        .zip(&frames)
+        .enumerate()
+        .flat_map(|(number, (level, frames))| {
+            lists(level, frames).map(move |(name, bytes)| (member(number, name), bytes))
         })
         .collect();
     // Seal the lists.
@@ -180,33 +179,39 @@ fn write_unchecked(path: &Path, wanted: &Wanted<'_>, surface: &Surface) -> Resul
     lists::write(path, &meta, &lists)
 }
 
+/// The normals and the orientations of a level's frames.
+fn normals_and_s(level: &SurfaceLevel) -> [Vec<Vec3>; 2] {
+    let frames = || level.frames.iter();
+    [
+        frames().map(|frame| frame.n).collect(),
+        frames().map(|frame| frame.s).collect(),
+    ]
+}
+
 /// The lists of a level in the order of the file; the coarsest level lacks the coarse ones.
 fn lists<'a>(
-    surface: &'a Surface,
-    number: usize,
-    orientations: &'a [Vec3],
+    level: &'a SurfaceLevel,
+    [normals, orientations]: &'a [Vec<Vec3>; 2],
 ) -> impl Iterator<Item = (&'static str, &'a [u8])> + use<'a> {
-    let (mesh, level) = (&surface.meshes[number], &surface.hierarchy.levels[number]);
-    let coarse: &[u8] = match &level.coarse {
+    let (mesh, sites) = (&level.mesh, &level.sites);
+    let coarse: &[u8] = match &sites.coarse {
         Some(coarse) => bytemuck::cast_slice(&coarse.samples),
         None => &[],
     };
-    let points = &surface.parent_points[number];
     [
         ("triangles", bytemuck::cast_slice(&mesh.triangles)),
         ("positions", bytemuck::cast_slice(&mesh.positions)),
-        ("normals", bytemuck::cast_slice(&surface.normals[number])),
+        ("normals", bytemuck::cast_slice(normals)),
         ("orientations", bytemuck::cast_slice(orientations)),
-        ("samples", bytemuck::cast_slice(&level.fine.samples)),
+        ("samples", bytemuck::cast_slice(&sites.fine.samples)),
         ("coarse_samples", coarse),
         (
             "neighbor_starts",
-            bytemuck::cast_slice(&level.neighbors.starts),
+            bytemuck::cast_slice(&sites.neighbors.starts),
         ),
-        ("neighbors", bytemuck::cast_slice(&level.neighbors.entries)),
-        ("parents", bytemuck::cast_slice(&level.parents)),
-        ("areas", bytemuck::cast_slice(&level.areas)),
-        ("parent_points", bytemuck::cast_slice(points)),
+        ("neighbors", bytemuck::cast_slice(&sites.neighbors.entries)),
+        ("parents", bytemuck::cast_slice(&sites.parents)),
+        ("areas", bytemuck::cast_slice(&sites.areas)),
     ]
     .into_iter()
 }
@@ -225,7 +230,7 @@ fn sealed(mut seal: Seal, texel: f64, levels: &[LevelMeta]) -> Result<ContentId>
 }
 
 /// Reads a surface back; a file that is not sound, or not the surface wanted, is an error.
-pub fn read(path: &Path, wanted: &Wanted<'_>) -> Result<Surface> {
+pub fn read(path: &Path, wanted: &Wanted<'_>) -> Result<PreparedSurface> {
     let mut lists = Lists::open(path, wanted.seal())?;
     let meta: Meta = lists.meta()?;
     check::header(&meta, wanted).map_err(|error| error.in_file(path))?;
@@ -252,7 +257,6 @@ struct CachedLevel {
     neighbors: Rows<Neighbor>,
     parents: Vec<Parent>,
     areas: Vec<f32>,
-    parent_points: Vec<SurfacePoint>,
 }
 
 impl CachedLevel {
@@ -271,62 +275,56 @@ impl CachedLevel {
             },
             parents: lists.list(&member(number, "parents"))?,
             areas: lists.list(&member(number, "areas"))?,
-            parent_points: lists.list(&member(number, "parent_points"))?,
         })
     }
-}
 
-/// The surface of the levels read.
-fn assemble(meta: &Meta, levels: Vec<CachedLevel>) -> Surface {
-    let mut surface = Surface {
-        meshes: Vec::new(),
-        normals: Vec::new(),
-        frames: Vec::new(),
-        hierarchy: SiteHierarchy { levels: Vec::new() },
-        parent_points: Vec::new(),
-        texel: meta.texel,
-        samples: Vec::new(),
-    };
-    let mut levels = levels.into_iter().peekable();
-    // Take level after level; the coarser one's triangles are the cells of this one's coarse
-    // samples.
-    for told in &meta.levels {
-        let Some(level) = levels.next() else { break };
-        let above = levels.peek().map(|coarser| coarser.triangles.clone());
+    /// The level with what `meta.json` says of it and the triangles of the coarser one.
+    fn complete(self, meta: &LevelMeta, coarser: Option<Vec<[u32; 3]>>) -> SurfaceLevel {
         let stencils = |samples_per_site, cells, samples| PatchStencils {
             samples_per_site,
             cells,
             samples,
         };
-        let coarse = told.coarse_samples_per_site.zip(above);
-        surface.hierarchy.levels.push(VertexSites {
-            fine: stencils(
-                told.samples_per_site,
-                level.triangles.clone(),
-                level.samples,
-            ),
-            coarse: coarse.map(|(per_site, cells)| stencils(per_site, cells, level.coarse_samples)),
-            neighbors: level.neighbors,
-            parents: level.parents,
-            areas: level.areas,
-        });
-        surface
-            .frames
-            .push(frames(&level.normals, &level.orientations));
-        surface.meshes.push(TriangleMesh {
-            positions: level.positions,
-            triangles: level.triangles,
-        });
-        surface.normals.push(level.normals);
-        surface.parent_points.push(level.parent_points);
-        let [valued, outside, folded] = told.counts;
-        surface.samples.push(SampleCounts {
-            valued,
-            outside,
-            folded,
-        });
+        let fine = stencils(meta.samples_per_site, self.triangles.clone(), self.samples);
+        let coarse = meta.coarse_samples_per_site.zip(coarser);
+        let [valued, outside, folded] = meta.counts;
+        SurfaceLevel {
+            frames: frames(&self.normals, &self.orientations),
+            mesh: TriangleMesh {
+                positions: self.positions,
+                triangles: self.triangles,
+            },
+            sites: VertexSites {
+                fine,
+                coarse: coarse
+                    .map(|(per_site, cells)| stencils(per_site, cells, self.coarse_samples)),
+                neighbors: self.neighbors,
+                parents: self.parents,
+                areas: self.areas,
+            },
+            samples: SampleCounts {
+                valued,
+                outside,
+                folded,
+            },
+        }
     }
-    surface
+}
+
+/// The surface of the levels read. The triangles of the next level are the cells of a level's coarse samples.
+fn assemble(meta: &Meta, levels: Vec<CachedLevel>) -> PreparedSurface {
+    let coarser = levels
+        .iter()
+        .skip(1)
+        .map(|level| Some(level.triangles.clone()));
+    let coarser: Vec<Option<Vec<[u32; 3]>>> = coarser.chain([None]).collect();
+    let levels = levels.into_iter().zip(&meta.levels).zip(coarser);
+    PreparedSurface {
+        levels: levels
+            .map(|((level, meta), coarser)| level.complete(meta, coarser))
+            .collect(),
+        texel: meta.texel,
+    }
 }
 
 fn frames(normals: &[Vec3], orientations: &[Vec3]) -> Vec<Frame> {

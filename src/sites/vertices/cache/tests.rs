@@ -11,7 +11,6 @@ use super::*;
 use crate::format::npz;
 use crate::mesh::field::guides::FieldEnergy;
 use crate::mesh::shapes;
-use crate::mesh::surface_bvh::SurfacePoint;
 use crate::progress::{Event, Progress};
 use crate::random;
 use crate::sites::vertices::surface::prepare;
@@ -24,7 +23,7 @@ struct Cached {
     folder: TempDir,
     user: UserMesh,
     options: SurfaceOptions,
-    surface: Surface,
+    surface: PreparedSurface,
 }
 
 impl Cached {
@@ -112,7 +111,7 @@ impl Cached {
 }
 
 /// All lists of a level.
-const LISTS: [&str; 11] = [
+const LISTS: [&str; 10] = [
     "triangles",
     "positions",
     "normals",
@@ -123,7 +122,6 @@ const LISTS: [&str; 11] = [
     "neighbors",
     "parents",
     "areas",
-    "parent_points",
 ];
 
 #[test]
@@ -193,52 +191,44 @@ fn a_field_that_is_altered_is_told_and_the_surface_is_the_same() {
 #[test]
 fn sealed_lists_that_no_surface_has_are_told_by_name() {
     let cached = Cached::new();
-    fn fine(surface: &mut Surface) -> &mut PatchStencils {
-        &mut surface.hierarchy.levels[0].fine
-    }
-    fn near(surface: &mut Surface) -> &mut Rows<Neighbor> {
-        &mut surface.hierarchy.levels[0].neighbors
-    }
-    type Change = (&'static str, fn(&mut Surface));
-    let changes: [Change; 22] = [
-        ("L0:", |s| s.meshes[0].positions[3].x += 1.0),
-        ("L1/triangles", |s| s.meshes[1].triangles[0][1] = 9999),
-        ("L1/positions", |s| s.meshes[1].positions[2].y = f32::NAN),
-        ("L1/areas", |s| s.hierarchy.levels[1].areas[0] = -1.0),
-        ("L0/areas", |s| {
-            s.hierarchy.levels[0].areas[0] = f32::INFINITY
+    type Change = (&'static str, fn(&mut [SurfaceLevel]));
+    let changes: [Change; 20] = [
+        ("L0:", |l| l[0].mesh.positions[3].x += 1.0),
+        ("L1/triangles", |l| l[1].mesh.triangles[0][1] = 9999),
+        ("L1/positions", |l| l[1].mesh.positions[2].y = f32::NAN),
+        ("L1/areas", |l| l[1].sites.areas[0] = -1.0),
+        ("L0/areas", |l| l[0].sites.areas[0] = f32::INFINITY),
+        ("L0/areas", |l| l[0].sites.areas.truncate(9)),
+        ("L0/normals", |l| l[0].frames[1].n *= 2.0),
+        ("L0/normals", |l| l[0].frames[1].n.x = f32::NAN),
+        ("L0/orientations", |l| l[0].frames[4].s = l[0].frames[4].n),
+        ("L0/samples", |l| l[0].sites.fine.samples[7].cell = 1 << 30),
+        ("L0/samples", |l| {
+            l[0].sites.fine.samples[4].weights = [40_000; 2];
         }),
-        ("L0/areas", |s| s.hierarchy.levels[0].areas.truncate(9)),
-        ("L0/normals", |s| s.normals[0][1] *= 2.0),
-        ("L0/normals", |s| s.normals[0][1].x = f32::NAN),
-        ("L0/orientations", |s| s.frames[0][4].s = s.frames[0][4].n),
-        ("L0/samples", |s| fine(s).samples[7].cell = 1 << 30),
-        ("L0/samples", |s| fine(s).samples[4].weights = [40_000; 2]),
-        ("L0/samples", |s| fine(s).samples.truncate(9)),
-        ("L0/counts", |s| s.samples[0].valued = u64::MAX),
-        ("L0/neighbor_starts", |s| near(s).starts[1] = 9999),
-        ("L0/neighbor_starts", |s| near(s).starts.clear()),
-        ("L0/neighbors", |s| near(s).entries[0].site = 9999),
-        ("L0/neighbors", |s| near(s).entries[0].x = f32::NAN),
-        ("L0/parents", |s| {
-            s.hierarchy.levels[0].parents[2].site = 9999
+        ("L0/samples", |l| l[0].sites.fine.samples.truncate(9)),
+        ("L0/counts", |l| l[0].samples.valued = u64::MAX),
+        ("L0/neighbor_starts", |l| {
+            l[0].sites.neighbors.starts[1] = 9999;
         }),
-        ("L0/parents", |s| {
-            s.hierarchy.levels[0].parents[2].x = f32::NAN
+        ("L0/neighbor_starts", |l| {
+            l[0].sites.neighbors.starts.clear()
         }),
-        ("L0/parent_points", |s| {
-            s.parent_points[0][0].triangle = 9999
+        ("L0/neighbors", |l| {
+            l[0].sites.neighbors.entries[0].site = 9999
         }),
-        ("L0/parent_points", |s| {
-            s.parent_points[0][0].weights = [0.9; 3]
+        ("L0/neighbors", |l| {
+            l[0].sites.neighbors.entries[0].x = f32::NAN;
         }),
-        ("L1/parents", |s| {
-            s.hierarchy.levels[1].parents = s.hierarchy.levels[0].parents.clone();
+        ("L0/parents", |l| l[0].sites.parents[2].site = 9999),
+        ("L0/parents", |l| l[0].sites.parents[2].x = f32::NAN),
+        ("L1/parents", |l| {
+            l[1].sites.parents = l[0].sites.parents.clone()
         }),
     ];
     for (list, change) in changes {
         let mut surface = cached.surface.clone();
-        change(&mut surface);
+        change(&mut surface.levels);
         let wanted = cached.wanted();
         assert!(write(&cached.file(), &wanted, &surface).is_err(), "{list}");
         write_unchecked(&cached.file(), &wanted, &surface).unwrap();
@@ -246,9 +236,6 @@ fn sealed_lists_that_no_surface_has_are_told_by_name() {
         assert!(error.contains(list), "{list}: {error}");
         cached.assert_made_again(list);
     }
-    let mut nowhere = cached.surface.clone();
-    nowhere.parent_points[0][0] = SurfacePoint::NOWHERE;
-    write(&cached.file(), &cached.wanted(), &nowhere).unwrap();
 }
 
 #[test]

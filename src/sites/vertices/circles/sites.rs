@@ -13,7 +13,7 @@ use super::options::RoundOptions;
 use super::{cache, marching, sampling};
 use crate::error::Result;
 use crate::mesh::connection::frames_of;
-use crate::mesh::field::guides::Canvas;
+use crate::mesh::field::guides::GuidedSurface;
 use crate::mesh::frame::Frame;
 use crate::mesh::reading::UserMesh;
 use crate::mesh::rings::Rings;
@@ -108,13 +108,13 @@ fn oriented(
 ) -> Result<Vec<Frame>> {
     progress.begin("orientation field", 1);
     let tree = SurfaceBvh::new(&user.mesh);
-    let canvas = Canvas {
+    let surface = GuidedSurface {
         user,
         rings,
         tree: &tree,
         texel,
     };
-    let angles = guided_angles(canvas, &options.guides, options.seed, progress)?;
+    let angles = guided_angles(surface, &options.guides, options.seed, progress)?;
     progress.advance(1)?;
     progress.end();
     Ok(frames_of(rings, &angles))

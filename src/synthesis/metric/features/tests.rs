@@ -1,4 +1,4 @@
-//! The picture metric against a literal sum in double precision.
+//! The feature metric against a direct sum in double precision.
 
 use ndarray::Array3;
 use rand::Rng;
@@ -13,7 +13,9 @@ use crate::index::TexelIndex;
 use crate::progress::Progress;
 use crate::random;
 use crate::sites::vertices::VertexSites;
+use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::Preference;
+use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::site_values::Unfinished;
 use crate::synthesis::tests::fixtures;
 
@@ -25,7 +27,7 @@ struct Case {
 }
 
 impl Case {
-    /// A random picture of `depth` numbers a texel, and sites that hold its texels.
+    /// A random picture of `depth` numbers per texel, and sites that hold its texels.
     fn new(depth: usize, tileable: bool) -> Self {
         let mut stream = random::stream(4, "picture", depth as u32, 0);
         let mut grid = TexelGrid {

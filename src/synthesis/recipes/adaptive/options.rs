@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::synthesis::own_options::OwnOptions;
 
 /// Rings at most: a neighbourhood of this many texels each way.
 const MOST_RINGS: u32 = 8;
@@ -46,9 +47,8 @@ impl Default for AdaptiveOptions {
     }
 }
 
-impl AdaptiveOptions {
-    /// Checks every field by itself.
-    pub fn validate(&self) -> Result<()> {
+impl OwnOptions for AdaptiveOptions {
+    fn validate(&self) -> Result<()> {
         let within = |option: &str, value: u32, least: u32, most: u32| {
             if (least..=most).contains(&value) {
                 return Ok(());
@@ -60,21 +60,12 @@ impl AdaptiveOptions {
         within("link-range", self.link_range, 0, WIDEST_LINKS)
     }
 
-    /// Refuses options that another method would not use.
-    pub fn refuse_for(&self, method: &str) -> Result<()> {
+    fn changed(&self) -> Vec<(&'static str, bool)> {
         let default = Self::default();
-        let given = [
+        vec![
             ("rings", self.rings != default.rings),
             ("similarity", self.similarity != default.similarity),
             ("link-range", self.link_range != default.link_range),
-        ];
-        match given.iter().find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((name, _)) => Err(Error::option(
-                *name,
-                format!("given with --method {method}"),
-                "--method adaptive, whose option it is",
-            )),
-        }
+        ]
     }
 }

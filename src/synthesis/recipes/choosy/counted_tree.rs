@@ -19,9 +19,10 @@ mod splitting;
 
 use multiversion::multiversion;
 
+use crate::lanes::{LANES, LaneBlock, least_of_lanes};
 use crate::mesh::topology::NONE;
 use crate::synthesis::recipes::choosy::counted_tree::layer::{
-    LANES, Lanes, Layer, Least, NOTHING, PART, add_squares, smallest,
+    Layer, Least, NOTHING, PART, add_squares,
 };
 use crate::synthesis::recipes::choosy::counted_tree::splitting::{halve, leaf_starts};
 
@@ -84,7 +85,7 @@ pub struct CountedTree {
     /// Points in all.
     length: usize,
     /// Per leaf the numbers of its points, direction after direction; infinity where a leaf has no more points.
-    points: Vec<Lanes>,
+    points: Vec<LaneBlock>,
     /// The number of every point, leaf after leaf; [`NONE`] where a leaf has no more points.
     items: Vec<u32>,
     /// How often every point was used, leaf after leaf; the largest number where a leaf has no more points.
@@ -232,7 +233,7 @@ impl CountedTree {
     }
 
     #[inline(always)]
-    fn points_of(&self, leaf: usize) -> &[Lanes] {
+    fn points_of(&self, leaf: usize) -> &[LaneBlock] {
         &self.points[leaf * self.dimensions..][..self.dimensions]
     }
 
@@ -261,7 +262,7 @@ impl CountedTree {
         let points = self.points_of(leaf).chunks(PART);
         for (query, points) in query.chunks(PART).zip(points) {
             add_squares(query, points, &mut sums);
-            if f64::from(smallest(&sums) + self.floor) * factor > held.score {
+            if f64::from(least_of_lanes(sums) + self.floor) * factor > held.score {
                 return;
             }
         }

@@ -41,6 +41,13 @@ mod sampling;
 pub(crate) mod source_faces;
 pub(crate) mod value_pyramid;
 
+use crate::error::{Error, Result};
+use crate::progress::Progress;
+use crate::sites::level::Sites;
+use crate::synthesis::inputs::{Inputs, LevelMap};
+use crate::synthesis::method::{MethodDescription, MethodSites, SharedOption};
+use crate::synthesis::options::SynthesisOptions;
+
 pub use counted_tree::{Choice, CountedTree};
 pub use face_values::FaceValues;
 pub use kernel::distance_ratio;
@@ -49,6 +56,40 @@ pub use recipe::{ChoosyResult, synthesize_faces};
 pub use sample::{AnalysisSample, SquareImage};
 pub use source_faces::{Source, SourceFaces};
 pub use value_pyramid::ValuePyramid;
+
+/// The method, as the rest of the program sees it.
+pub(crate) const DESCRIPTION: MethodDescription = MethodDescription {
+    name: "choosy",
+    help: "Castellanos and Williams: isotropic textures on faces, without an orientation",
+    sites: MethodSites::Faces,
+    plan: |_, _, _| Err(needs_faces()),
+    chooses_levels: false,
+    unused: &[
+        (SharedOption::Levels, "--subdivisions, one less than levels"),
+        (SharedOption::Metric, "a metric of its own"),
+        (SharedOption::Neighborhood, "neighbourhoods of its own"),
+        (SharedOption::Passes, "--iterations"),
+    ],
+    own_options: Some(|options| &options.choosy),
+    microseconds: |_, _| 220.0,
+    ..MethodDescription::PLAIN
+};
+
+/// Refuses sites that are no faces: [`synthesize_faces`] is the way in.
+pub(crate) fn synthesize<const N: usize, S: Sites<N>>(
+    _: Inputs<'_, S>,
+    _: &SynthesisOptions,
+    _: Option<LevelMap>,
+    _: &mut dyn FnMut(&LevelMap) -> Result<()>,
+    _: Progress<'_>,
+) -> Result<LevelMap> {
+    Err(needs_faces())
+}
+
+fn needs_faces() -> Error {
+    let found = "choosy, which writes on faces";
+    Error::option("method", found, "--onto faces as well")
+}
 
 #[cfg(test)]
 mod tests;

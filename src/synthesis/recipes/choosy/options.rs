@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::synthesis::own_options::OwnOptions;
 
 /// Visits of a level, at most.
 const MOST_ITERATIONS: u32 = 1000;
@@ -35,9 +36,8 @@ impl Default for ChoosyOptions {
     }
 }
 
-impl ChoosyOptions {
-    /// Refuses numbers outside their ranges.
-    pub fn check(&self) -> Result<()> {
+impl OwnOptions for ChoosyOptions {
+    fn validate(&self) -> Result<()> {
         let allowed = 1..=MOST_ITERATIONS;
         if self.iterations.is_empty() {
             return Err(Error::option("iterations", "nothing", "one number or more"));
@@ -56,23 +56,16 @@ impl ChoosyOptions {
         }
     }
 
-    /// Refuses options that another method would not use.
-    pub fn refuse_for(&self, method: &str) -> Result<()> {
+    fn changed(&self) -> Vec<(&'static str, bool)> {
         let default = Self::default();
-        let given = [
+        vec![
             ("iterations", self.iterations != default.iterations),
             ("dimensions", self.dimensions != default.dimensions),
-        ];
-        match given.iter().find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((name, _)) => Err(Error::option(
-                *name,
-                format!("given with --method {method}"),
-                "--method choosy, whose option it is",
-            )),
-        }
+        ]
     }
+}
 
+impl ChoosyOptions {
     /// How often the faces of a level are visited.
     pub fn iterations_of(&self, level: usize) -> u32 {
         let last = self.iterations.len().saturating_sub(1);

@@ -9,6 +9,7 @@ use crate::random;
 use crate::sites::faces::neighborhood::FaceTemplate;
 use crate::sites::faces::pyramid::FacePyramid;
 use crate::synthesis::drive::run_by_run;
+use crate::synthesis::own_options::OwnOptions;
 use crate::synthesis::recipes::choosy::face_values::FaceValues;
 use crate::synthesis::recipes::choosy::kernel::{FaceKernel, distance_ratio, kernels};
 use crate::synthesis::recipes::choosy::options::ChoosyOptions;
@@ -55,7 +56,7 @@ pub fn synthesize_faces(
     progress: Progress<'_>,
 ) -> Result<ChoosyResult> {
     // Check the options, and prepare sample and kernels.
-    options.check()?;
+    options.validate()?;
     check_channels(image.channels)?;
     let ratios = distance_ratios(surface, progress);
     let sample = AnalysisSample::new(image, &ratios, progress)?;

@@ -12,8 +12,8 @@ use crate::neighborhood::Neighborhood;
 use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::SiteHierarchy;
 use crate::sites::vertices::VertexSites;
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::options::Method;
-use crate::synthesis::recipes::synthesize;
 use crate::synthesis::tests::fixtures;
 
 /// A plain image of some numbers per texel.

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::neighborhood::Neighborhood;
+use crate::synthesis::own_options::OwnOptions;
 
 /// The widest window, in texels: a pattern of it has thousands of numbers.
 const WIDEST: u32 = 31;
@@ -42,9 +43,8 @@ impl Default for MultiscaleOptions {
     }
 }
 
-impl MultiscaleOptions {
-    /// Checks every field by itself.
-    pub fn validate(&self) -> Result<()> {
+impl OwnOptions for MultiscaleOptions {
+    fn validate(&self) -> Result<()> {
         check_width("window", self.window, 3)?;
         check_width("parent-window", self.parent_window, 1)?;
         if !(1..=MOST_MATCHES).contains(&self.matches) {
@@ -61,25 +61,18 @@ impl MultiscaleOptions {
         Ok(())
     }
 
-    /// Refuses options that another method would not use.
-    pub fn refuse_for(&self, method: &str) -> Result<()> {
+    fn changed(&self) -> Vec<(&'static str, bool)> {
         let default = Self::default();
-        let given = [
+        vec![
             ("window", self.window != default.window),
             ("parent-window", self.parent_window != default.parent_window),
             ("matches", self.matches != default.matches),
             ("match-margin", self.match_margin != default.match_margin),
-        ];
-        match given.iter().find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((name, _)) => Err(Error::option(
-                *name,
-                format!("given with --method {method}"),
-                "--method multiscale, whose option it is",
-            )),
-        }
+        ]
     }
+}
 
+impl MultiscaleOptions {
     /// What a squared distance may be over the smallest.
     pub fn factor(&self) -> f64 {
         (1.0 + self.match_margin).powi(2)

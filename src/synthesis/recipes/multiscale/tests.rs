@@ -9,9 +9,9 @@ use crate::sites::grid::GridSites;
 use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::SiteHierarchy;
 use crate::sites::vertices::VertexSites;
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::options::{Method, MetricKind};
 use crate::synthesis::recipes::multiscale::options::MultiscaleOptions;
-use crate::synthesis::recipes::synthesize;
 use crate::synthesis::tests::fixtures;
 use crate::synthesis::tests::oracles::sample_distance;
 

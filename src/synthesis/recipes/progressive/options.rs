@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::{Serialize, Serializer};
 
 use crate::error::{Error, Result};
+use crate::synthesis::own_options::OwnOptions;
 
 /// The widest window, in texels.
 const WIDEST: u32 = 31;
@@ -102,9 +103,8 @@ impl Default for ProgressiveOptions {
     }
 }
 
-impl ProgressiveOptions {
-    /// Checks every field by itself.
-    pub fn validate(&self) -> Result<()> {
+impl OwnOptions for ProgressiveOptions {
+    fn validate(&self) -> Result<()> {
         let windows = [
             ("mask-window", self.mask_window),
             ("color-window", self.color_window),
@@ -135,25 +135,18 @@ impl ProgressiveOptions {
         ))
     }
 
-    /// Refuses options that another method would not use.
-    pub fn refuse_for(&self, method: &str) -> Result<()> {
+    fn changed(&self) -> Vec<(&'static str, bool)> {
         let default = Self::default();
-        let given = [
+        vec![
             ("mask-window", self.mask_window != default.mask_window),
             ("color-window", self.color_window != default.color_window),
             ("mask-weight", self.mask_weight != default.mask_weight),
             ("refine-window", self.refine_window != default.refine_window),
-        ];
-        match given.iter().find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((name, _)) => Err(Error::option(
-                *name,
-                format!("given with --method {method}"),
-                "--method progressive, whose option it is",
-            )),
-        }
+        ]
     }
+}
 
+impl ProgressiveOptions {
     /// The widest window that is compared.
     pub fn widest(&self) -> u32 {
         self.mask_window.widest().max(self.color_window.widest())

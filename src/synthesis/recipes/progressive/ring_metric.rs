@@ -5,10 +5,9 @@ use glam::Vec2;
 use multiversion::multiversion;
 
 use crate::exemplar::dense_windows::{DenseFeatures, DenseWindows};
-use crate::exemplar::embedding::LANES;
+use crate::lanes::{LANES, sum_apart};
 use crate::neighborhood::{Template, square_window};
 use crate::sites::level::Sites;
-use crate::synthesis::metric::embedded::sum_of_lanes;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
 
 /// Numbers summed between two looks at the limit.
@@ -199,7 +198,7 @@ fn squares(values: &[f32], window: &[f32], (mut sum, limit): (f32, f32)) -> f32 
                 sums[lane] += apart * apart;
             }
         }
-        sum += sum_of_lanes(&sums);
+        sum += sum_apart(&sums);
         sum += squares_of_pairs(rest, other_rest);
         if sum > limit {
             return f32::INFINITY;

@@ -77,7 +77,7 @@ fn sites(space: &Space, table: &NeighborTable, side: u32) -> SiteHierarchy<GridS
 }
 
 fn run(inputs: Inputs<'_, GridSites>) -> LevelMap {
-    progressive(
+    synthesize(
         inputs,
         &options(),
         None,
@@ -144,7 +144,7 @@ fn every_site_holds_a_texel_of_its_band() {
         controls: Some(&beyond),
         ..inputs
     };
-    let refused = progressive(
+    let refused = synthesize(
         inputs,
         &options(),
         None,

@@ -3,9 +3,10 @@
 
 use serde::Serialize;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::sites::order::Order;
 use crate::synthesis::option_ranges::{at_least_one, few_rounds, within_factors};
+use crate::synthesis::own_options::OwnOptions;
 use crate::synthesis::polish::Effort;
 
 /// Which texels are tried at a site.
@@ -77,9 +78,8 @@ impl Default for KCoherenceOptions {
     }
 }
 
-impl KCoherenceOptions {
-    /// Checks every field by itself.
-    pub fn validate(&self) -> Result<()> {
+impl OwnOptions for KCoherenceOptions {
+    fn validate(&self) -> Result<()> {
         at_least_one("k", self.k.map_or(1, |k| k as u64))?;
         few_rounds("repair-rounds", self.repair_rounds, 0)?;
         self.polish.validate()?;
@@ -89,10 +89,9 @@ impl KCoherenceOptions {
         within_factors("reuse-penalty", self.reuse_penalty, 0.0)
     }
 
-    /// Refuses options that another method would not use.
-    pub fn refuse_for(&self, method: &str) -> Result<()> {
+    fn changed(&self) -> Vec<(&'static str, bool)> {
         let default = Self::default();
-        let given = [
+        vec![
             ("k", self.k != default.k),
             ("search", self.search != default.search),
             ("coherence", self.coherence != default.coherence),
@@ -105,14 +104,6 @@ impl KCoherenceOptions {
             ("start-passes", self.start_passes != default.start_passes),
             ("reuse-penalty", self.reuse_penalty != default.reuse_penalty),
             ("order", self.order != default.order),
-        ];
-        match given.iter().find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((name, _)) => Err(Error::option(
-                *name,
-                format!("given with --method {method}"),
-                "--method k-coherence, whose option it is",
-            )),
-        }
+        ]
     }
 }

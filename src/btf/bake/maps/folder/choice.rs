@@ -27,6 +27,7 @@ pub(super) struct Candidate {
 
 impl Candidate {
     pub(super) fn new(file: &Path, words: &[Word], own: Range<usize>, told: Option<Told>) -> Self {
+        // Take the words that name the material.
         let says_size = |word: &Word| resolution(&word.text).is_some() || is_format(&word.text);
         let after = told.map_or(words.len(), |told| told.at + 1);
         let bare = |(at, word): (usize, &Word)| {
@@ -40,6 +41,7 @@ impl Candidate {
             (!skipped).then(|| text.to_owned())
         };
         let identity: Vec<String> = words.iter().enumerate().filter_map(bare).collect();
+        // Tell numbers of bits from numbers of variants.
         let number_of = |word: &Word| {
             let digits = word.text.trim_start_matches(|c: char| !c.is_ascii_digit());
             digits.parse().unwrap_or(0)

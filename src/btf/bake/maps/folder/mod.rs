@@ -138,6 +138,7 @@ fn begins_with_t(words: &[Word]) -> bool {
 
 /// The recipe of what the files show.
 fn recipe(folder: &Path, name: &str, ranking: &mut Ranking) -> Result<Recipe> {
+    // Take the best map of each role.
     let (height, normal) = relief(ranking)?;
     let albedo = ranking.take("albedo", |told| told.role == Role::Albedo)?;
     let roughness = ranking.take("roughness", |told| told.role == Role::Roughness)?;
@@ -156,6 +157,7 @@ fn recipe(folder: &Path, name: &str, ranking: &mut Ranking) -> Result<Recipe> {
         roughness.is_some() || gloss.is_some(),
         metallic.is_some(),
     )?;
+    // Refuse a folder without relief.
     if height.is_none() && normal.is_none() {
         return Err(Error::data("folder", no_relief(ranking))
             .expected("a height, displacement or normal map")

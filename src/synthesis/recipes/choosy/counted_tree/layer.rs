@@ -1,10 +1,8 @@
-//! One layer of a tree: groups of children, each with a box and its least used point.
+//! One layer of a tree: groups of children, each with a box and its least used point. The points of a leaf and the children of a
+//! group are at most [`LANES`], and compared side by side.
 
-/// Points of a leaf and children of a group, at most; compared side by side.
-pub const LANES: usize = 16;
+use crate::lanes::{LANES, LaneBlock, least_of_lanes};
 
-/// A number per point or child.
-pub type Lanes = [f32; LANES];
 /// A count, and the smallest number of a point that has it.
 pub type Least = (u32, u32);
 /// What a child without points has.
@@ -13,7 +11,7 @@ pub const NOTHING: Least = (u32::MAX, u32::MAX);
 pub const PART: usize = 8;
 
 /// The lower and the upper corner in one direction, per child.
-type Extent = [Lanes; 2];
+type Extent = [LaneBlock; 2];
 /// The extent of children without points.
 const EMPTY: Extent = [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]];
 
@@ -92,7 +90,7 @@ impl Layer {
     /// `limit`. Rounding is monotone and directions are added in the order of [`add_squares`], so they never are above the
     /// distances of points in the boxes.
     #[inline(always)]
-    pub fn square_distances(&self, query: &[f32], group: usize, limit: f32) -> Lanes {
+    pub fn square_distances(&self, query: &[f32], group: usize, limit: f32) -> LaneBlock {
         let mut sums = [0.0; LANES];
         let extents = self.extents_of(group).chunks(PART);
         for (query, extents) in query.chunks(PART).zip(extents) {
@@ -104,7 +102,7 @@ impl Layer {
                     sums[lane] += beyond * beyond;
                 }
             }
-            if smallest(&sums) > limit {
+            if least_of_lanes(sums) > limit {
                 break;
             }
         }
@@ -114,30 +112,11 @@ impl Layer {
 
 /// Adds the squares of the distances of a query to points, one per lane, in some directions.
 #[inline(always)]
-pub fn add_squares(query: &[f32], points: &[Lanes], sums: &mut Lanes) {
+pub fn add_squares(query: &[f32], points: &[LaneBlock], sums: &mut LaneBlock) {
     for (own, numbers) in query.iter().zip(points) {
         for lane in 0..LANES {
             let apart = own - numbers[lane];
             sums[lane] += apart * apart;
         }
     }
-}
-
-/// The smallest number.
-#[inline(always)]
-pub fn smallest(lanes: &Lanes) -> f32 {
-    let mut halves = *lanes;
-    let mut half = LANES / 2;
-    while half > 0 {
-        for lane in 0..half {
-            let other = halves[lane + half];
-            halves[lane] = if other < halves[lane] {
-                other
-            } else {
-                halves[lane]
-            };
-        }
-        half /= 2;
-    }
-    halves[0]
 }
