@@ -140,7 +140,7 @@ fn a_second_run_of_a_shell_list_makes_only_what_changed() {
     let again = ["mesh", "mesh", "bake", "textons", "gram", "synth"];
     assert_eq!(skipped(&sh(folder, "plan.sh")), again);
     assert!(products(folder) == made);
-    let scene = SWEEP.replace("k = 3", "k = 4");
+    let scene = sweep().replace("k = 3", "k = 4");
     fs::write(folder.join("sweep.toml"), scene).unwrap();
     planned(&["--shards", "2"]);
     assert_eq!(skipped(&sh(folder, "plan.sh")), all[..5]);
@@ -176,7 +176,7 @@ fn a_record_belongs_to_a_command_that_writes_something_else() {
         none.contains("--once: k.json, of a command that names no output"),
         "{none}"
     );
-    let scene = SWEEP.replace("orient = true", "orient = true\nonce = \"m.json\"");
+    let scene = sweep().replace("orient = true", "orient = true\nonce = \"m.json\"");
     fs::write(folder.join("once.toml"), scene).unwrap();
     let error = refused("run once.toml", 2);
     assert!(
@@ -205,9 +205,9 @@ fn analyses_state_their_memory() {
         let words = command.iter().map(|word| word.as_str().unwrap().to_owned());
         words.filter(|word| word.starts_with("--memory")).collect()
     };
-    let own = SWEEP.replace("textons = 8", "textons = 8\nmemory = \"300MiB\"");
+    let own = sweep().replace("textons = 8", "textons = 8\nmemory = \"300MiB\"");
     let parts = ["small.textons.0of2", "small.textons.1of2"];
-    let defaults = parts.map(|id| stated(SWEEP, id));
+    let defaults = parts.map(|id| stated(&sweep(), id));
     assert_eq!(defaults[0], defaults[1]);
     assert!(
         matches!(&defaults[0][..], [word] if word.ends_with("MiB")),
@@ -217,7 +217,7 @@ fn analyses_state_their_memory() {
         assert_eq!(stated(&own, id), ["--memory=300MiB"]);
     }
     // The routes of a reduction are those of its parts.
-    assert!(stated(SWEEP, "small.textons.reduce").is_empty());
+    assert!(stated(&sweep(), "small.textons.reduce").is_empty());
 }
 
 const CAPTURE: &str = r#"
