@@ -1,17 +1,7 @@
 //! The combinations in which an option changes nothing, as command lines.
 
-use std::collections::BTreeSet;
-
-use clap::CommandFactory;
-
-use super::rule::Rule;
-use super::*;
-use crate::cli::CommandLine;
-use crate::error::Error;
-use crate::synthesis::{OwnOptions, SynthesisOptions};
-
 /// A command line that is refused, and the option it is refused for; `|` where the parser may name either.
-const COMBINATIONS: &[(&str, &str)] = &[
+pub(super) const COMBINATIONS: &[(&str, &str)] = &[
     // Frames and sweeps.
     ("render a.sample m.ply -o f --frames 24", "frames"),
     ("render a.sample m.ply -o f --frames 1-10", "frames"),
@@ -437,7 +427,7 @@ const COMBINATIONS: &[(&str, &str)] = &[
 ];
 
 /// Command lines near those above in which every option has an effect.
-const NEIGHBORS: &[&str] = &[
+pub(super) const NEIGHBORS: &[&str] = &[
     "render a.sample m.ply -o f --frames 1",
     "render a.sample m.ply -o f --frames 7-7",
     "render a.sample m.ply -o f --frames 24 --camera-path p.json",
@@ -465,165 +455,3 @@ const NEIGHBORS: &[&str] = &[
     "import a.zip b.zip -o a.0of2 --shard 0/2 --downsample 2",
     "import --reduce a.0of2 a.1of2 -o a.sample",
 ];
-
-fn words(line: &str) -> impl Iterator<Item = &str> {
-    std::iter::once("mesotex").chain(line.split(' '))
-}
-
-/// The option that a command line is refused for.
-fn refused_for(line: &str) -> Option<String> {
-    let (command, given) = match CommandLine::read(words(line)) {
-        Ok(read) => read,
-        Err(error) => {
-            let typed: Vec<String> = words(line).map(str::to_owned).collect();
-            let refusal = crate::cli::failure::refusal::Refusal::of(&error, &typed);
-            return refusal.and_then(|refusal| refusal.option);
-        }
-    };
-    match command.check().and_then(|()| check(&command, &given)) {
-        Err(Error::Option { option, .. }) => Some(option),
-        Err(other) => panic!("{line}: {other}"),
-        Ok(()) => None,
-    }
-}
-
-#[test]
-fn options_without_effect_are_refused_by_name() {
-    let is_named = |options: &str, found: &str| options.split('|').any(|name| name == found);
-    let faults: Vec<String> = COMBINATIONS
-        .iter()
-        .map(|(line, options)| (line, options, refused_for(line)))
-        .filter(|(_, options, found)| !found.as_ref().is_some_and(|found| is_named(options, found)))
-        .map(|(line, options, found)| format!("{line}: {found:?}, not {options}"))
-        .collect();
-    assert!(faults.is_empty(), "{}", faults.join("\n"));
-}
-
-#[test]
-fn options_with_an_effect_are_not() {
-    for line in NEIGHBORS {
-        assert_eq!(refused_for(line), None, "{line}");
-    }
-}
-
-/// The options that single methods of synthesis have, method by method.
-fn own_options() -> Vec<Vec<(&'static str, &'static str)>> {
-    let options = SynthesisOptions::default();
-    let of_method = |own: &dyn OwnOptions| {
-        let names = own.changed().into_iter().map(|(name, _)| ("synth", name));
-        names.collect()
-    };
-    options
-        .own_options()
-        .map(|(_, own)| of_method(own))
-        .collect()
-}
-
-/// The options of every rule, each with the command it belongs to.
-fn options_of_rules() -> Vec<(&'static str, &'static str)> {
-    fn of<A>(command: &'static str, rules: &[Rule<A>]) -> Vec<(&'static str, &'static str)> {
-        let options = rules.iter().flat_map(|rule| rule.options);
-        options.map(|option| (command, *option)).collect()
-    }
-    [
-        of("bake", samples::BAKE),
-        of("import", samples::IMPORT),
-        of("textons", samples::TEXTONS),
-        of("knn", samples::KNN),
-        of("exemplar", samples::EXEMPLAR),
-        of("mesh", surfaces::MESH),
-        own_options().concat(),
-        of("synth", synth::SEARCHES),
-        of("synth", synth::TARGETS),
-        of("synth", synth::PRODUCTS),
-        of("render", render::ATLAS),
-        of("render", render::FRAMES),
-        of("bake-maps", bake_maps::RULES),
-        of("transfer", surfaces::TRANSFER),
-        of("export", surfaces::EXPORT),
-        of("run", surfaces::RUN),
-    ]
-    .concat()
-}
-
-#[test]
-fn every_rule_names_options_that_there_are() {
-    let root = CommandLine::command();
-    let unknown: BTreeSet<_> = options_of_rules()
-        .into_iter()
-        .filter(|(command, option)| {
-            let command = root.find_subcommand(command).unwrap();
-            let mut options = command.get_arguments();
-            !options.any(|argument| argument.get_long() == Some(option))
-        })
-        .collect();
-    assert!(unknown.is_empty(), "{unknown:?}");
-}
-
-#[test]
-fn every_rule_is_among_the_combinations() {
-    let is_listed = |rule: &[&str], command: &str| {
-        COMBINATIONS
-            .iter()
-            .any(|(line, option)| line.starts_with(command) && rule.contains(option))
-    };
-    for options in own_options() {
-        let names: Vec<&str> = options.iter().map(|(_, name)| *name).collect();
-        assert!(is_listed(&names, "synth"), "{names:?}");
-    }
-    let lists: [(&str, Vec<&[&str]>); 4] = [
-        (
-            "render",
-            render::FRAMES.iter().map(|rule| rule.options).collect(),
-        ),
-        (
-            "synth",
-            synth::SEARCHES.iter().map(|rule| rule.options).collect(),
-        ),
-        (
-            "synth",
-            synth::TARGETS.iter().map(|rule| rule.options).collect(),
-        ),
-        (
-            "synth",
-            synth::PRODUCTS.iter().map(|rule| rule.options).collect(),
-        ),
-    ];
-    for (command, rules) in lists {
-        for rule in rules {
-            assert!(is_listed(rule, command), "{command}: {rule:?}");
-        }
-    }
-}
-
-/// Options of commands that join parts, which have an effect on that.
-const OF_JOINING: [&str; 12] = [
-    "output",
-    "reduce",
-    "shard",
-    "report",
-    "montage",
-    "label-map",
-    "once",
-    "seed",
-    "threads",
-    "quiet",
-    "verbose",
-    "json",
-];
-
-#[test]
-fn what_joins_parts_takes_no_option_of_them() {
-    let root = CommandLine::command();
-    let rules = options_of_rules();
-    for command in ["bake", "import", "textons"] {
-        let of_command = root.find_subcommand(command).unwrap();
-        let missing: Vec<&str> = of_command
-            .get_arguments()
-            .filter_map(|argument| argument.get_long())
-            .filter(|option| !OF_JOINING.contains(option))
-            .filter(|option| !rules.contains(&(command, option)))
-            .collect();
-        assert!(missing.is_empty(), "{command}: {missing:?}");
-    }
-}
