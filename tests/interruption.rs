@@ -144,7 +144,7 @@ fn hints_name_what_the_command_keeps() {
         "a.map.ply",
     ]);
     let synth = "synth a.space.npz a.knn.npz --grid 2048x2048 --search full -o b.map.ply";
-    let render = "render a.sample a.map.ply --size 8000x8000 --samples 16 --shading pixel -o b";
+    let render = "render a.sample a.map.ply --size 4000x4000 --samples 16 --shading pixel -o b";
     let knn = "textons a.sample --images all --restarts 10000 --textons 300 -o b.textons.npz";
     for (words, lock, hint) in [
         (synth, ".b.map.ply.lock", "--resume"),

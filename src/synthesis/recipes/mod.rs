@@ -5,26 +5,21 @@
 //!
 //! Parts: the [`k_coherence`] rule, [`distance_floor`], [`reuse_penalty`], [`seam_repair`].
 
-pub(crate) mod adaptive;
-pub mod choosy;
-mod coherent;
 pub(crate) mod distance_floor;
 pub(crate) mod k_coherence;
-pub(crate) mod multiscale;
-pub(crate) mod progressive;
 pub(crate) mod reuse_penalty;
 pub(crate) mod seam_repair;
-pub(crate) mod tong;
-mod wei_levoy;
 
 use crate::error::Result;
 use crate::progress::Progress;
 use crate::sites::level::Sites;
 use crate::synthesis::inputs::{Inputs, LevelMap};
 
-/// Makes the methods of a list of names and recipes.
+/// Registers the methods: one row per recipe. It declares the file's module and makes the variant of [`Method`].
 macro_rules! methods {
-    ($($(#[$attribute:meta])? $method:ident => $recipe:ident,)+) => {
+    ($($(#[$attribute:meta])? $method:ident => $visible:vis $recipe:ident,)+) => {
+        $($visible mod $recipe;)+
+
         /// The method of synthesis, by its paper.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub enum Method {
@@ -67,11 +62,11 @@ macro_rules! methods {
 
 methods! {
     #[default]
-    KCoherence => tong,
+    KCoherence => pub(crate) tong,
     WeiLevoy => wei_levoy,
-    Adaptive => adaptive,
-    Multiscale => multiscale,
+    Adaptive => pub(crate) adaptive,
+    Multiscale => pub(crate) multiscale,
     Coherent => coherent,
-    Progressive => progressive,
-    Choosy => choosy,
+    Progressive => pub(crate) progressive,
+    Choosy => pub choosy,
 }
