@@ -138,16 +138,8 @@ fn bakes(
     if count < 2 || is_alone || is_one_already {
         return Ok(vec![whole]);
     }
-    let material = arguments.material.iter().map(|path| path_word(path));
-    let head = std::iter::once(stage.words[0].clone()).chain(material);
-    let split = Split {
-        part: head.chain(options_of(stage)).collect(),
-        joined: vec![stage.words[0].clone()],
-        output: &arguments.output,
-        ending: ".sample",
-        kind: PartKind::Folder,
-        costs: sizes.costs_of_slices(arguments, count),
-    };
+    let costs = sizes.costs_of_slices(arguments, count);
+    let split = Split::of_sample(stage, &arguments.material, &arguments.output, costs);
     Ok(split.pieces(whole, count))
 }
 
@@ -163,16 +155,8 @@ fn imports(
     if count < 2 {
         return Ok(vec![whole]);
     }
-    let paths = arguments.paths.iter().map(|path| path_word(path));
-    let head = std::iter::once(stage.words[0].clone()).chain(paths);
-    let split = Split {
-        part: head.chain(options_of(stage)).collect(),
-        joined: vec![stage.words[0].clone()],
-        output: &arguments.output,
-        ending: ".sample",
-        kind: PartKind::Folder,
-        costs: sizes.costs_of_imports(arguments, whole.cost, count),
-    };
+    let costs = sizes.costs_of_imports(arguments, whole.cost, count);
+    let split = Split::of_sample(stage, &arguments.paths, &arguments.output, costs);
     Ok(split.pieces(whole, count))
 }
 
@@ -244,7 +228,27 @@ struct Split<'a> {
     costs: Option<[Cost; 2]>,
 }
 
-impl Split<'_> {
+impl<'a> Split<'a> {
+    /// A stage that makes a sample of some files, with parts that are samples themselves.
+    fn of_sample(
+        stage: &Stage,
+        sources: impl IntoIterator<Item = &'a PathBuf>,
+        output: &'a Path,
+        costs: Option<[Cost; 2]>,
+    ) -> Self {
+        let command = stage.words[0].clone();
+        let sources = sources.into_iter().map(|path| path_word(path));
+        let head = std::iter::once(command.clone()).chain(sources);
+        Self {
+            part: head.chain(options_of(stage)).collect(),
+            joined: vec![command],
+            output,
+            ending: ".sample",
+            kind: PartKind::Folder,
+            costs,
+        }
+    }
+
     fn pieces(self, whole: Piece, count: u32) -> Vec<Piece> {
         let paths: Vec<PathBuf> = (0..count).map(|index| self.path(index, count)).collect();
         let output = |path: &Path| ["-o".to_owned(), path_word(path)];
