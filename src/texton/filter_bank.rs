@@ -49,9 +49,9 @@ pub fn leung_malik() -> Array3<f64> {
     bank
 }
 
-/// √2, 2, 2√2, 4 texels.
+/// √2, 2, 2√2, 4 texels. (The precision of `powi` depends on how it is compiled, that of `powf` does not.)
 fn sigma(scale: usize) -> f64 {
-    SQRT_2.powi(scale as i32 + 1)
+    SQRT_2.powf((scale + 1) as f64)
 }
 
 /// Samples a function of (x, y), y upwards, in texels from the centre.
