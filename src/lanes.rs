@@ -1,5 +1,16 @@
 //! Numbers that are worked on side by side, one per lane, in loops that the compiler turns into vector instructions.
 
+use macro_rules_attribute::attribute_alias;
+
+attribute_alias! {
+    // Compiles a function for AVX-512, for AVX2, for NEON and for any processor; each call takes the best that the machine has.
+    #[apply(vectorized!)] = #[multiversion::multiversion(targets(
+        "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+fma+bmi1+bmi2",
+        "x86_64+avx2+fma+bmi1+bmi2",
+        "aarch64+neon"
+    ))];
+}
+
 /// Lanes: numbers of 32 bits in one register of AVX-512, two of AVX2 or four of NEON.
 pub const LANES: usize = 16;
 

@@ -10,10 +10,10 @@
 use std::iter::Take;
 use std::slice::ChunksMut;
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 use ndarray::Array2;
 
-use crate::lanes::{LANES, LaneBlock};
+use crate::lanes::{LANES, LaneBlock, vectorized};
 
 /// The part of two rows that is summed along x.
 #[derive(Clone, Copy)]
@@ -29,7 +29,7 @@ pub struct WindowRow {
 }
 
 /// Sums along x of the distances of labelled places.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+#[apply(vectorized!)]
 pub fn label_sums(
     along: WindowRow,
     table: &Array2<f32>,
@@ -48,7 +48,7 @@ pub fn label_sums(
 }
 
 /// Sums along x of the squared distances of vectors.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+#[apply(vectorized!)]
 pub fn vector_sums(along: WindowRow, depth: usize, from: &[f32], to: &[f32], sums: &mut [f32]) {
     let pair = VectorRows {
         depth,
@@ -199,7 +199,7 @@ fn add_lanes(sum: &mut LaneBlock, term: &LaneBlock) {
 
 /// Adds the sums of pairs of rows that follow each other, as many as a window has. A target each column
 /// begins with the distances to `width` columns.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+#[apply(vectorized!)]
 pub fn add_rows(along: WindowRow, rows: &[f32], targets: Take<ChunksMut<'_, f32>>, width: usize) {
     for (column, target) in targets.enumerate() {
         let begin = column * along.step() + LANES;

@@ -5,7 +5,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use crate::exemplar::aligned_buffer::AlignedNumbers;
 use crate::exemplar::space::SpaceLevel;
@@ -13,6 +13,7 @@ use crate::exemplar::texel_block::TexelBlock;
 use crate::exemplar::window_distance::{WindowBuffers, WindowDistances};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
+use crate::lanes::vectorized;
 
 /// Both windows of a level.
 pub struct LevelDistances {
@@ -136,7 +137,7 @@ fn repeat_each(numbers: &[f32], twice: &mut [f32]) {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+#[apply(vectorized!)]
 fn add(sums: &mut [f32], numbers: &[f32]) {
     sums.iter_mut().zip(numbers).for_each(|(sum, n)| *sum += n);
 }

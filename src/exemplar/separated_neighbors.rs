@@ -4,12 +4,12 @@
 
 use std::ops::Range;
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use crate::exemplar::neighbor_list::{Near, Row};
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
-use crate::lanes::{LANES, least_of_lanes, smaller};
+use crate::lanes::{LANES, least_of_lanes, smaller, vectorized};
 
 /// The texels a level's neighbours are chosen from.
 #[derive(Clone, Debug)]
@@ -115,7 +115,7 @@ impl Choice {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+#[apply(vectorized!)]
 fn choose(choice: &Choice, texel: TexelIndex, distances: &mut [f32]) -> Row {
     let mut chosen = Vec::with_capacity(choice.k);
     chosen.push((distances[texel.index()], texel.0));

@@ -6,8 +6,9 @@
 //! weights, so that vertices that come from different patches of the sample meet without a seam.
 
 use glam::{DVec3, Vec4};
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
+use crate::lanes::vectorized;
 use crate::render::btf_lookup::Blend;
 use crate::render::cover::received;
 use crate::render::light::{Incidence, Light, luminance};
@@ -96,10 +97,7 @@ pub fn shade(
     }
 }
 
-#[multiversion(targets(
-    "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+bmi1+bmi2",
-    "x86_64+avx2+bmi1+bmi2"
-))]
+#[apply(vectorized!)]
 fn shade_point<T: Stored>(
     scene: &ShadingScene,
     table: &TexelTable<T>,

@@ -5,10 +5,11 @@
 //! band of the image; while the view stays, and memory allows, kept.
 
 use glam::Vec3;
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 use rayon::prelude::*;
 
 use crate::grid::TexCoord;
+use crate::lanes::vectorized;
 use crate::render::fragment::{Pieces, SampleSet, point};
 use crate::render::nearest::{Scratch, Weight, lifted};
 use crate::render::raster::{Hit, SurfaceBuffer};
@@ -123,10 +124,7 @@ impl SeenPoints {
     }
 }
 
-#[multiversion(targets(
-    "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+bmi1+bmi2",
-    "x86_64+avx2+bmi1+bmi2"
-))]
+#[apply(vectorized!)]
 fn see(known: &mut SeenPoints, scene: &ShadingScene, hit: &Hit) -> SeenPoint {
     // Find the point and its frame.
     let map = scene.map;

@@ -5,11 +5,12 @@
 //! all its vertices.
 
 use glam::{Vec3, Vec4};
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 use rayon::prelude::*;
 
 use crate::grid::TexelGrid;
 use crate::index::TexelIndex;
+use crate::lanes::vectorized;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::render::btf_lookup::{Blend, BtfLookup};
@@ -187,10 +188,7 @@ impl ShadingScene<'_> {
     }
 }
 
-#[multiversion(targets(
-    "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+bmi1+bmi2",
-    "x86_64+avx2+bmi1+bmi2"
-))]
+#[apply(vectorized!)]
 fn shade_chunk<T: Stored>(
     scene: &ShadingScene,
     table: &TexelTable<T>,

@@ -9,9 +9,10 @@
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::Vec3;
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 use rand::Rng;
 
+use crate::lanes::vectorized;
 use crate::random::Stream;
 
 /// The least α: below it a highlight falls between any directions one samples.
@@ -250,7 +251,7 @@ impl FromIterator<Vec3> for Columns {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+#[apply(vectorized!)]
 fn radiance_of_columns(lobe: &Lobe, lights: &Columns, radiance: &mut Columns) {
     let lobe = *lobe;
     let lights = lights.x.iter().zip(&lights.y).zip(&lights.z);
@@ -265,7 +266,7 @@ fn radiance_of_columns(lobe: &Lobe, lights: &Columns, radiance: &mut Columns) {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+#[apply(vectorized!)]
 fn widened_radiance_of_columns(
     lobe: &Lobe,
     lights: &Columns,

@@ -6,12 +6,13 @@
 
 use std::ops::Range;
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 use rayon::prelude::*;
 
 use crate::btf::factored::factorization::CHANNELS;
 use crate::btf::factored::factors::{Factors, TILE, set_of};
+use crate::lanes::vectorized;
 use crate::matrix::{Update, as_rows, as_rows_mut, multiply};
 
 /// What becomes of the channels' values.
@@ -121,7 +122,7 @@ impl Factors {
 
 /// Adds Σ_k factor_k · plane_k, planes of [`TILE`] numbers taken from `first` on. Four planes at a
 /// time, each number's sum in the order of the factors.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+#[apply(vectorized!)]
 fn add_planes(factors: &[f32], planes: &[f32], first: usize, sums: &mut [f32]) {
     let count = sums.len();
     let fours = factors.chunks_exact(4);

@@ -10,7 +10,7 @@ mod coverage;
 mod pattern;
 mod screen;
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 use rayon::prelude::*;
 
 pub use bins::TILE;
@@ -18,6 +18,7 @@ pub use coverage::NOTHING;
 use pattern::SUBPIXEL;
 pub use pattern::Samples;
 
+use crate::lanes::vectorized;
 use crate::mesh::triangle_mesh::TriangleMesh;
 use crate::progress::Progress;
 use crate::render::camera::View;
@@ -259,10 +260,7 @@ struct Drawing<'a> {
 
 /// What the `STORED` samples of one tile's pixels see. They are drawn as `LANES`, a multiple of the
 /// processor's, of which the last are idle.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+bmi1+bmi2",
-    "x86_64+avx2+bmi1+bmi2"
-))]
+#[apply(vectorized!)]
 fn draw_tile<const STORED: usize, const LANES: usize>(drawing: &Drawing, tile: usize) -> Vec<Hit> {
     let (view, samples, bins) = (drawing.view, drawing.samples, drawing.bins);
     let across = tile_counts(view.size)[0] as usize;

@@ -1,10 +1,10 @@
 //! The coordinates that a site and its neighbours propose, and the texels that hold them: as lists of
 //! numbers, so that all are placed in a few vector instructions.
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use crate::grid::{TexCoord, TexelGrid};
-use crate::lanes::LANES;
+use crate::lanes::{LANES, vectorized};
 
 /// Proposed coordinates in the order they came.
 #[derive(Clone, Debug, Default)]
@@ -70,11 +70,7 @@ impl Proposals {
 
 /// Finds the texels of coordinates at most once round the grid away from it, and how far right and down
 /// in them they lie; whether all are on it.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn place_near(
     grid: TexelGrid,
     coords: &[TexCoord],
@@ -104,11 +100,7 @@ fn place_near(
 }
 
 /// Sums of how far right and down in a texel those lie that it holds, and their number.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn sums_inside(texels: &[u32], right: &[f32], down: &[f32], texel: u32) -> [f32; 3] {
     let (texels, last) = texels.as_chunks::<LANES>();
     let (right, last_right) = right.as_chunks::<LANES>();

@@ -4,11 +4,11 @@
 //! table of feature vectors, which stays in the cache, so no neighbourhood is ever stored. Sums run
 //! over fixed lanes in fixed order, whatever the processor: the same distances everywhere.
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::ExemplarLevel;
-use crate::lanes::{LANES, LaneBlock, sum_apart};
+use crate::lanes::{LANES, LaneBlock, sum_apart, vectorized};
 use crate::sites::level::{MOST_BLENDED, Sites};
 use crate::synthesis::metric::lower_bounds::ProjectedWindows;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
@@ -305,11 +305,7 @@ impl WindowMetric for EmbeddedMetric<'_> {
     }
 }
 
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn read_pattern<const N: usize, S: Sites<N>>(
     metric: &EmbeddedMetric<'_>,
     site: &SiteNeighborhood<'_, S>,

@@ -10,12 +10,12 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::windows::Windows;
-use crate::lanes::{LANES, LaneBlock};
+use crate::lanes::{LANES, LaneBlock, vectorized};
 use crate::sites::level::Sites;
 use crate::synthesis::metric::lower_bounds::ProjectedWindows;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
@@ -372,11 +372,7 @@ impl WindowMetric for FeatureMetric<'_> {
     }
 }
 
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn read_pattern<const N: usize, S: Sites<N>>(
     metric: &FeatureMetric<'_>,
     site: &SiteNeighborhood<'_, S>,

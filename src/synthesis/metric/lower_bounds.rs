@@ -7,12 +7,12 @@
 //! plain image has [finer bounds](super::fine_bounds) as well, in more directions; the windows of textons have so many
 //! numbers that projecting on these costs more than they spare.
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 use nalgebra::DMatrix;
 use rand::Rng;
 use rayon::prelude::*;
 
-use crate::lanes::{LANES, LaneBlock};
+use crate::lanes::{LANES, LaneBlock, vectorized};
 use crate::random;
 use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::{Keep, Pick, smallest};
@@ -182,11 +182,7 @@ fn sums(basis: &[LaneBlock], weights: &[f32], window: [&[f32]; 2]) -> Sums {
 }
 
 /// The projection of a window.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn project_apart(
     basis: &Basis,
     weights: &[f32],

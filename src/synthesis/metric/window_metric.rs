@@ -3,8 +3,9 @@
 //! Each function is compiled once per kind of processor, with the metric's distance inside its loop. What differs between the
 //! metrics is how a distance is summed ([`WindowMetric::distance_inline`]) and how a site is read.
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
+use crate::lanes::vectorized;
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::{Keep, Pick, smallest};
@@ -79,21 +80,13 @@ impl<W: WindowMetric> Metric for W {
     }
 }
 
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn distance<M: WindowMetric>(metric: &M, pattern: &M::Pattern, texel: u32, limit: f32) -> f32 {
     metric.distance_inline(pattern, texel, limit)
 }
 
 /// The best of `first` and some candidates, with `floor` added to all distances.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn best_candidate<M: WindowMetric>(
     metric: &M,
     pattern: &M::Pattern,
@@ -107,11 +100,7 @@ fn best_candidate<M: WindowMetric>(
 }
 
 /// As [`best_candidate`], skipping those whose lower bound is above the best so far.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn best_bounded<M: WindowMetric>(
     metric: &M,
     windows: &ProjectedWindows,
@@ -127,11 +116,7 @@ fn best_bounded<M: WindowMetric>(
 }
 
 /// Compares every whole texel.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn search_all<M: WindowMetric, K: Keep>(metric: &M, pattern: &M::Pattern, keep: &mut K) {
     for &texel in metric.whole_texels() {
         let distance = metric.distance_inline(pattern, texel, keep.limit() as f32);
@@ -140,11 +125,7 @@ fn search_all<M: WindowMetric, K: Keep>(metric: &M, pattern: &M::Pattern, keep: 
 }
 
 /// Compares the whole texels that lower bounds do not rule out.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn search_bounded<M: WindowMetric, K: Keep>(
     metric: &M,
     windows: &ProjectedWindows,

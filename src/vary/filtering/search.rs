@@ -1,8 +1,8 @@
 //! The most similar of all windows of a texture.
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
-use crate::lanes::LANES;
+use crate::lanes::{LANES, vectorized};
 
 /// A pattern: numbers, and what each weighs.
 #[derive(Clone, Debug, Default)]
@@ -15,11 +15,7 @@ pub struct Pattern {
 
 /// The nearest of some windows, its distance and number; `first` are those that are tried before all others,
 /// of which the best wins unless another is nearer than its distance over `factor`.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 pub fn nearest(windows: &[f32], pattern: &Pattern, first: &[u32], factor: f32) -> Option<u32> {
     let stride = pattern.numbers.len();
     let window = |pixel: u32| &windows[pixel as usize * stride..][..stride];

@@ -17,9 +17,9 @@
 mod layer;
 mod splitting;
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
-use crate::lanes::{LANES, LaneBlock, least_of_lanes};
+use crate::lanes::{LANES, LaneBlock, least_of_lanes, vectorized};
 use crate::mesh::topology::NONE;
 use crate::synthesis::recipes::choosy::counted_tree::layer::{
     Layer, Least, NOTHING, PART, add_squares,
@@ -303,11 +303,7 @@ impl Waiting {
 }
 
 /// Searches the nodes of a tree that holds a point, near ones first.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn search_nodes(tree: &CountedTree, query: &[f32], phase: u8, held: &mut Choice) {
     let root = Waiting {
         bound: 0.0,
@@ -361,11 +357,7 @@ fn search_nodes(tree: &CountedTree, query: &[f32], phase: u8, held: &mut Choice)
 }
 
 /// Looks at every leaf of a tree.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn search_leaves(tree: &CountedTree, query: &[f32], phase: u8, held: &mut Choice) {
     for leaf in 0..tree.items.len() / LANES {
         tree.search_leaf(query, (leaf, tree.smallest), phase, held);

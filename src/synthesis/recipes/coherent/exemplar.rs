@@ -3,7 +3,7 @@
 //! A tileable exemplar is periodic. Any other is defined where its texels lie; in the half texel outside the
 //! outermost centres it is constant across the border.
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use crate::exemplar::dense_windows::flat_vectors;
 use crate::exemplar::embedding::Embedding;
@@ -11,6 +11,7 @@ use crate::exemplar::level::feature_rows;
 use crate::exemplar::space::SpaceLevel;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::index::TexelIndex;
+use crate::lanes::vectorized;
 use crate::sites::level::Neighbor;
 
 /// Numbers that are blended and compared at once; values are filled up to as many with zeros.
@@ -195,11 +196,7 @@ fn total(sum: Step) -> f32 {
     (sum[0] + sum[1]) + (sum[2] + sum[3])
 }
 
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn most_alike(
     exemplar: &ContinuousExemplar,
     candidates: &[TexCoord],

@@ -2,10 +2,10 @@
 //! scale of the texture (Zhang 2003 §5.2).
 
 use glam::Vec2;
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use crate::exemplar::dense_windows::{DenseFeatures, DenseWindows};
-use crate::lanes::{LANES, sum_apart};
+use crate::lanes::{LANES, sum_apart, vectorized};
 use crate::neighborhood::{Template, square_window};
 use crate::sites::level::Sites;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
@@ -182,11 +182,7 @@ impl RingPattern {
 }
 
 /// `sum` and the squared differences of two lists; infinity once they exceed `limit`.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
+#[apply(vectorized!)]
 fn squares(values: &[f32], window: &[f32], (mut sum, limit): (f32, f32)) -> f32 {
     for (values, window) in values.chunks(RUN).zip(window.chunks(RUN)) {
         let (lanes, rest) = values.as_chunks::<LANES>();
