@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Runs mesotex and records what it writes, so that two builds can be compared over a whole script.
 
-    MESOTEX=old/mesotex RECORD=old.jsonl tools/draw_gallery.py --program tools/record_outputs.py …
-    MESOTEX=target/release/mesotex RECORD=new.jsonl tools/draw_gallery.py --program tools/record_outputs.py …
-    tools/record_outputs.py --compare old.jsonl new.jsonl
+    MESOTEX=old/mesotex RECORD=old.jsonl tools/draw_gallery.py --program tools/compare_outputs.py …
+    MESOTEX=target/release/mesotex RECORD=new.jsonl tools/draw_gallery.py --program tools/compare_outputs.py …
+    tools/compare_outputs.py --compare old.jsonl new.jsonl
 
 Takes the place of the program in any script that has `--program`. Every command is run as it is, and adds one line of JSON to
-RECORD: its arguments, without the folders of their paths, and a digest of every file that it wrote beside its `-o` or `--preview`. Of
-a PLY file the digest leaves out the header, which names the version and the times of the run; of an .npz file there is one per
-array. `--compare` prints the commands whose digests differ, and exits with 1 where any does.
+RECORD: its arguments, without the folders of their paths, and a digest of every file that it wrote beside its `-o` or `--preview`. An
+.npz file has one digest per array. Headers of PLY and OpenEXR files, which name versions and inputs, are left out, as are
+JSON reports, which hold times, and caches. `--compare` prints the commands whose digests differ, and exits with 1 if any does.
 
 Needs: Python's standard library
 """
@@ -41,7 +41,8 @@ def written(words, begun):
     files = {}
     for folder in {output.parent for output in outputs}:
         for path in sorted(folder.rglob("*")):
-            if path.is_file() and path.stat().st_mtime_ns >= begun:
+            kept = path.suffix != ".json" and not any(part.endswith(".mesotex-cache") for part in path.parts)
+            if kept and path.is_file() and path.stat().st_mtime_ns >= begun:
                 files[str(path.relative_to(folder))] = digests(path)
     return files
 
@@ -53,7 +54,18 @@ def digests(path):
     content = path.read_bytes()
     if path.suffix == ".ply":
         content = content[content.find(b"end_header") :]
+    if path.suffix == ".exr":
+        content = content[first_chunk(content) :]
     return {"": digest(content)}
+
+
+def first_chunk(content):
+    """Where the pixels of an OpenEXR file begin: the first offset of the table that follows its attributes."""
+    at = 8
+    while content[at]:
+        at = content.index(b"\0", content.index(b"\0", at) + 1) + 1
+        at += 4 + int.from_bytes(content[at : at + 4], "little")
+    return int.from_bytes(content[at + 1 : at + 9], "little")
 
 
 def digest(content):
