@@ -63,6 +63,7 @@ pub use method::{Figure, MethodDescription, MethodSites, SharedOption, Workload}
 pub use options::{KCoherenceOptions, MetricKind, Search, SynthesisOptions};
 pub use own_options::OwnOptions;
 pub use polish::Effort;
+pub use quality::figures::QualityFigure;
 pub use recipes::Method;
 pub use recipes::adaptive::options::{AdaptiveOptions, Similarity};
 pub use recipes::multiscale::options::MultiscaleOptions;
