@@ -1,6 +1,7 @@
 //! Whether exemplar, sites and options fit together, before any work is done; and what follows
 //! from them.
 
+pub(super) mod levels;
 mod site_levels;
 mod space_level;
 pub(super) mod table_plan;

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::neighborhood::{Neighborhood, window_width};
+use crate::synthesis::check::levels::{asked_or, fitting, shorter_side, wide_on};
 use crate::synthesis::options::SynthesisOptions;
 
 /// Options as the inputs complete them.
@@ -40,18 +41,8 @@ pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions
             format!("at most {}, or a table made with knn --k {k}", table.k),
         ));
     }
-    let most = table.levels.len();
-    let levels = options.levels.map_or_else(
-        || fitting_levels(space, table).max(1),
-        |levels| levels as usize,
-    );
-    if levels > most {
-        return Err(Error::option(
-            "levels",
-            format!("{levels}, but the sample has {most}"),
-            format!("at most {most}, or a vocabulary made with textons --levels {levels}"),
-        ));
-    }
+    let most = space.levels.len().min(table.levels.len());
+    let levels = asked_or(most, options.levels, fitting_levels(space, table).max(1))?;
     neighborhood_width(table, options)?;
     template_fits_the_sample(space, table, levels)?;
     Ok(Plan { levels, k })
@@ -73,21 +64,15 @@ fn neighborhood_width(table: &NeighborTable, options: &SynthesisOptions) -> Resu
 }
 
 fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize) -> Result<()> {
-    let side = |level: usize| shorter_side(space, level);
     let fitting = fitting_levels(space, table).min(levels);
     if fitting == levels {
         return (1..levels).try_for_each(|level| {
             let offsets = &table.levels[level - 1].neighborhood.coarse_offsets;
-            coarse_window_fits(offsets, level, side(level))
+            coarse_window_fits(offsets, level, shorter_side(space, level))
         });
     }
-    let grid = space.levels[fitting].grid;
-    let found = format!(
-        "a neighbourhood {} texels wide on the sample's level {fitting} of {}×{}",
-        window_width(&table.levels[fitting].neighborhood.offsets),
-        grid.width,
-        grid.height
-    );
+    let width = window_width(&table.levels[fitting].neighborhood.offsets);
+    let found = format!("a neighbourhood {}", wide_on(space, fitting, width));
     Err(match fitting {
         0 => Error::data("neighbour table", found)
             .advice("make it with a smaller knn --neighborhood"),
@@ -101,16 +86,9 @@ fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize)
 
 /// The finest levels of a sample that are no narrower than the table's windows.
 pub fn fitting_levels(space: &Space, table: &NeighborTable) -> usize {
-    let levels = 0..space.levels.len().min(table.levels.len());
-    let fits = levels.take_while(|&level| {
-        window_width(&table.levels[level].neighborhood.offsets) <= shorter_side(space, level)
-    });
-    fits.count()
-}
-
-fn shorter_side(space: &Space, level: usize) -> u32 {
-    let grid = space.levels[level].grid;
-    grid.width.min(grid.height)
+    fitting(space, table.levels.len(), |level| {
+        window_width(&table.levels[level].neighborhood.offsets)
+    })
 }
 
 /// Refuses a window on the parent level `level` that reaches beyond the level's shorter side: every sample

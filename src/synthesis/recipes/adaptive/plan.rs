@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::exemplar::space::Space;
 use crate::sites::level::Sites;
+use crate::synthesis::check::levels::{asked_or, at_most, fitting, shorter_side, wide_on};
 use crate::synthesis::check::space_level;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::options::SynthesisOptions;
@@ -31,28 +32,17 @@ pub fn check<const N: usize, S: Sites<N>>(
 pub fn levels(space: &Space, options: &SynthesisOptions) -> Result<usize> {
     options.validate()?;
     let most = space.levels.len();
-    let levels = options.levels.map_or(most.min(2), |levels| levels as usize);
-    if levels > most {
-        return Err(Error::option(
-            "levels",
-            format!("{levels}, but the sample has {most}"),
-            format!("at most {most}"),
-        ));
-    }
-    let Some(coarsest) = levels.checked_sub(1).map(|level| space.levels[level].grid) else {
-        return Err(Error::data("space", "no level").expected("one or more"));
-    };
+    let levels = asked_or(most, options.levels, most.min(2))?;
     let rings = options.adaptive.rings;
     let width = 2 * rings + 1;
-    if width <= coarsest.width.min(coarsest.height) {
+    let fitting = fitting(space, levels, |_| width);
+    if fitting == levels {
         return Ok(levels);
     }
+    let most = shorter_side(space, fitting).saturating_sub(1) / 2;
     Err(Error::option(
         "rings",
-        format!(
-            "{rings}: {width} texels wide on the sample's coarsest level of {}×{}",
-            coarsest.width, coarsest.height
-        ),
-        "fewer rings, or fewer --levels",
+        format!("{rings}: {}", wide_on(space, fitting, width)),
+        at_most(most, fitting),
     ))
 }

@@ -6,6 +6,7 @@ use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::level::Sites;
+use crate::synthesis::check::levels::{fitting, too_wide};
 use crate::synthesis::check::{Plan, check_sites, complete, exemplar};
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::options::SynthesisOptions;
@@ -35,11 +36,7 @@ pub fn plan(space: &Space, table: &NeighborTable, options: &SynthesisOptions) ->
     }
     // Count the levels that the windows fit.
     let widest = options.progressive.widest();
-    let fits = |level: &usize| {
-        let grid = space.levels[*level].grid;
-        widest <= grid.width.min(grid.height)
-    };
-    let fitting = (0..plan.levels).take_while(fits).count();
+    let fitting = fitting(space, plan.levels, |_| widest);
     if fitting == plan.levels || (options.levels.is_none() && fitting > 0) {
         return Ok(Plan {
             levels: fitting,
@@ -47,25 +44,11 @@ pub fn plan(space: &Space, table: &NeighborTable, options: &SynthesisOptions) ->
         });
     }
     // Name the window that is too wide.
-    let grid = space.levels[fitting].grid;
     let option = match options.progressive.mask_window.widest() == widest {
         true => "mask-window",
         false => "color-window",
     };
-    Err(Error::option(
-        option,
-        format!(
-            "{widest} texels on the exemplar's level {fitting} of {}×{}",
-            grid.width, grid.height
-        ),
-        match fitting {
-            0 => format!("at most {}", grid.width.min(grid.height)),
-            _ => format!(
-                "at most {}, or --levels {fitting}",
-                grid.width.min(grid.height)
-            ),
-        },
-    ))
+    Err(too_wide(option, widest, space, fitting))
 }
 
 /// The square windows that sites need on each level, finest first.
