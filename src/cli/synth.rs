@@ -143,6 +143,7 @@ impl Arguments {
             table: &table,
             target: &target,
             options: &options,
+            plan: &plan,
             started,
             session,
         })?;
@@ -368,6 +369,7 @@ struct Job<'a> {
     table: &'a NeighborTable,
     target: &'a Target,
     options: &'a SynthesisOptions,
+    plan: &'a Plan,
     started: Instant,
     session: &'a Session,
 }
@@ -448,6 +450,7 @@ impl WithSites for Measure<'_> {
             space,
             table,
             options,
+            plan,
             session,
             arguments,
             ..
@@ -470,7 +473,7 @@ impl WithSites for Measure<'_> {
             || arguments.pictures.energies(inputs, coords, progress),
         );
         let agreement = match options.method.reports(Figure::MetricAgreement) {
-            true => agreement::measure(inputs, coords, options, progress)?,
+            true => agreement::measure(inputs, coords, (options, plan), progress)?,
             false => None,
         };
         Ok(Measured {
