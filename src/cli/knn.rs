@@ -47,7 +47,6 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files().claim()?;
-        self.options.validate()?;
         let space = Space::read(&self.space)?;
         let need = Need {
             bytes: bytes_to_build(&space, &self.options, rayon::current_num_threads()),

@@ -109,7 +109,6 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.check()?;
         let _locks = self.files()?.claim()?;
         if self.is_onto_faces() {
             return self.run_on_faces(session);
