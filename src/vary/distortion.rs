@@ -25,9 +25,9 @@ use crate::progress::Progress;
 use crate::sites::grid::turned::{TurnedGridSites, TurnedWindows};
 use crate::sites::level::SiteHierarchy;
 use crate::sites::order::Order;
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::options::{KCoherenceOptions, Search, SynthesisOptions};
-use crate::synthesis::recipes::tong::synthesize;
 use crate::vary::filtering::{MOST_OUTPUT, MOST_SOURCE};
 use crate::vary::material::Material;
 

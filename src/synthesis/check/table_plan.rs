@@ -4,8 +4,10 @@ use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::neighborhood::{Neighborhood, window_width};
+use crate::synthesis::check::exemplar::check_exemplar;
 use crate::synthesis::check::levels::{asked_or, fitting, shorter_side, wide_on};
-use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::metric::of_level::gram;
+use crate::synthesis::options::{MetricKind, SynthesisOptions};
 
 /// Options as the inputs complete them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,8 +31,18 @@ pub fn table_windows(table: &NeighborTable, plan: &Plan) -> Vec<Neighborhood> {
     levels.map(|level| level.neighborhood.clone()).collect()
 }
 
-/// Checks options against the exemplar alone: k, levels, neighbourhood. What `synth` must know
-/// before it prepares a surface.
+/// Checks everything that a method of the table's windows needs of exemplar and options, and completes the options.
+pub fn plan(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
+    check_exemplar(space, table)?;
+    let plan = complete(space, table, options)?;
+    if options.metric == MetricKind::Gram {
+        let mut levels = space.levels.iter();
+        levels.try_for_each(|level| gram(level).map(drop))?;
+    }
+    Ok(plan)
+}
+
+/// Checks options against the windows of a sound exemplar: k, levels, neighbourhood.
 pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
     options.validate()?;
     let k = options.k_coherence.k.unwrap_or(table.k);

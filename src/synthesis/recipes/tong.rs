@@ -24,7 +24,7 @@ use crate::progress::Progress;
 use crate::sites::coloring::color_classes;
 use crate::sites::level::Sites;
 use crate::sites::order::growing_orders;
-use crate::synthesis::check;
+use crate::synthesis::check::{Plan, check_sites, table_windows};
 use crate::synthesis::drive::{class_by_class, coarse_to_fine, one_by_one};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Preference;
@@ -79,12 +79,12 @@ fn polish_bytes(space: &Space, sites: u64, options: &SynthesisOptions) -> u64 {
 /// Synthesizes all levels and returns the finest.
 pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
+    (options, plan): (&SynthesisOptions, &Plan),
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    let plan = check::plan(inputs, options)?;
+    check_sites(inputs.sites, &table_windows(inputs.table, plan))?;
     let begun = begun.filter(|map| map.level.index() < plan.levels);
     let coarsest = plan.levels - 1;
     let refined = begun.as_ref().map_or(coarsest, |map| map.level.index());

@@ -1,25 +1,11 @@
-//! How many levels of an exemplar the windows fit, and whether the sites have them.
+//! How many levels of an exemplar the windows fit.
 
 use crate::error::Result;
 use crate::exemplar::space::Space;
-use crate::neighborhood::Neighborhood;
-use crate::sites::level::Sites;
 use crate::synthesis::check::levels::{asked_or, fitting, too_wide};
-use crate::synthesis::check::{check_sites, space_level};
-use crate::synthesis::inputs::Inputs;
+use crate::synthesis::check::space_level;
 use crate::synthesis::metric::of_level::gram;
 use crate::synthesis::options::{MetricKind, SynthesisOptions};
-
-/// Checks the inputs, and says what windows are compared on each level.
-pub fn check<const N: usize, S: Sites<N>>(
-    inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
-) -> Result<Vec<Neighborhood>> {
-    let levels = levels(inputs.space, options)?;
-    let neighborhoods = options.multiscale.neighborhoods(levels);
-    check_sites(inputs.sites, &neighborhoods)?;
-    Ok(neighborhoods)
-}
 
 /// The levels: those asked for, else all that its windows fit.
 pub fn levels(space: &Space, options: &SynthesisOptions) -> Result<usize> {

@@ -7,24 +7,22 @@ use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::level::Sites;
 use crate::synthesis::check::levels::{fitting, too_wide};
-use crate::synthesis::check::{Plan, check_sites, complete, exemplar};
+use crate::synthesis::check::{Plan, check_exemplar, check_sites, complete};
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::options::SynthesisOptions;
 
-/// Checks the inputs and completes the options.
-pub fn check<const N: usize, S: Sites<N>>(
+/// Checks that surface and sites have what the exemplar and a plan need.
+pub fn check_surface<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
-) -> Result<Plan> {
-    exemplar(inputs.space, inputs.table)?;
-    let plan = plan(inputs.space, inputs.table, options)?;
+    (options, plan): (&SynthesisOptions, &Plan),
+) -> Result<()> {
     check_controls(inputs)?;
-    check_sites(inputs.sites, &windows(inputs.table, &plan, options))?;
-    Ok(plan)
+    check_sites(inputs.sites, &windows(inputs.table, plan, options))
 }
 
 /// The levels: those asked for, else all of the table that the windows fit.
 pub fn plan(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
+    check_exemplar(space, table)?;
     let plan = complete(space, table, options)?;
     // Check that a table for a transition knows its tolerance.
     let controls = space.controls.first();

@@ -13,6 +13,7 @@ use crate::grid::TexelGrid;
 use crate::sites::grid::GridSites;
 use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::SiteHierarchy;
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::check::neighborhoods;
 use crate::synthesis::options::Method;
 
