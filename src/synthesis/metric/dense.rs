@@ -104,6 +104,7 @@ impl DenseMetric {
                     sums[lane] += apart * apart;
                 }
             }
+            // One lane after another: the tree of `sum_of_lanes` rounds differently, and would change maps.
             let rest = value_rest.iter().zip(number_rest);
             return sums.iter().sum::<f32>() + rest.map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
         }
