@@ -12,7 +12,7 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::exemplar::KnnOptions;
-use crate::exemplar::knn_options::Search;
+use crate::exemplar::knn_options::NeighborSearch;
 use crate::exemplar::neighbor_table::{self, LevelSearch, NeighborTable, bytes_to_build};
 use crate::exemplar::space::Space;
 use crate::format::ours::Format;
@@ -73,13 +73,13 @@ impl Arguments {
                 .filter(|&&whole| whole)
                 .count();
             let search = match found.search {
-                Search::TwoLevel => {
+                NeighborSearch::TwoLevel => {
                     format!(
                         "two-level search, recall at {} is {:.3}",
                         table.k, found.recall
                     )
                 }
-                Search::Auto | Search::Exact => "exact search".into(),
+                NeighborSearch::Auto | NeighborSearch::Exact => "exact search".into(),
             };
             outcome = outcome.line(format!(
                 "level {at}: {} × {} texels, {whole} of them whole, neighbours at least {} texels apart, {search}",

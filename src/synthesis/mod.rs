@@ -60,7 +60,7 @@ pub use inputs::{Inputs, LevelMap};
 pub use level_choice::LevelChoice;
 pub use map::synthesize_map;
 pub use method::{Figure, MethodDescription, MethodSites, SharedOption, Workload};
-pub use options::{KCoherenceOptions, MetricKind, Search, SynthesisOptions};
+pub use options::{CandidateSearch, KCoherenceOptions, MetricKind, SynthesisOptions};
 pub use own_options::OwnOptions;
 pub use polish::Effort;
 pub use quality::figures::QualityFigure;

@@ -54,7 +54,7 @@ pub fn measure<const N: usize, S: Sites<N>>(
     progress: Progress<'_>,
 ) -> Result<Option<Agreement>> {
     let level = &inputs.space.levels[0];
-    if let Features::Vectors(_) = level.features {
+    if let Features::Plain(_) = level.features {
         return Ok(None);
     }
     // Prepare Φ, and vectors of the whole and of the kept spectrum.

@@ -31,7 +31,7 @@ use crate::synthesis::keep::Preference;
 use crate::synthesis::method::{Figure, MethodDescription, Workload};
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::of_level::{MetricChoice, WithMetric, with_metric};
-use crate::synthesis::options::{Search, SynthesisOptions};
+use crate::synthesis::options::{CandidateSearch, SynthesisOptions};
 use crate::synthesis::polish::{Effort, SITE_BYTES, polish};
 use crate::synthesis::recipes::distance_floor::distance_floor;
 use crate::synthesis::recipes::k_coherence::KCoherence;
@@ -57,9 +57,9 @@ pub const DESCRIPTION: MethodDescription = MethodDescription {
 /// Microseconds per site: those of the search, and of each round of polishing.
 fn microseconds(work: Workload, options: &SynthesisOptions) -> f64 {
     let choices = match options.k_coherence.search {
-        Search::KCoherence if work.onto_atlas => 70.0,
-        Search::KCoherence => 97.0,
-        Search::Full => work.full_search(),
+        CandidateSearch::KCoherence if work.onto_atlas => 70.0,
+        CandidateSearch::KCoherence => 97.0,
+        CandidateSearch::Full => work.full_search(),
     };
     let rounds = match options.k_coherence.polish {
         Effort::Auto => AUTO_POLISH,

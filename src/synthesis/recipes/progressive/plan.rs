@@ -125,7 +125,7 @@ pub fn window_bytes(space: &Space, options: &SynthesisOptions) -> u64 {
 fn level_bytes(level: &SpaceLevel, options: &SynthesisOptions) -> u64 {
     let dimensions = match &level.features {
         Features::Textons { gram, .. } => gram.nrows(),
-        Features::Vectors(vectors) => vectors.dim().2,
+        Features::Plain(vectors) => vectors.dim().2,
     };
     let samples = |width: u32| u64::from(width).pow(2);
     let asked = &options.progressive;

@@ -37,7 +37,7 @@ fn exemplar(picture: impl Fn(usize, usize) -> f32, controls: Controls) -> (Space
         levels: [(GRID, finest), (GRID.coarser(), coarse)]
             .map(|(grid, numbers)| SpaceLevel {
                 grid,
-                features: Features::Vectors(numbers),
+                features: Features::Plain(numbers),
             })
             .into(),
         channels: Channels::default(),
