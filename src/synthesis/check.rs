@@ -56,6 +56,7 @@ mod tests {
     use super::*;
     use crate::neighborhood::{square_window, window_width};
     use crate::synthesis::check::table_plan::plan;
+    use crate::synthesis::options::Method;
     use crate::synthesis::tests::fixtures;
 
     /// What becomes of a table of 2 levels, 16×16 and 8×8, windows 5 and 3, with something altered.
@@ -89,6 +90,23 @@ mod tests {
             text.contains("L0: offsets: 24 offsets; expected a square"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_table_of_other_levels_is_refused() {
+        let (mut space, table) = fixtures::random_exemplar(1, 16, 2, true);
+        space.levels.truncate(1);
+        let refused = neighborhoods(&space, &table, &SynthesisOptions::default());
+        let text = refused.unwrap_err().to_string();
+        assert!(text.contains("neighbour table: 2 levels"), "{text}");
+        space.levels.clear();
+        for method in [Method::KCoherence, Method::Multiscale, Method::Adaptive] {
+            let options = SynthesisOptions {
+                method,
+                ..SynthesisOptions::default()
+            };
+            complete_for(&space, &table, &options).unwrap_err();
+        }
     }
 
     #[test]
