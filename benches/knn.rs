@@ -1,7 +1,7 @@
 //! The neighbour table: two levels, 400 and 100 textons, k 11, windows 7×7 and 3×3.
 
 use mesotex::exemplar::neighbor_table::build;
-use mesotex::exemplar::{Features, KnnOptions, Search, Space, SpaceLevel};
+use mesotex::exemplar::{Features, KnnOptions, NeighborSearch, Space, SpaceLevel};
 use mesotex::format::ContentId;
 use mesotex::grid::TexelGrid;
 use mesotex::progress::Progress;
@@ -42,7 +42,7 @@ fn space(side: u32) -> Space {
     }
 }
 
-fn bench(bencher: divan::Bencher<'_, '_>, side: u32, search: Search) {
+fn bench(bencher: divan::Bencher<'_, '_>, side: u32, search: NeighborSearch) {
     let (space, options) = (
         space(side),
         KnnOptions {
@@ -55,10 +55,10 @@ fn bench(bencher: divan::Bencher<'_, '_>, side: u32, search: Search) {
 
 #[divan::bench(args = [64, 128], sample_count = 3)]
 fn exact(bencher: divan::Bencher<'_, '_>, side: u32) {
-    bench(bencher, side, Search::Exact);
+    bench(bencher, side, NeighborSearch::Exact);
 }
 
 #[divan::bench(args = [64, 128], sample_count = 3)]
 fn two_level(bencher: divan::Bencher<'_, '_>, side: u32) {
-    bench(bencher, side, Search::TwoLevel);
+    bench(bencher, side, NeighborSearch::TwoLevel);
 }

@@ -15,7 +15,9 @@ use mesotex::format::ContentId;
 use mesotex::format::image::{Encoding, FloatImage, Precision};
 use mesotex::progress::Progress;
 use mesotex::sites::SiteGrid;
-use mesotex::synthesis::{Inputs, KCoherenceOptions, Search, SynthesisOptions, synthesize};
+use mesotex::synthesis::{
+    CandidateSearch, Inputs, KCoherenceOptions, SynthesisOptions, synthesize,
+};
 
 fn main() {
     divan::main();
@@ -52,7 +54,7 @@ fn exemplar(side: u32) -> (Space, NeighborTable) {
     (space, table)
 }
 
-fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: Search) {
+fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: CandidateSearch) {
     let (space, table) = exemplar(side);
     let target = SiteGrid {
         width: sites,
@@ -85,17 +87,17 @@ fn run(bencher: Bencher<'_, '_>, side: u32, sites: u32, search: Search) {
 /// Sites: 10k, 65k, 250k, 1M; sample 64×64.
 #[divan::bench(args = [104, 256, 504, 1000], sample_count = 3)]
 fn sites(bencher: Bencher<'_, '_>, side_of_target: u32) {
-    run(bencher, 64, side_of_target, Search::KCoherence);
+    run(bencher, 64, side_of_target, CandidateSearch::KCoherence);
 }
 
 /// Sides of the sample; 65k sites.
 #[divan::bench(args = [32, 64, 128, 256], sample_count = 3)]
 fn sample(bencher: Bencher<'_, '_>, side: u32) {
-    run(bencher, side, 256, Search::KCoherence);
+    run(bencher, side, 256, CandidateSearch::KCoherence);
 }
 
 /// Full search, exact; 25k sites.
 #[divan::bench(args = [64, 128], sample_count = 3)]
 fn full_search(bencher: Bencher<'_, '_>, side: u32) {
-    run(bencher, side, 160, Search::Full);
+    run(bencher, side, 160, CandidateSearch::Full);
 }

@@ -90,7 +90,7 @@ fn every_kind_is_a_channel_with_its_numbers_as_they_stand() {
             ("normal", 6, 3, 1.0, 0.0, 1.0),
         ]
     );
-    let Features::Vectors(vectors) = &space.levels[0].features else {
+    let Features::Plain(vectors) = &space.levels[0].features else {
         panic!("vectors expected")
     };
     let texel: Vec<f32> = (0..9).map(|d| vectors[[2, 3, d]]).collect();
@@ -167,7 +167,7 @@ fn weights_are_applied_when_the_file_is_read() {
     assert_eq!(height.weight, 0.25);
     for (level, of_plain) in plain.levels.iter().enumerate() {
         let numbers = by_name.channel_numbers(level, height).unwrap();
-        let (Features::Vectors(weighted), Features::Vectors(stored)) =
+        let (Features::Plain(weighted), Features::Plain(stored)) =
             (&by_name.levels[level].features, &of_plain.features)
         else {
             panic!("vectors expected")

@@ -125,7 +125,7 @@ fn heights_of_an_exemplar_are_used_as_they_stand() {
         .unwrap();
     done(at, "exemplar color.png height.exr -o x --levels 1 --k 2");
     let space = mesotex::exemplar::Space::read(&at.join("x.space.npz")).unwrap();
-    let mesotex::exemplar::Features::Vectors(vectors) = &space.levels[0].features else {
+    let mesotex::exemplar::Features::Plain(vectors) = &space.levels[0].features else {
         panic!("vectors expected")
     };
     assert_eq!(vectors[[3, 3, 3]], 0.25);

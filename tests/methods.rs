@@ -159,7 +159,7 @@ fn what_a_method_does_not_use_is_refused() {
     );
     refused(
         "--grid 40x40 --method multiscale --levels 2 --window 17",
-        "--window: 17 texels on the sample's level 1 of 16×16",
+        "--window: 17 texels wide on the sample's level 1 of 16×16",
     );
     refused("--grid 12x12 --method multiscale", "--grid: 12x12");
     refused(

@@ -54,6 +54,29 @@ fn prepared() -> tempfile::TempDir {
 const SYNTH: &str = "synth a.space.npz a.knn.npz --grid 32x32";
 
 #[test]
+fn figures_are_reported_with_their_good_ranges() {
+    let folder = prepared();
+    for (polish, range) in [
+        ("--polish 0", "1.00 to 1.10"),
+        ("--polish 1", "1.00 to 3.00 after polish"),
+    ] {
+        let said = succeeds(
+            folder.path(),
+            &format!("{SYNTH} -o judged.map.ply {polish}"),
+        );
+        let line = said
+            .lines()
+            .find(|line| line.starts_with("energy_ratio_full "));
+        let end = format!("(good: {range})");
+        assert!(line.is_some_and(|line| line.ends_with(&end)), "{said}");
+        assert!(
+            said.contains("docs/synthesis.md explains these figures."),
+            "{said}"
+        );
+    }
+}
+
+#[test]
 fn a_picture_becomes_an_exemplar_and_a_flat_map() {
     let folder = prepared();
     let at = |name: &str| folder.path().join(name);

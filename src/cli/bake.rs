@@ -95,7 +95,6 @@ impl Arguments {
             seed: session.seed(),
             ..self.options.clone()
         };
-        self.check()?;
         let _locks = self.files()?.claim()?;
         if !self.reduce.is_empty() {
             return self.join(session);

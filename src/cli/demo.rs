@@ -44,7 +44,6 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.check()?;
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let scene = self.output.join("scene.toml");
         write_if_missing(&scene)?;

@@ -159,7 +159,6 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.check()?;
         let _locks = self.files().claim()?;
         let (input, output) = (&self.input, &self.output);
         let outcome = match self.to.kind() {

@@ -54,7 +54,6 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         // Refuse what cannot be done before the work begins.
-        self.options.validate()?;
         let _lock = OutputLock::acquire(&self.sample)?;
         let sample = Sample::open(&self.sample)?;
         let path = HeightMap::path_in(&self.sample);

@@ -12,7 +12,7 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::error::Result;
 use crate::exemplar::KnnOptions;
-use crate::exemplar::knn_options::Search;
+use crate::exemplar::knn_options::NeighborSearch;
 use crate::exemplar::neighbor_table::{self, LevelSearch, NeighborTable, bytes_to_build};
 use crate::exemplar::space::Space;
 use crate::format::ours::Format;
@@ -47,7 +47,6 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files().claim()?;
-        self.options.validate()?;
         let space = Space::read(&self.space)?;
         let need = Need {
             bytes: bytes_to_build(&space, &self.options, rayon::current_num_threads()),
@@ -74,13 +73,13 @@ impl Arguments {
                 .filter(|&&whole| whole)
                 .count();
             let search = match found.search {
-                Search::TwoLevel => {
+                NeighborSearch::TwoLevel => {
                     format!(
                         "two-level search, recall at {} is {:.3}",
                         table.k, found.recall
                     )
                 }
-                Search::Auto | Search::Exact => "exact search".into(),
+                NeighborSearch::Auto | NeighborSearch::Exact => "exact search".into(),
             };
             outcome = outcome.line(format!(
                 "level {at}: {} × {} texels, {whole} of them whole, neighbours at least {} texels apart, {search}",

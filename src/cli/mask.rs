@@ -93,7 +93,6 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.check()?;
         let _locks = self.files().claim()?;
         let mut reader =
             ImageReader::new(self.orientation, AlphaOption::Ignore, self.layer.clone());

@@ -145,7 +145,6 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         // Claim the outputs.
-        self.check()?;
         let surface_options = self.surface_options(session.seed());
         let _locks = self.files()?.claim()?;
         // Read, clean and retile.

@@ -105,7 +105,6 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.check()?;
         let _locks = self.files().claim()?;
         let overviews = Overviews::new(&self.output, self.options.files.animation)?;
         let sample = Sample::open(&self.sample)?;

@@ -65,7 +65,6 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.check()?;
         let _locks = self.files().claim()?;
         // A scene's paths are relative to its folder, which is entered.
         let output = std::path::absolute(&self.output).map_err(Error::io(&self.output, "find"))?;

@@ -38,7 +38,7 @@ use crate::sites::atlas::preparation::AtlasSurface;
 use crate::sites::level::{SiteEdge, SiteHierarchy, Sites};
 use crate::sites::target::{Target, WithSites};
 use crate::sites::vertices::circles::CircleSource;
-use crate::synthesis::all_levels::synthesize;
+use crate::synthesis::all_levels::synthesize_planned;
 use crate::synthesis::check::Plan;
 use crate::synthesis::checkpoint::Checkpoint;
 use crate::synthesis::inputs::{Inputs, LevelMap};
@@ -109,7 +109,6 @@ pub struct Arguments {
 impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.check()?;
         let _locks = self.files()?.claim()?;
         if self.is_onto_faces() {
             return self.run_on_faces(session);
@@ -118,7 +117,7 @@ impl Arguments {
             seed: session.seed(),
             ..self.options.clone()
         };
-        let (space, table, plan) = self.read_exemplar(&options)?;
+        let (space, table) = self.read_exemplar()?;
         let started = Instant::now();
         let is_measured = self.report.is_some() || self.pictures.pictures.is_some();
         let physical = self.target.physical_texel(&space)?;
@@ -128,11 +127,7 @@ impl Arguments {
         let choice = target.choose_levels(exemplar, user.as_ref(), &options);
         let choice = choice.map_err(by_unit)?;
         let options = with_levels(options, choice.as_ref());
-        // Chosen levels change the plan.
-        let plan = match &choice {
-            Some(_) => check::complete_for(&space, &table, &options)?,
-            None => plan,
-        };
+        let plan = check::complete_for(&space, &table, &options)?;
         let completed = (&options, &plan);
         let prepared = target.prepare(user, exemplar, completed, is_measured, session);
         let prepared = prepared.map_err(by_unit)?;
@@ -143,6 +138,7 @@ impl Arguments {
             table: &table,
             target: &target,
             options: &options,
+            plan: &plan,
             started,
             session,
         })?;
@@ -290,7 +286,7 @@ impl Arguments {
         }
     }
 
-    fn read_exemplar(&self, options: &SynthesisOptions) -> Result<(Space, NeighborTable, Plan)> {
+    fn read_exemplar(&self) -> Result<(Space, NeighborTable)> {
         let space = Space::read(&self.space)?;
         let Some(table) = self.read_table(&space)? else {
             return Err(Error::option(
@@ -299,11 +295,10 @@ impl Arguments {
                 "SPACE TABLE MESH",
             ));
         };
-        let plan = check::complete_for(&space, &table, options)?;
         self.pictures.check(&space)?;
         self.model
             .check_channels(&SampleChannel::of_space(&space))?;
-        Ok((space, table, plan))
+        Ok((space, table))
     }
 
     /// The table, if one is given; refuses that of another space.
@@ -368,6 +363,7 @@ struct Job<'a> {
     table: &'a NeighborTable,
     target: &'a Target,
     options: &'a SynthesisOptions,
+    plan: &'a Plan,
     started: Instant,
     session: &'a Session,
 }
@@ -448,6 +444,7 @@ impl WithSites for Measure<'_> {
             space,
             table,
             options,
+            plan,
             session,
             arguments,
             ..
@@ -470,7 +467,7 @@ impl WithSites for Measure<'_> {
             || arguments.pictures.energies(inputs, coords, progress),
         );
         let agreement = match options.method.reports(Figure::MetricAgreement) {
-            true => agreement::measure(inputs, coords, options, progress)?,
+            true => agreement::measure(inputs, coords, (options, plan), progress)?,
             false => None,
         };
         Ok(Measured {
@@ -515,6 +512,7 @@ impl Job<'_> {
             }
             Ok(())
         };
-        synthesize(inputs, self.options, begun, &mut keep, progress)
+        let completed = (self.options, self.plan);
+        synthesize_planned(inputs, completed, begun, &mut keep, progress)
     }
 }

@@ -87,7 +87,6 @@ impl Arguments {
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
         // Claim the output, and read sample and map.
-        self.check()?;
         let _locks = self.files().claim()?;
         let begun = Instant::now();
         let sample = Sample::open(&self.sample)?;

@@ -4,7 +4,7 @@
 //! In: the `channels` of a space's `meta.json`, or those that [`plain_images`](super::plain_images)
 //! makes. Out: checked [`Channels`], which weigh the levels of a space and keep the numbers as stored.
 //! A file holds the numbers unweighted. A space in memory holds in
-//! [`Features::Vectors`](super::space_level::Features) what distances compare: each number times the root of
+//! [`Features::Plain`](super::space_level::Features) what distances compare: each number times the root of
 //! its channel's weight. Weights of 1 leave every bit as it is.
 
 pub(super) mod parsing;
@@ -172,7 +172,7 @@ impl Channels {
         }
         let mut stored = Vec::new();
         for level in levels {
-            let Features::Vectors(features) = &mut level.features else {
+            let Features::Plain(features) = &mut level.features else {
                 continue;
             };
             let weighted = weighted(features, &list)?;
@@ -195,7 +195,7 @@ impl Channels {
 /// Numbers per texel, the same on every level.
 pub(super) fn depth_of(levels: &[SpaceLevel]) -> Result<usize> {
     let mut depths = levels.iter().filter_map(|level| match &level.features {
-        Features::Vectors(features) => Some(features.dim().2),
+        Features::Plain(features) => Some(features.dim().2),
         Features::Textons { .. } => None,
     });
     let first = depths.next().unwrap_or(0);
@@ -269,7 +269,7 @@ fn shortened(name: &str) -> String {
 /// The stored numbers of the finest level lie in their channel's range. Means do by themselves, but for
 /// rounding.
 fn check_range(list: &[Channel], levels: &[SpaceLevel]) -> Result<()> {
-    let Some(Features::Vectors(features)) = levels.first().map(|level| &level.features) else {
+    let Some(Features::Plain(features)) = levels.first().map(|level| &level.features) else {
         return Ok(());
     };
     for channel in list {
@@ -313,7 +313,7 @@ fn weighted(stored: &Array3<f32>, list: &[Channel]) -> Result<Array3<f32>> {
 /// The channels of a file that states none: one of colour where texels have 1 or 3 numbers, else none,
 /// for what four or more numbers are cannot be told.
 pub(super) fn implied(levels: &[SpaceLevel]) -> Vec<Channel> {
-    let Some(Features::Vectors(features)) = levels.first().map(|level| &level.features) else {
+    let Some(Features::Plain(features)) = levels.first().map(|level| &level.features) else {
         return Vec::new();
     };
     let count = features.dim().2 as u32;

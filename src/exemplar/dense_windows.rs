@@ -198,7 +198,7 @@ mod tests {
         let numbers = |(row, col, _): (usize, usize, usize)| 2.0 * col as f32 - 3.0 * row as f32;
         let level = SpaceLevel {
             grid,
-            features: Features::Vectors(Array3::from_shape_fn((7, 9, 1), numbers)),
+            features: Features::Plain(Array3::from_shape_fn((7, 9, 1), numbers)),
         };
         let embedding = Embedding::new(&level, 1.0);
         (level, embedding)

@@ -33,7 +33,7 @@ impl Embedding {
     pub fn new(level: &SpaceLevel, spectrum: f64) -> Self {
         match &level.features {
             Features::Textons { gram, .. } => Self::of_gram(gram, spectrum),
-            Features::Vectors(vectors) => Self::of_vectors(vectors),
+            Features::Plain(vectors) => Self::of_vectors(vectors),
         }
     }
 

@@ -51,7 +51,7 @@ fn squared_distance(level: &SpaceLevel, a: usize, b: usize) -> f64 {
             let [a, b] = [a, b].map(|texel| usize::from(labels[texel]));
             f64::from(gram[(a, a)]) + f64::from(gram[(b, b)]) - 2.0 * f64::from(gram[(a, b)])
         }
-        Features::Vectors(vectors) => {
+        Features::Plain(vectors) => {
             let width = level.grid.width as usize;
             let [a, b] =
                 [a, b].map(|texel| vectors.slice(ndarray::s![texel / width, texel % width, ..]));
@@ -76,7 +76,7 @@ fn distance_by_chance(level: &SpaceLevel) -> f64 {
             let products = products.map(|((i, j), &dot)| shares[i] * shares[j] * f64::from(dot));
             (own, products.sum::<f64>())
         }
-        Features::Vectors(vectors) => {
+        Features::Plain(vectors) => {
             let squares = vectors.iter().map(|&number| f64::from(number).powi(2));
             let dimensions = vectors.dim().2;
             let mut mean = vec![0.0; dimensions];
@@ -113,7 +113,7 @@ mod tests {
                     height: 1,
                     tileable,
                 },
-                features: Features::Vectors(Array3::from_shape_fn((1, 32, 1), stripe)),
+                features: Features::Plain(Array3::from_shape_fn((1, 32, 1), stripe)),
             };
             assert_eq!(feature_size(&level), expected);
         }

@@ -24,7 +24,7 @@ const CHEAP_TEXELS: usize = 1 << 14;
 /// How neighbours are searched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Search {
+pub enum NeighborSearch {
     /// Exact up to 128 × 128 texels, two-level for larger samples.
     #[default]
     Auto,
@@ -57,7 +57,7 @@ pub struct KnnOptions {
     pub margin: Margin,
     /// How neighbours are searched.
     #[arg(long, value_enum, default_value_t = Self::default().search)]
-    pub search: Search,
+    pub search: NeighborSearch,
     /// Parents that the two-level search considers first (Tong 2002 §5.2: 100).
     #[arg(long, default_value_t = Self::default().candidates, value_name = "N")]
     pub candidates: u32,
@@ -76,7 +76,7 @@ impl Default for KnnOptions {
             coarse_neighborhood: 3,
             min_separation: None,
             margin: Margin::default(),
-            search: Search::Auto,
+            search: NeighborSearch::Auto,
             candidates: 100,
             transition_tolerance: None,
         }
@@ -148,11 +148,13 @@ impl KnnOptions {
     }
 
     /// The search of a level.
-    pub fn search_at(&self, grid: TexelGrid, has_parent: bool) -> Search {
+    pub fn search_at(&self, grid: TexelGrid, has_parent: bool) -> NeighborSearch {
         match self.search {
-            Search::TwoLevel if has_parent => Search::TwoLevel,
-            Search::Auto if has_parent && grid.len() > CHEAP_TEXELS => Search::TwoLevel,
-            _ => Search::Exact,
+            NeighborSearch::TwoLevel if has_parent => NeighborSearch::TwoLevel,
+            NeighborSearch::Auto if has_parent && grid.len() > CHEAP_TEXELS => {
+                NeighborSearch::TwoLevel
+            }
+            _ => NeighborSearch::Exact,
         }
     }
 

@@ -133,7 +133,7 @@ impl CoarseWindows {
 pub fn feature_rows(level: &SpaceLevel) -> Vec<u32> {
     match &level.features {
         Features::Textons { labels, .. } => labels.iter().map(|&label| u32::from(label)).collect(),
-        Features::Vectors(_) => (0..level.grid.len() as u32).collect(),
+        Features::Plain(_) => (0..level.grid.len() as u32).collect(),
     }
 }
 
@@ -141,6 +141,6 @@ pub fn feature_rows(level: &SpaceLevel) -> Vec<u32> {
 pub fn default_row(level: &SpaceLevel) -> u32 {
     match &level.features {
         Features::Textons { gram, .. } => gram.nrows() as u32 - 1,
-        Features::Vectors(_) => level.grid.len() as u32,
+        Features::Plain(_) => level.grid.len() as u32,
     }
 }

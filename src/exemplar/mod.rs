@@ -43,9 +43,9 @@ pub(crate) mod windows;
 
 pub use channels::{Channel, ChannelKind, Channels};
 pub use controls::{ControlKind, Controls};
-pub use knn_options::{KnnOptions, Search};
+pub use knn_options::{KnnOptions, NeighborSearch};
 pub use margin::Margin;
 pub use neighbor_table::{NeighborTable, TableLevel};
 pub use plain_images::{ChannelImage, space_of_images};
-pub use space::{Features, Kind, Space, SpaceLevel, space_of_vocabulary};
+pub use space::{Features, Space, SpaceKind, SpaceLevel, space_of_vocabulary};
 pub use windows::Windows;

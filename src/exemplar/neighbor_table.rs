@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::exemplar::controls::ControlKind;
-use crate::exemplar::knn_options::{KnnOptions, Search, WIDEST, check_tolerance};
+use crate::exemplar::knn_options::{KnnOptions, NeighborSearch, WIDEST, check_tolerance};
 use crate::exemplar::level_distances::{BlockDistances, LevelDistances, SpareDistances};
 use crate::exemplar::margin::Margin;
 use crate::exemplar::neighbor_list::{Rows, assemble};
@@ -79,7 +79,7 @@ pub struct NeighborTable {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelSearch {
     /// The search that was run.
-    pub search: Search,
+    pub search: NeighborSearch,
     /// The share of exact search's neighbours it found, measured on a few rows of texels; 1 for
     /// exact search.
     pub recall: f64,
@@ -98,7 +98,7 @@ pub fn bytes_to_build(space: &Space, options: &KnnOptions, threads: usize) -> u6
     let levels = space.levels.iter().enumerate();
     let exact = levels.filter(|(at, level)| {
         let has_parent = at + 1 < space.levels.len();
-        options.search_at(level.grid, has_parent) != Search::TwoLevel
+        options.search_at(level.grid, has_parent) != NeighborSearch::TwoLevel
     });
     let most = exact.map(|(_, level)| level.grid.len()).max().unwrap_or(0);
     let texels: usize = space.levels.iter().map(|level| level.grid.len()).sum();
@@ -175,8 +175,8 @@ fn build_level(
         min_separation,
     };
     let (found, recall) = match search {
-        Search::TwoLevel => task.two_level(progress)?,
-        Search::Auto | Search::Exact => (task.exact(progress)?, 1.0),
+        NeighborSearch::TwoLevel => task.two_level(progress)?,
+        NeighborSearch::Auto | NeighborSearch::Exact => (task.exact(progress)?, 1.0),
     };
     let (neighbors, distances) =
         found.map_err(|found| too_few(at, grid, options.k as usize, found, min_separation))?;

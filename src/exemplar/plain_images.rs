@@ -63,7 +63,7 @@ pub fn space_of_images(
         .collect();
     let mut level = SpaceLevel {
         grid,
-        features: Features::Vectors(side_by_side(images, &numbers, grid)),
+        features: Features::Plain(side_by_side(images, &numbers, grid)),
     };
     let mut all = Vec::new();
     for _ in 1..levels {
@@ -173,7 +173,7 @@ fn side_by_side(
 
 /// The next level: 2×2 means of what exists.
 fn coarser(level: &SpaceLevel) -> SpaceLevel {
-    let Features::Vectors(fine) = &level.features else {
+    let Features::Plain(fine) = &level.features else {
         return level.clone();
     };
     let (grid, dimensions) = (level.grid.coarser(), fine.dim().2);
@@ -192,7 +192,7 @@ fn coarser(level: &SpaceLevel) -> SpaceLevel {
     }
     SpaceLevel {
         grid,
-        features: Features::Vectors(sums),
+        features: Features::Plain(sums),
     }
 }
 

@@ -38,7 +38,7 @@ impl Space {
     /// The numbers of a channel at a level as the file stores them, unweighted, [H, W, count]; nothing in
     /// a space of textons.
     pub fn channel_numbers(&self, level: usize, channel: &Channel) -> Option<ArrayView3<'_, f32>> {
-        let Features::Vectors(features) = &self.levels.get(level)?.features else {
+        let Features::Plain(features) = &self.levels.get(level)?.features else {
             return None;
         };
         let stored = self.channels.stored(level, features);

@@ -49,7 +49,7 @@ pub struct Space {
 /// What the texels of a space carry, as `meta.json` says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum SpaceKind {
     /// Texton labels and Gram matrices.
     Textons,
     /// Feature vectors.
@@ -61,7 +61,7 @@ pub enum Kind {
 struct Meta {
     format: String,
     version: u32,
-    kind: Kind,
+    kind: SpaceKind,
     tileable: bool,
     levels: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -145,10 +145,10 @@ impl Space {
     }
 
     /// What the texels carry.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> SpaceKind {
         match self.levels.first().map(|level| &level.features) {
-            Some(Features::Vectors(_)) => Kind::Features,
-            _ => Kind::Textons,
+            Some(Features::Plain(_)) => SpaceKind::Features,
+            _ => SpaceKind::Textons,
         }
     }
 
@@ -181,7 +181,7 @@ impl Space {
                         file.array(&format!("L{at}/labels"), label_image(labels, level.grid)?)?;
                         file.array(&format!("L{at}/gram"), gram.view())?;
                     }
-                    Features::Vectors(features) => {
+                    Features::Plain(features) => {
                         let features = self.channels.stored(at, features);
                         file.array(&format!("L{at}/features"), features.view())?;
                     }
@@ -212,8 +212,8 @@ impl Space {
         let (mut levels, mut controls) = (Vec::new(), Vec::new());
         for at in 0..meta.levels {
             let level = match meta.kind {
-                Kind::Textons => read_textons(&mut file, at, meta.tileable)?,
-                Kind::Features => read_features(&mut file, at, meta.tileable)?,
+                SpaceKind::Textons => read_textons(&mut file, at, meta.tileable)?,
+                SpaceKind::Features => read_features(&mut file, at, meta.tileable)?,
             };
             check_pyramid(&file, levels.last(), &level, at)?;
             controls.push(Controls::read(&mut file, at, level.grid)?);
@@ -331,7 +331,7 @@ fn read_features(file: &mut npz::Reader, at: usize, tileable: bool) -> Result<Sp
     }
     Ok(SpaceLevel {
         grid: grid_of(height, width, tileable),
-        features: Features::Vectors(features),
+        features: Features::Plain(features),
     })
 }
 
@@ -339,23 +339,23 @@ fn read_features(file: &mut npz::Reader, at: usize, tileable: bool) -> Result<Sp
 /// levels come out weighted.
 fn read_channels(
     file: &npz::Reader,
-    kind: Kind,
+    kind: SpaceKind,
     stated: Option<&Value>,
     levels: &mut [SpaceLevel],
 ) -> Result<Channels> {
     let in_meta = |error| file.at("meta.json", error);
     let list = match (kind, stated) {
-        (Kind::Textons, None) => return Ok(Channels::default()),
-        (Kind::Textons, Some(_)) => {
+        (SpaceKind::Textons, None) => return Ok(Channels::default()),
+        (SpaceKind::Textons, Some(_)) => {
             return Err(file
                 .fault("meta.json: channels", "there")
                 .expected("none in a space of textons"));
         }
-        (Kind::Features, Some(stated)) => {
+        (SpaceKind::Features, Some(stated)) => {
             let depth = channels::depth_of(levels).map_err(in_meta)?;
             channels::parsing::parse(stated, depth).map_err(in_meta)?
         }
-        (Kind::Features, None) => channels::implied(levels),
+        (SpaceKind::Features, None) => channels::implied(levels),
     };
     match list.is_empty() {
         true => Ok(Channels::default()),
@@ -386,7 +386,7 @@ fn check_pyramid(
 impl SpaceLevel {
     /// The feature of a sample that lies nowhere (plain images): the mean of all texels.
     pub fn default_feature(&self) -> Vec<f32> {
-        let Features::Vectors(features) = &self.features else {
+        let Features::Plain(features) = &self.features else {
             return Vec::new();
         };
         let depth = features.dim().2;

@@ -22,9 +22,9 @@ pub enum Features {
         /// Φ, (nt + 1)², not centred; the last row and column are the default texton.
         gram: Array2<f32>,
     },
-    /// One feature vector per texel (plain images), [H, W, d], as distances compare them: each number
+    /// One feature vector per texel of plain images, [H, W, d], as distances compare them: each number
     /// times the root of its channel's weight. The default is their mean.
-    Vectors(Array3<f32>),
+    Plain(Array3<f32>),
 }
 
 /// One level of the exemplar.

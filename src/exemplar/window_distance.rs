@@ -79,7 +79,7 @@ impl WindowDistances {
                     table: squared_distances(gram),
                 }
             }
-            Features::Vectors(features) => {
+            Features::Plain(features) => {
                 let (depth, default) = (features.dim().2, level.default_feature());
                 let all: Vec<f32> = features.iter().copied().collect();
                 let vector = |place: &Option<usize>| match *place {

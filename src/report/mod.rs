@@ -28,7 +28,7 @@ pub(crate) mod viewer;
 pub use animation::{write_apng, write_gif};
 pub use contact_sheet::contact_sheet;
 pub use embedded::Embedded;
-pub use summary::{Chapter, Fact, Figure, OutputFacts, Sequence, StageFacts, Summary};
+pub use summary::{Chapter, Fact, OutputFacts, Sequence, StageFacts, Summary};
 pub use video::{Container, VideoEncoder};
 pub use view_factors::{Limits, ViewFactors, view_factors};
 pub use viewer::{ViewerOptions, ViewerPage, viewer_page};

@@ -11,6 +11,7 @@ use crate::report::numbers;
 use crate::report::page::{STYLE, bundle, filled, json};
 use crate::report::view_factors::{Limits, view_factors};
 use crate::report::viewer::sample_description;
+use crate::synthesis::quality::figures::QualityFigure;
 
 /// The error that factors of the sample may leave, and their most bytes.
 const ERROR: f64 = 0.05;
@@ -61,21 +62,6 @@ impl Chapter {
     }
 }
 
-/// A quality figure.
-#[derive(Clone, Debug, Serialize)]
-pub struct Figure {
-    /// Its name in reports.
-    pub name: &'static str,
-    /// What was found.
-    pub value: String,
-    /// What is good.
-    pub range: &'static str,
-    /// Whether what was found is good.
-    pub is_good: bool,
-    /// What it says.
-    pub meaning: &'static str,
-}
-
 /// Frames of one sequence.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sequence {
@@ -123,7 +109,7 @@ pub struct Summary {
     /// The map.
     pub map: Chapter,
     /// Its quality.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<QualityFigure>,
     /// Frames.
     pub sequences: Vec<Sequence>,
     /// What is not there of frames.

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::sites::level::{SiteHierarchy, Sites};
+use crate::synthesis::check::{Plan, complete_for};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::options::SynthesisOptions;
 
@@ -18,11 +19,23 @@ pub fn synthesize<const N: usize, S: Sites<N>>(
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
+    let plan = complete_for(inputs.space, inputs.table, options)?;
+    synthesize_planned(inputs, (options, &plan), begun, finished, progress)
+}
+
+/// The same by a plan, which [`complete_for`] made of this exemplar and these options.
+pub(crate) fn synthesize_planned<const N: usize, S: Sites<N>>(
+    inputs: Inputs<'_, S>,
+    (options, plan): (&SynthesisOptions, &Plan),
+    begun: Option<LevelMap>,
+    finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
+    progress: Progress<'_>,
+) -> Result<LevelMap> {
     if let Some(map) = &begun {
         check_begun(inputs.sites, map)?;
     }
     let method = options.method;
-    method.synthesize(inputs, options, begun, finished, progress)
+    method.synthesize(inputs, (options, plan), begun, finished, progress)
 }
 
 /// Refuses a finished level that these sites do not have.

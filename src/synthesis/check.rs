@@ -1,44 +1,25 @@
 //! Whether exemplar, sites and options fit together, before any work is done; and what follows
 //! from them.
 
+mod exemplar;
+pub(super) mod levels;
 mod site_levels;
 mod space_level;
 pub(super) mod table_plan;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
-use crate::exemplar::square_window::check_square;
 use crate::neighborhood::Neighborhood;
-use crate::sites::level::Sites;
+pub use crate::synthesis::check::exemplar::check_exemplar;
 pub use crate::synthesis::check::site_levels::check_sites;
 pub use crate::synthesis::check::space_level::space_level;
-use crate::synthesis::check::table_plan::table_windows;
-pub use crate::synthesis::check::table_plan::{Plan, complete, fitting_levels};
-use crate::synthesis::inputs::Inputs;
+pub use crate::synthesis::check::table_plan::{Plan, complete, fitting_levels, table_windows};
 use crate::synthesis::method::MethodSites;
-use crate::synthesis::metric::of_level::gram;
-use crate::synthesis::options::{MetricKind, SynthesisOptions};
+use crate::synthesis::options::SynthesisOptions;
 
-/// Checks everything that a method of the table's windows needs, and completes the options.
-pub fn plan<const N: usize, S: Sites<N>>(
-    inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
-) -> Result<Plan> {
-    exemplar(inputs.space, inputs.table)?;
-    let plan = complete(inputs.space, inputs.table, options)?;
-    if options.metric == MetricKind::Gram {
-        inputs
-            .space
-            .levels
-            .iter()
-            .try_for_each(|level| gram(level).map(drop))?;
-    }
-    check_sites(inputs.sites, &table_windows(inputs.table, &plan))?;
-    Ok(plan)
-}
-
-/// Completes the options of any method. What `synth` must know before it prepares a target.
+/// Checks that an exemplar and the options of any method fit together, and completes the options: what `synth` must know
+/// before it prepares a target, and what the engine works by.
 pub fn complete_for(
     space: &Space,
     table: &NeighborTable,
@@ -70,106 +51,24 @@ pub fn planned_neighborhoods(
     }
 }
 
-/// Checks that a space and a table are sound and describe the same texels; ids are for
-/// [`NeighborTable::check_belongs_to`].
-pub fn exemplar(space: &Space, table: &NeighborTable) -> Result<()> {
-    // Check that both have the same levels.
-    if space.levels.is_empty() || space.levels.len() != table.levels.len() {
-        return Err(differ(
-            format!("{} levels", table.levels.len()),
-            format!("{} levels, as the space has", space.levels.len()),
-        ));
-    }
-    // Check that they have the same texels.
-    for (index, (level, listed)) in space.levels.iter().zip(&table.levels).enumerate() {
-        space_level(level, index)?;
-        let (texels, k) = listed.neighbors.dim();
-        if texels != level.grid.len() || k != table.k || k == 0 {
-            return Err(differ(
-                format!("L{index}: neighbours of {texels} texels, {k} each"),
-                format!(
-                    "{} texels, as the space has, {} each",
-                    level.grid.len(),
-                    table.k.max(1)
-                ),
-            ));
-        }
-        if level.grid.tileable != table.tileable {
-            return Err(differ(
-                format!("tileable: {}", table.tileable),
-                format!("{}, as the space is", level.grid.tileable),
-            ));
-        }
-        // Check that the neighbours are texels.
-        let out = listed
-            .neighbors
-            .iter()
-            .find(|&&texel| texel as usize >= texels);
-        if let Some(texel) = out {
-            return Err(differ(
-                format!("L{index}: texel {texel} among the neighbours"),
-                format!("texels below {texels}"),
-            ));
-        }
-        neighborhood(&listed.neighborhood, index)?;
-    }
-    Ok(())
-}
-
-fn differ(found: String, expected: String) -> Error {
-    Error::data("neighbour table", found)
-        .expected(expected)
-        .advice("space and table are of different runs: make the table anew with knn")
-}
-
-fn neighborhood(neighborhood: &Neighborhood, index: usize) -> Result<()> {
-    let Neighborhood {
-        offsets,
-        weights,
-        coarse_offsets,
-        coarse_weights,
-    } = neighborhood;
-    let sound = |weight: &f32| *weight > 0.0 && weight.is_finite();
-    let matched = offsets.len() == weights.len() && coarse_offsets.len() == coarse_weights.len();
-    if !offsets.is_empty() && matched && weights.iter().chain(coarse_weights).all(sound) {
-        let named = |field: &str| format!("neighbour table, L{index}: {field}");
-        check_square(&named("offsets"), offsets)?;
-        return match coarse_offsets.is_empty() {
-            true => Ok(()),
-            false => check_square(&named("coarse_offsets"), coarse_offsets),
-        };
-    }
-    Err(Error::data(
-        format!("neighbour table, L{index}: offsets and weights"),
-        format!(
-            "{} offsets with {} weights, {} coarse ones with {}",
-            offsets.len(),
-            weights.len(),
-            coarse_offsets.len(),
-            coarse_weights.len()
-        ),
-    )
-    .expected("a positive weight per offset"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::neighborhood::{square_window, window_width};
+    use crate::synthesis::check::table_plan::plan;
+    use crate::synthesis::options::Method;
     use crate::synthesis::tests::fixtures;
 
     /// What becomes of a table of 2 levels, 16×16 and 8×8, windows 5 and 3, with something altered.
     fn refused(change: impl FnOnce(&mut NeighborTable)) -> String {
         let (space, mut table) = fixtures::random_exemplar(1, 16, 2, true);
         change(&mut table);
-        let checked = exemplar(&space, &table).and_then(|()| {
-            let options = SynthesisOptions {
-                levels: Some(2),
-                ..SynthesisOptions::default()
-            };
-            complete(&space, &table, &options).map(drop)
-        });
-        checked.unwrap_err().to_string()
+        let options = SynthesisOptions {
+            levels: Some(2),
+            ..SynthesisOptions::default()
+        };
+        let refused = plan(&space, &table, &options).unwrap_err();
+        refused.to_string()
     }
 
     #[test]
@@ -191,6 +90,23 @@ mod tests {
             text.contains("L0: offsets: 24 offsets; expected a square"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_table_of_other_levels_is_refused() {
+        let (mut space, table) = fixtures::random_exemplar(1, 16, 2, true);
+        space.levels.truncate(1);
+        let refused = neighborhoods(&space, &table, &SynthesisOptions::default());
+        let text = refused.unwrap_err().to_string();
+        assert!(text.contains("neighbour table: 2 levels"), "{text}");
+        space.levels.clear();
+        for method in [Method::KCoherence, Method::Multiscale, Method::Adaptive] {
+            let options = SynthesisOptions {
+                method,
+                ..SynthesisOptions::default()
+            };
+            complete_for(&space, &table, &options).unwrap_err();
+        }
     }
 
     #[test]
@@ -236,6 +152,6 @@ mod tests {
         );
         let (space, mut table) = fixtures::random_exemplar(1, 16, 2, true);
         coarse(15)(&mut table);
-        complete(&space, &table, &SynthesisOptions::default()).unwrap();
+        plan(&space, &table, &SynthesisOptions::default()).unwrap();
     }
 }

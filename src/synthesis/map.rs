@@ -118,7 +118,7 @@ pub fn textons(space: &Space, coords: &[TexCoord]) -> Vec<TextonLabel> {
         Features::Textons { labels, .. } => {
             TextonLabel(labels[level.grid.texel_nearest(at).index()])
         }
-        Features::Vectors(_) => TextonLabel::NONE,
+        Features::Plain(_) => TextonLabel::NONE,
     };
     coords.iter().map(label).collect()
 }

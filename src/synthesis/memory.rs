@@ -28,7 +28,7 @@ pub fn exemplar_bytes(
     let level = |level: &SpaceLevel| {
         let numbers = match &level.features {
             Features::Textons { gram, .. } => DOT_PRODUCT * gram.len() as u64,
-            Features::Vectors(vectors) => 8 * vectors.len() as u64,
+            Features::Plain(vectors) => 8 * vectors.len() as u64,
         };
         level.grid.len() as u64 * (TEXEL + NEIGHBOR * table.k as u64) + numbers
     };

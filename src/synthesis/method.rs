@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::neighborhood::Neighborhood;
-use crate::synthesis::check::table_plan::{Plan, complete, table_windows};
+use crate::synthesis::check::table_plan::{Plan, plan, table_windows};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::own_options::OwnOptions;
 use crate::synthesis::recipes::Method;
@@ -118,7 +118,7 @@ impl MethodDescription {
         name: "",
         help: "",
         sites: MethodSites::Windows(|table, plan, _| table_windows(table, plan)),
-        plan: complete,
+        plan,
         chooses_levels: true,
         unused: &[],
         own_options: None,

@@ -10,7 +10,7 @@ use crate::synthesis::recipes::adaptive::options::AdaptiveOptions;
 use crate::synthesis::recipes::choosy::options::ChoosyOptions;
 use crate::synthesis::recipes::multiscale::options::MultiscaleOptions;
 use crate::synthesis::recipes::progressive::options::ProgressiveOptions;
-pub use crate::synthesis::recipes::tong::options::{KCoherenceOptions, Search};
+pub use crate::synthesis::recipes::tong::options::{CandidateSearch, KCoherenceOptions};
 
 /// How the neighbourhoods of a site and a texel are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]

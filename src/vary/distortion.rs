@@ -25,9 +25,9 @@ use crate::progress::Progress;
 use crate::sites::grid::turned::{TurnedGridSites, TurnedWindows};
 use crate::sites::level::SiteHierarchy;
 use crate::sites::order::Order;
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::inputs::Inputs;
-use crate::synthesis::options::{KCoherenceOptions, Search, SynthesisOptions};
-use crate::synthesis::recipes::tong::synthesize;
+use crate::synthesis::options::{CandidateSearch, KCoherenceOptions, SynthesisOptions};
 use crate::vary::filtering::{MOST_OUTPUT, MOST_SOURCE};
 use crate::vary::material::Material;
 
@@ -55,7 +55,7 @@ pub struct DistortionOptions {
     pub passes: u32,
     /// Which texels are tried at a pixel
     #[arg(long, value_enum, default_value = "full", value_name = "SEARCH")]
-    pub tried: Search,
+    pub tried: CandidateSearch,
 }
 
 impl Default for DistortionOptions {
@@ -66,7 +66,7 @@ impl Default for DistortionOptions {
             window: 7,
             distortion_levels: 3,
             passes: 2,
-            tried: Search::Full,
+            tried: CandidateSearch::Full,
         }
     }
 }
@@ -93,7 +93,7 @@ impl DistortionOptions {
 
     fn synthesis(&self, seed: u64) -> SynthesisOptions {
         let default = KCoherenceOptions::default();
-        let is_full = self.tried == Search::Full;
+        let is_full = self.tried == CandidateSearch::Full;
         SynthesisOptions {
             passes: self.passes,
             k_coherence: KCoherenceOptions {
@@ -111,8 +111,8 @@ impl DistortionOptions {
     fn table(&self) -> KnnOptions {
         KnnOptions {
             k: match self.tried {
-                Search::Full => 1,
-                Search::KCoherence => KnnOptions::default().k,
+                CandidateSearch::Full => 1,
+                CandidateSearch::KCoherence => KnnOptions::default().k,
             },
             neighborhood: self.window,
             ..KnnOptions::default()

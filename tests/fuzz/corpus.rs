@@ -317,7 +317,7 @@ pub fn space() -> Space {
 pub fn features() -> Space {
     let level = |side: u32| SpaceLevel {
         grid: grid(side),
-        features: Features::Vectors(Array::from_shape_fn(
+        features: Features::Plain(Array::from_shape_fn(
             (side as usize, side as usize, 3),
             |(r, c, k)| (r * 3 + c + k) as f32 * 0.1,
         )),

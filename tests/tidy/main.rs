@@ -37,7 +37,7 @@ const ROOMS: [(&str, &[&str]); 12] = [
     ("synthesis", &["exemplar", "mesh", "sites", "maps"]),
     ("vary", &["btf", "exemplar", "sites", "synthesis"]),
     ("render", &["btf", "mesh", "maps"]),
-    ("report", &["btf", "mesh", "maps", "render"]),
+    ("report", &["btf", "mesh", "maps", "synthesis", "render"]),
     (
         "cli",
         &[

@@ -157,7 +157,6 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.check()?;
         let _locks = self.files()?.claim()?;
         let started = Instant::now();
         let sample = Sample::open(&self.sample)?;

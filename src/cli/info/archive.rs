@@ -9,7 +9,7 @@ use crate::cli::exemplar::describe_channels;
 use crate::cli::outcome::Outcome;
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::{self, NeighborTable};
-use crate::exemplar::space::{self, Features, Kind, Space};
+use crate::exemplar::space::{self, Features, Space, SpaceKind};
 use crate::format::npz;
 use crate::grid::TexelGrid;
 use crate::synthesis::faces::levels_file;
@@ -149,11 +149,11 @@ fn describe_space(space: &Space) -> Outcome {
     for (index, level) in space.levels.iter().enumerate() {
         let holds = match &level.features {
             Features::Textons { gram, .. } => format!("{} textons", gram.nrows() - 1),
-            Features::Vectors(vectors) => format!("{} features per texel", vectors.dim().2),
+            Features::Plain(vectors) => format!("{} features per texel", vectors.dim().2),
         };
         outcome = outcome.line(format!("level {index}: {}, {holds}", size(level.grid)));
     }
-    if space.kind() == Kind::Features && space.channels.list().is_empty() {
+    if space.kind() == SpaceKind::Features && space.channels.list().is_empty() {
         outcome = outcome.line("its channels are not stated");
     }
     describe_channels(outcome, space)

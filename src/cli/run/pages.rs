@@ -143,6 +143,7 @@ impl Pages<'_> {
             force: false,
             common: self.common.clone(),
         };
+        arguments.check()?;
         arguments.run(session)
     }
 
@@ -154,6 +155,7 @@ impl Pages<'_> {
             only: Some(self.scene.variant()).filter(|variant| !variant.is_empty()),
             common: self.common.clone(),
         };
+        arguments.check()?;
         arguments.run(session)
     }
 }

@@ -13,6 +13,7 @@ use crate::synthesis::method::Figure;
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::quality::Quality;
 use crate::synthesis::quality::agreement::Agreement;
+use crate::synthesis::quality::figures::{QualityFigure, figures};
 
 /// What a report calls itself.
 pub const FORMAT: &str = "mesotex-synthesis-report";
@@ -28,6 +29,9 @@ pub struct Report {
     options: SynthesisOptions,
     #[serde(flatten)]
     quality: Quality,
+    /// The same as people read it.
+    #[serde(skip)]
+    figures: Vec<QualityFigure>,
     metric_agreement: Option<Agreement>,
     /// Of a method that admits only some texels: choices on the finest level for which no texel that neighbours proposed was
     /// admitted, so that all that are admitted were compared.
@@ -140,7 +144,7 @@ impl Report {
         metric_agreement: Option<Agreement>,
         searched: u64,
     ) -> Self {
-        let figures = MapFigures {
+        let made = MapFigures {
             format: FORMAT,
             version: 1,
             vertices: map.mesh.positions.len(),
@@ -154,9 +158,10 @@ impl Report {
             circles,
         };
         Self {
-            map: figures,
+            map: made,
             atlas,
             options: options.clone(),
+            figures: figures(&quality, map.header.polish > 0),
             quality,
             metric_agreement,
             searched: options.method.reports(Figure::Searched).then_some(searched),
@@ -165,52 +170,55 @@ impl Report {
 
     /// What the user reads.
     pub fn outcome(&self, seconds: Seconds) -> Outcome {
-        let found = &self.quality;
-        let [[a, b], [c, d]] = found.drift;
+        let lines = self.of_the_map(seconds).into_iter();
+        let mut outcome = lines
+            .chain(self.of_its_quality())
+            .fold(Outcome::default(), Outcome::line);
+        // Add all figures.
+        if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {
+            outcome.figures = figures;
+        }
         let Seconds { prepare, synthesis } = seconds;
-        // Tell size and time.
-        let mut outcome = Outcome::default()
-            .line(format!(
-                "{} {}, {} levels{}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
-                self.map.vertices,
-                match self.atlas {
-                    Some(_) => "texels",
-                    None => "vertices",
-                },
-                self.map.levels,
-                self.map.k.map_or(String::new(), |k| format!(", k {k}"))
-            ))
-            // Tell how the texture follows the surface.
-            .line(format!(
-                "coherence {:.3} within half a texel (good: above 0.4), {:.3} within one (above 0.7); mean edge \
-                 {:.2} texels",
-                found.coherence_half, found.coherence_one, found.mean_edge
-            ))
-            .line(format!("drift [[{a:.3}, {b:.3}], [{c:.3}, {d:.3}]] (good: within 0.1 of the identity)"));
-        if let Some(reason) = &self.map.levels_reason {
-            outcome = outcome.line(format!("{} levels: {reason}", self.map.levels));
-        }
-        // Tell what was measured beside.
-        if let Some(found) = found.energies {
-            outcome = outcome.line(format!(
-                "energy {:.3} of a random map's (good: below 0.3), {:.3} of the best texels' at {} sites (below \
-                 1.1)",
-                found.energy, found.energy_ratio_full, found.energy_sites
-            ));
-        }
-        if let Some(atlas) = &self.atlas {
-            outcome = outcome.line(atlas.line());
-        }
-        if let Some(circles) = self.map.circles {
-            outcome = outcome.line(format!("circles round every vertex: {circles}"));
-        }
-        if let Some(chi2) = found.histogram_chi2 {
-            outcome = outcome.line(format!(
-                "histogram distance {chi2:.4} (χ² of texton counts, surface against sample; good: below 0.01)"
-            ));
-        }
-        if let Some(found) = found.fragments {
-            outcome = outcome.line(format!(
+        outcome.figure(
+            "seconds",
+            json!({"prepare": prepare, "synthesis": synthesis}),
+        )
+    }
+
+    /// Size, time, levels and sites, a line each.
+    fn of_the_map(&self, Seconds { prepare, synthesis }: Seconds) -> Vec<String> {
+        let mut lines = vec![format!(
+            "{} {}, mean edge {:.2} texels, {} levels{}: prepared in {prepare:.1} s, synthesized in {synthesis:.1} s",
+            self.map.vertices,
+            match self.atlas {
+                Some(_) => "texels",
+                None => "vertices",
+            },
+            self.quality.mean_edge,
+            self.map.levels,
+            self.map.k.map_or(String::new(), |k| format!(", k {k}"))
+        )];
+        let reason = self.map.levels_reason.iter();
+        lines.extend(reason.map(|reason| format!("{} levels: {reason}", self.map.levels)));
+        lines.extend(self.atlas.iter().map(AtlasFigures::line));
+        let circles = self.map.circles.iter();
+        lines.extend(circles.map(|circles| format!("circles round every vertex: {circles}")));
+        lines
+    }
+
+    /// The quality figures, a line each, and where they are explained.
+    fn of_its_quality(&self) -> Vec<String> {
+        // Tell the figures with their good ranges.
+        let line = |figure: &QualityFigure| {
+            let QualityFigure {
+                name, value, range, ..
+            } = figure;
+            format!("{name} {value} (good: {range})")
+        };
+        let mut lines: Vec<String> = self.figures.iter().map(line).collect();
+        // Tell what only some methods and exemplars have.
+        if let Some(found) = self.quality.fragments {
+            lines.push(format!(
                 "{} elements of the mask, {} of them fragments: {:.2} % (in the exemplar {:.2} %)",
                 found.components,
                 found.fragments,
@@ -219,24 +227,19 @@ impl Report {
             ));
         }
         if let Some(searched) = self.searched {
-            outcome = outcome.line(format!(
+            lines.push(format!(
                 "{searched} choices compared all texels of the site's transition, because neighbours proposed none"
             ));
         }
         if let Some(found) = self.metric_agreement {
-            outcome = outcome.line(format!(
+            lines.push(format!(
                 "metric: as good a choice as Φ's at {:.3} of the sites (good: near 1), mean score {:.4} of Φ's; with the whole \
                  spectrum {:.4}",
                 found.embedded, found.embedded_cost, found.whole_spectrum
             ));
         }
-        // Add all figures.
-        if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(self) {
-            outcome.figures = figures;
-        }
-        outcome.figure(
-            "seconds",
-            json!({"prepare": prepare, "synthesis": synthesis}),
-        )
+        // Tell where they are explained.
+        lines.push("docs/synthesis.md explains these figures.".into());
+        lines
     }
 }

@@ -2,17 +2,17 @@
 
 use crate::cli::atlas::is_atlas;
 use crate::cli::bake_maps::{Arguments, OPTIONS_OF_FRAMES};
-use crate::cli::unused_options::rule::{Rule, found};
+use crate::cli::unused_options::combination::{Combination, found};
 
-pub(super) const RULES: &[Rule<Arguments>] = &[
-    Rule {
+pub(super) const COMBINATIONS: &[Combination<Arguments>] = &[
+    Combination {
         options: &OPTIONS_OF_FRAMES,
         unused: |_| {
             Some("given for texture maps, which have one view and light and a --resolution".into())
         },
         expected: "options of camera, light, weights, texels and shadows",
     },
-    Rule {
+    Combination {
         options: &["surface-color"],
         unused: |arguments| {
             let text = format!("given for {}", arguments.map.display());
@@ -20,7 +20,7 @@ pub(super) const RULES: &[Rule<Arguments>] = &[
         },
         expected: "an atlas; other maps have no channel of alpha",
     },
-    Rule {
+    Combination {
         options: &["mesh", "unwrap", "resolution"],
         unused: |arguments| {
             let text = format!("given for {}", arguments.map.display());

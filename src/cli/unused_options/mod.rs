@@ -1,14 +1,14 @@
 //! Options that would change nothing are refused, by one rule: an option that was given must have an effect beside the
 //! others.
 //!
-//! Every command has a list of combinations ([`Rule`]). Whether an option was given is asked of the parser
+//! Every command has a list of combinations ([`Combination`]). Whether an option was given is asked of the parser
 //! ([`Given`]): stating a default counts. What depends on the content of files is checked where they are read, and
 //! what a library's caller could get wrong too by its options. `tests` lists the combinations as command lines.
 
 mod bake_maps;
+mod combination;
 mod given;
 mod render;
-mod rule;
 mod samples;
 mod surfaces;
 mod synth;
@@ -19,7 +19,7 @@ mod vary;
 pub(in crate::cli) use given::Given;
 
 use crate::cli::Command;
-use crate::cli::unused_options::rule::refuse;
+use crate::cli::unused_options::combination::refuse;
 use crate::cli::vary::Way;
 use crate::error::Result;
 
@@ -61,7 +61,7 @@ pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
             refuse(render::FRAMES, &arguments.options, given)
         }
         Command::BakeMaps(arguments) => {
-            refuse(bake_maps::RULES, arguments, given)?;
+            refuse(bake_maps::COMBINATIONS, arguments, given)?;
             refuse(render::FRAMES, &arguments.options, given)
         }
         Command::Transfer(arguments) => refuse(surfaces::TRANSFER, arguments, given),

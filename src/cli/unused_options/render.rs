@@ -2,19 +2,19 @@
 
 use crate::cli::atlas;
 use crate::cli::render::Arguments;
-use crate::cli::unused_options::rule::{Rule, found};
+use crate::cli::unused_options::combination::{Combination, found};
 use crate::render::option_values::{LightSpec, ProjectionKind, Sweep};
 use crate::render::options::RenderOptions;
 use crate::render::renderer::Shadows;
 
 /// What only atlases have.
-pub(super) const ATLAS: &[Rule<Arguments>] = &[
-    Rule {
+pub(super) const ATLAS: &[Combination<Arguments>] = &[
+    Combination {
         options: &["displace"],
         unused: given_for_another_map,
         expected: "an atlas; other maps have no channel of heights",
     },
-    Rule {
+    Combination {
         options: &["surface-color"],
         unused: given_for_another_map,
         expected: "an atlas; other maps have no channel of alpha",
@@ -27,8 +27,8 @@ fn given_for_another_map(arguments: &Arguments) -> Option<String> {
 }
 
 /// The options of frames.
-pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
-    Rule {
+pub(super) const FRAMES: &[Combination<RenderOptions>] = &[
+    Combination {
         options: &["frames"],
         unused: |options| {
             let count = options
@@ -44,7 +44,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "--sweep or --camera-path as well",
     },
-    Rule {
+    Combination {
         options: &["sweep-length", "sweep-from", "sweep-to"],
         unused: |options| match &options.sweep.kind {
             Sweep::None => Some("given without a sweep".into()),
@@ -56,7 +56,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "--sweep light-azimuth, light-elevation, light-spiral or view-orbit",
     },
-    Rule {
+    Combination {
         options: &["turns"],
         unused: |options| {
             let text = format!("given with --sweep {}", options.sweep.kind);
@@ -64,7 +64,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "--sweep light-spiral, which turns while it sinks",
     },
-    Rule {
+    Combination {
         options: &["sweep"],
         unused: |options| {
             let has_point = matches!(options.lights.light.first(), Some(LightSpec::Point { .. }));
@@ -73,7 +73,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "a sun as the first --light (points are moved by a .csv file)",
     },
-    Rule {
+    Combination {
         options: &["sweep"],
         unused: |options| {
             let rises = matches!(
@@ -85,12 +85,12 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "light-azimuth, which turns the environment, or a --light to move",
     },
-    Rule {
+    Combination {
         options: &["light-azimuth"],
         unused: light_azimuth_is_replaced,
         expected: "one way to say where the light stands",
     },
-    Rule {
+    Combination {
         options: &["light-elevation"],
         unused: |options| match &options.sweep.kind {
             Sweep::LightElevation | Sweep::LightSpiral => {
@@ -100,7 +100,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "one way to say how high the light stands (--sweep-from and --sweep-to of a sweep)",
     },
-    Rule {
+    Combination {
         options: &["irradiance"],
         unused: |options| {
             let own = |light: &LightSpec| match light {
@@ -121,12 +121,12 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "a light without an irradiance of its own (--environment-scale is the environment's)",
     },
-    Rule {
+    Combination {
         options: &["light-radius"],
         unused: without_shadows,
         expected: "--shadows vertex or pixel: it softens their edges",
     },
-    Rule {
+    Combination {
         options: &["shadow-rays"],
         unused: |options| match options.lights.light_radius == 0.0 {
             true => Some("given without --light-radius".into()),
@@ -134,7 +134,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "--light-radius and shadows as well: sharp edges take one ray",
     },
-    Rule {
+    Combination {
         options: &[
             "environment-encoding",
             "environment-layer",
@@ -150,7 +150,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "--environment FILE as well",
     },
-    Rule {
+    Combination {
         options: &["front"],
         unused: |options| {
             let camera = &options.camera;
@@ -162,12 +162,12 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "one way to say where the camera stands (or a --camera-target straight below or above it)",
     },
-    Rule {
+    Combination {
         options: &["camera-azimuth"],
         unused: camera_azimuth_is_replaced,
         expected: "one way to say where the camera stands",
     },
-    Rule {
+    Combination {
         options: &["camera-elevation"],
         unused: |options| {
             let is_unused = options.camera.camera_position.is_some() && !options.has_rows();
@@ -175,7 +175,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "one way to say where the camera stands",
     },
-    Rule {
+    Combination {
         options: &["fov", "focal-length"],
         unused: |options| {
             let is_unused = options.camera.projection == ProjectionKind::Orthographic;
@@ -183,7 +183,7 @@ pub(super) const FRAMES: &[Rule<RenderOptions>] = &[
         },
         expected: "--view-height, the height of an orthographic picture",
     },
-    Rule {
+    Combination {
         options: &["view-height"],
         unused: |options| {
             let is_unused = options.camera.projection == ProjectionKind::Perspective;

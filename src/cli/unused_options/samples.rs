@@ -1,9 +1,9 @@
 //! Samples, textons and neighbour tables.
 
-use crate::cli::unused_options::rule::{Rule, found};
+use crate::cli::unused_options::combination::{Combination, found};
 use crate::cli::{bake, exemplar, import, textons};
 use crate::exemplar::KnnOptions;
-use crate::exemplar::knn_options::Search;
+use crate::exemplar::knn_options::NeighborSearch;
 use crate::texton::options::{ImageCount, Named};
 
 /// What only maps have.
@@ -20,18 +20,18 @@ const OF_MAPS: &[&str] = &[
     "layer",
 ];
 
-pub(super) const BAKE: &[Rule<bake::Arguments>] = &[
-    Rule {
+pub(super) const BAKE: &[Combination<bake::Arguments>] = &[
+    Combination {
         options: OF_MAPS,
         unused: |arguments| found(arguments.preset.is_some(), "given with --preset"),
         expected: "a material with maps; a preset is as it is",
     },
-    Rule {
+    Combination {
         options: OF_MAPS,
         unused: given_with_reduce,
         expected: PARTS_SAY_IT,
     },
-    Rule {
+    Combination {
         options: &[
             "preset",
             "size",
@@ -49,7 +49,7 @@ pub(super) const BAKE: &[Rule<bake::Arguments>] = &[
         unused: given_with_reduce,
         expected: PARTS_SAY_IT,
     },
-    Rule {
+    Combination {
         options: &["preview", "surface"],
         unused: |arguments| {
             let is_shared = arguments.shard.is_some() || !arguments.reduce.is_empty();
@@ -66,7 +66,7 @@ fn given_with_reduce(arguments: &bake::Arguments) -> Option<String> {
     found(!arguments.reduce.is_empty(), "given with --reduce")
 }
 
-pub(super) const IMPORT: &[Rule<import::Arguments>] = &[Rule {
+pub(super) const IMPORT: &[Combination<import::Arguments>] = &[Combination {
     options: &[
         "images",
         "handedness",
@@ -108,8 +108,8 @@ pub(super) const IMPORT: &[Rule<import::Arguments>] = &[Rule {
     expected: "parts imported with it: they say all options",
 }];
 
-pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
-    Rule {
+pub(super) const TEXTONS: &[Combination<textons::Arguments>] = &[
+    Combination {
         options: &["image-grid"],
         unused: |arguments| {
             let takes_all = arguments.options.images == Some(ImageCount::Named(Named::All));
@@ -117,7 +117,7 @@ pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
         },
         expected: "--images N: representatives are chosen on that grid",
     },
-    Rule {
+    Combination {
         options: &[
             "textons",
             "images",
@@ -132,31 +132,36 @@ pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
         unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
         expected: "parts made with it: they say all options",
     },
-    Rule {
+    Combination {
         options: &["report", "montage", "label-map"],
         unused: |arguments| found(arguments.shard.is_some(), "given with --shard"),
         expected: "it beside --reduce, which finds the textons",
     },
 ];
 
-pub(super) const KNN: &[Rule<KnnOptions>] = &[Rule {
+pub(super) const KNN: &[Combination<KnnOptions>] = &[Combination {
     options: &["candidates"],
-    unused: |options| found(options.search == Search::Exact, "given with --search exact"),
+    unused: |options| {
+        found(
+            options.search == NeighborSearch::Exact,
+            "given with --search exact",
+        )
+    },
     expected: "--search two-level, which considers them",
 }];
 
-pub(super) const EXEMPLAR: &[Rule<exemplar::Arguments>] = &[
-    Rule {
+pub(super) const EXEMPLAR: &[Combination<exemplar::Arguments>] = &[
+    Combination {
         options: &["margin"],
         unused: |arguments| found(arguments.tile, "given with --tile"),
         expected: "images that do not tile: others have no border",
     },
-    Rule {
+    Combination {
         options: &["coarse-neighborhood"],
         unused: |arguments| found(arguments.levels == 1, "given with --levels 1"),
         expected: "--levels 2 or more",
     },
-    Rule {
+    Combination {
         options: &["transition-tolerance"],
         unused: |arguments| {
             found(

@@ -1,10 +1,10 @@
 //! Meshes, and what is transferred to them; scenes.
 
-use crate::cli::unused_options::rule::{Rule, found};
+use crate::cli::unused_options::combination::{Combination, found};
 use crate::cli::{export, mesh, run, transfer};
 
-pub(super) const MESH: &[Rule<mesh::Arguments>] = &[
-    Rule {
+pub(super) const MESH: &[Combination<mesh::Arguments>] = &[
+    Combination {
         options: &[
             "direction",
             "align",
@@ -16,12 +16,12 @@ pub(super) const MESH: &[Rule<mesh::Arguments>] = &[
         unused: |arguments| found(!arguments.wants_field(), "alone"),
         expected: "--orient, --report or --pictures as well: without a field it changes nothing",
     },
-    Rule {
+    Combination {
         options: &["levels"],
         unused: |arguments| found(!arguments.is_measured(), "alone"),
         expected: "--report or --pictures as well: it says what is measured and drawn",
     },
-    Rule {
+    Combination {
         options: &["crease"],
         unused: |arguments| {
             let retiles = arguments.is_measured() || arguments.options.vertices.is_some();
@@ -31,13 +31,13 @@ pub(super) const MESH: &[Rule<mesh::Arguments>] = &[
     },
 ];
 
-pub(super) const TRANSFER: &[Rule<transfer::Arguments>] = &[
-    Rule {
+pub(super) const TRANSFER: &[Combination<transfer::Arguments>] = &[
+    Combination {
         options: &["tile"],
         unused: |arguments| given_for(arguments, arguments.is_atlas()),
         expected: "no such option: an atlas states it",
     },
-    Rule {
+    Combination {
         options: &["displace", "transparency", "surface-color"],
         unused: |arguments| given_for(arguments, !arguments.is_atlas()),
         expected: "an atlas; a surface texton map becomes a PLY",
@@ -51,8 +51,8 @@ fn given_for(arguments: &transfer::Arguments, is_unused: bool) -> Option<String>
     )
 }
 
-pub(super) const EXPORT: &[Rule<export::Arguments>] = &[
-    Rule {
+pub(super) const EXPORT: &[Combination<export::Arguments>] = &[
+    Combination {
         options: &["sample", "view", "light"],
         unused: |arguments| {
             found(
@@ -62,14 +62,14 @@ pub(super) const EXPORT: &[Rule<export::Arguments>] = &[
         },
         expected: "--to glb, obj, usda or ply",
     },
-    Rule {
+    Combination {
         options: &["view", "light"],
         unused: |arguments| found(arguments.colors.sample.is_none(), "given without a sample"),
         expected: "--sample as well",
     },
 ];
 
-pub(super) const RUN: &[Rule<run::Arguments>] = &[Rule {
+pub(super) const RUN: &[Combination<run::Arguments>] = &[Combination {
     options: &["no-pages"],
     unused: |arguments| match (arguments.dry_run, arguments.plan, &arguments.until) {
         (true, ..) => Some("given with --dry-run".into()),

@@ -1,11 +1,11 @@
 //! Synthesis: options of one method beside another, of one kind of target beside another.
 
 use crate::cli::synth::Arguments;
+use crate::cli::unused_options::combination::{Combination, found};
 use crate::cli::unused_options::given::Given;
-use crate::cli::unused_options::rule::{Rule, found};
 use crate::error::Result;
 use crate::synthesis::Effort;
-use crate::synthesis::options::{MetricKind, Search};
+use crate::synthesis::options::{CandidateSearch, MetricKind};
 
 /// Refuses options that the method does not use.
 pub(super) fn refuse_by_method(arguments: &Arguments, given: &Given) -> Result<()> {
@@ -15,8 +15,8 @@ pub(super) fn refuse_by_method(arguments: &Arguments, given: &Given) -> Result<(
 }
 
 /// What belongs to metrics and searches.
-pub(super) const SEARCHES: &[Rule<Arguments>] = &[
-    Rule {
+pub(super) const SEARCHES: &[Combination<Arguments>] = &[
+    Combination {
         options: &["spectrum"],
         unused: |arguments| {
             let options = &arguments.options;
@@ -26,15 +26,15 @@ pub(super) const SEARCHES: &[Rule<Arguments>] = &[
         },
         expected: "--metric embedded, which leaves part of the spectrum out",
     },
-    Rule {
+    Combination {
         options: &["k", "repair-rounds", "reuse-penalty"],
         unused: |arguments| {
-            let tries_all = arguments.options.k_coherence.search == Search::Full;
+            let tries_all = arguments.options.k_coherence.search == CandidateSearch::Full;
             found(tries_all, "given with --search full")
         },
         expected: "--search k-coherence: a full search tries every texel at every site",
     },
-    Rule {
+    Combination {
         options: &["start-passes"],
         unused: |arguments| found(arguments.options.levels == Some(1), "given with --levels 1"),
         expected: "--levels 2 or more: a single level grows from one site",
@@ -42,8 +42,8 @@ pub(super) const SEARCHES: &[Rule<Arguments>] = &[
 ];
 
 /// What belongs to kinds of targets.
-pub(super) const TARGETS: &[Rule<Arguments>] = &[
-    Rule {
+pub(super) const TARGETS: &[Combination<Arguments>] = &[
+    Combination {
         options: &["texel", "mesh-unit"],
         unused: |arguments| {
             let target = &arguments.target;
@@ -51,22 +51,22 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
         },
         expected: "the vertices of a mesh; an atlas has --texture-scale, and a grid none",
     },
-    Rule {
+    Combination {
         options: &["border"],
         unused: |arguments| given_for(arguments, arguments.target.grid.is_none()),
         expected: "--grid WxH as well: a mesh has borders of its own",
     },
-    Rule {
+    Combination {
         options: &["direction", "guide", "align", "field-energy"],
         unused: |arguments| given_for(arguments, arguments.target.grid.is_some()),
         expected: "a mesh; on a grid every site is one texel, and s runs along its rows",
     },
-    Rule {
+    Combination {
         options: &["direction", "guide", "align", "field-energy"],
         unused: |arguments| given_for(arguments, arguments.is_onto_faces()),
         expected: "another --method: faces have no orientation",
     },
-    Rule {
+    Combination {
         options: &["keys"],
         unused: |arguments| {
             let method = arguments.options.method.description();
@@ -74,7 +74,7 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
         },
         expected: "--method progressive; directions alone are for --guide",
     },
-    Rule {
+    Combination {
         options: &["crease"],
         unused: |arguments| {
             let target = &arguments.target;
@@ -83,7 +83,7 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
         },
         expected: "a mesh and a method that retiles it: creases are lines of coarser levels",
     },
-    Rule {
+    Combination {
         options: &[
             "resolution",
             "texture-scale",
@@ -94,7 +94,7 @@ pub(super) const TARGETS: &[Rule<Arguments>] = &[
         unused: |arguments| given_for(arguments, !arguments.target.is_atlas()),
         expected: "--onto atlas as well",
     },
-    Rule {
+    Combination {
         options: &["base-faces", "subdivisions"],
         unused: |arguments| given_for(arguments, !arguments.is_onto_faces()),
         expected: "--onto faces as well",
@@ -107,18 +107,18 @@ fn given_for(arguments: &Arguments, is_unused: bool) -> Option<String> {
 }
 
 /// What belongs to products.
-pub(super) const PRODUCTS: &[Rule<Arguments>] = &[
-    Rule {
+pub(super) const PRODUCTS: &[Combination<Arguments>] = &[
+    Combination {
         options: &["resume"],
         unused: for_faces,
         expected: "no --resume: nothing unfinished is kept",
     },
-    Rule {
+    Combination {
         options: &["pictures"],
         unused: for_faces,
         expected: "mesotex render, or --vertex-colors and --glb",
     },
-    Rule {
+    Combination {
         options: &["force"],
         unused: |arguments| match arguments.table_path() {
             None => for_faces(arguments),
@@ -126,7 +126,7 @@ pub(super) const PRODUCTS: &[Rule<Arguments>] = &[
         },
         expected: "a table of another space, between space and mesh",
     },
-    Rule {
+    Combination {
         options: &["glb", "levels-out"],
         unused: |arguments| {
             found(
@@ -136,7 +136,7 @@ pub(super) const PRODUCTS: &[Rule<Arguments>] = &[
         },
         expected: "--onto faces as well",
     },
-    Rule {
+    Combination {
         options: &["displace", "transparency", "surface-color"],
         unused: |arguments| {
             let text = format!("given for {}", arguments.output.display());
@@ -144,7 +144,7 @@ pub(super) const PRODUCTS: &[Rule<Arguments>] = &[
         },
         expected: "-o NAME.atlas, which holds a model",
     },
-    Rule {
+    Combination {
         options: &["sample"],
         unused: |arguments| {
             let pictures = &arguments.pictures;

@@ -1,4 +1,4 @@
-//! Whether the combinations are refused, and whether every rule is among them.
+//! Whether the combinations are refused, and whether every one of the lists has a command line.
 
 mod combinations;
 
@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use clap::CommandFactory;
 
 use self::combinations::{COMBINATIONS, NEIGHBORS};
-use super::rule::Rule;
+use super::combination::Combination;
 use super::*;
 use crate::cli::CommandLine;
 use crate::error::Error;
@@ -66,10 +66,15 @@ fn own_options() -> Vec<Vec<(&'static str, &'static str)>> {
         .collect()
 }
 
-/// The options of every rule, each with the command it belongs to.
-fn options_of_rules() -> Vec<(&'static str, &'static str)> {
-    fn of<A>(command: &'static str, rules: &[Rule<A>]) -> Vec<(&'static str, &'static str)> {
-        let options = rules.iter().flat_map(|rule| rule.options);
+/// The options of every combination, each with the command it belongs to.
+fn listed_options() -> Vec<(&'static str, &'static str)> {
+    fn of<A>(
+        command: &'static str,
+        combinations: &[Combination<A>],
+    ) -> Vec<(&'static str, &'static str)> {
+        let options = combinations
+            .iter()
+            .flat_map(|combination| combination.options);
         options.map(|option| (command, *option)).collect()
     }
     [
@@ -85,7 +90,7 @@ fn options_of_rules() -> Vec<(&'static str, &'static str)> {
         of("synth", synth::PRODUCTS),
         of("render", render::ATLAS),
         of("render", render::FRAMES),
-        of("bake-maps", bake_maps::RULES),
+        of("bake-maps", bake_maps::COMBINATIONS),
         of("transfer", surfaces::TRANSFER),
         of("export", surfaces::EXPORT),
         of("run", surfaces::RUN),
@@ -94,9 +99,9 @@ fn options_of_rules() -> Vec<(&'static str, &'static str)> {
 }
 
 #[test]
-fn every_rule_names_options_that_there_are() {
+fn every_combination_names_options_that_there_are() {
     let root = CommandLine::command();
-    let unknown: BTreeSet<_> = options_of_rules()
+    let unknown: BTreeSet<_> = listed_options()
         .into_iter()
         .filter(|(command, option)| {
             let command = root.find_subcommand(command).unwrap();
@@ -108,11 +113,11 @@ fn every_rule_names_options_that_there_are() {
 }
 
 #[test]
-fn every_rule_is_among_the_combinations() {
-    let is_listed = |rule: &[&str], command: &str| {
+fn every_combination_has_a_line() {
+    let is_listed = |options: &[&str], command: &str| {
         COMBINATIONS
             .iter()
-            .any(|(line, option)| line.starts_with(command) && rule.contains(option))
+            .any(|(line, option)| line.starts_with(command) && options.contains(option))
     };
     for options in own_options() {
         let names: Vec<&str> = options.iter().map(|(_, name)| *name).collect();
@@ -121,24 +126,36 @@ fn every_rule_is_among_the_combinations() {
     let lists: [(&str, Vec<&[&str]>); 4] = [
         (
             "render",
-            render::FRAMES.iter().map(|rule| rule.options).collect(),
+            render::FRAMES
+                .iter()
+                .map(|combination| combination.options)
+                .collect(),
         ),
         (
             "synth",
-            synth::SEARCHES.iter().map(|rule| rule.options).collect(),
+            synth::SEARCHES
+                .iter()
+                .map(|combination| combination.options)
+                .collect(),
         ),
         (
             "synth",
-            synth::TARGETS.iter().map(|rule| rule.options).collect(),
+            synth::TARGETS
+                .iter()
+                .map(|combination| combination.options)
+                .collect(),
         ),
         (
             "synth",
-            synth::PRODUCTS.iter().map(|rule| rule.options).collect(),
+            synth::PRODUCTS
+                .iter()
+                .map(|combination| combination.options)
+                .collect(),
         ),
     ];
-    for (command, rules) in lists {
-        for rule in rules {
-            assert!(is_listed(rule, command), "{command}: {rule:?}");
+    for (command, combinations) in lists {
+        for options in combinations {
+            assert!(is_listed(options, command), "{command}: {options:?}");
         }
     }
 }
@@ -162,14 +179,14 @@ const OF_JOINING: [&str; 12] = [
 #[test]
 fn what_joins_parts_takes_no_option_of_them() {
     let root = CommandLine::command();
-    let rules = options_of_rules();
+    let listed = listed_options();
     for command in ["bake", "import", "textons"] {
         let of_command = root.find_subcommand(command).unwrap();
         let missing: Vec<&str> = of_command
             .get_arguments()
             .filter_map(|argument| argument.get_long())
             .filter(|option| !OF_JOINING.contains(option))
-            .filter(|option| !rules.contains(&(command, option)))
+            .filter(|option| !listed.contains(&(command, option)))
             .collect();
         assert!(missing.is_empty(), "{command}: {missing:?}");
     }

@@ -1,10 +1,10 @@
 //! Progressively-variant exemplars.
 
-use crate::cli::unused_options::rule::{Rule, found};
+use crate::cli::unused_options::combination::{Combination, found};
 use crate::cli::vary::FieldOptions;
 use crate::cli::vary::blend;
 
-pub(super) const FIELDS: &[Rule<FieldOptions>] = &[Rule {
+pub(super) const FIELDS: &[Combination<FieldOptions>] = &[Combination {
     options: &["ramp", "ramp-begin", "ramp-end"],
     unused: |fields| {
         let has_another = fields.transition.is_some() || !fields.transition_key.is_empty();
@@ -13,7 +13,7 @@ pub(super) const FIELDS: &[Rule<FieldOptions>] = &[Rule {
     expected: "one of --ramp, --transition, --transition-key",
 }];
 
-pub(super) const BLEND: &[Rule<blend::Arguments>] = &[Rule {
+pub(super) const BLEND: &[Combination<blend::Arguments>] = &[Combination {
     options: &["blur", "threshold", "mask-window", "mask-weight"],
     unused: |arguments| {
         found(

@@ -71,7 +71,6 @@ impl Arguments {
 
     /// Runs the command.
     pub fn run(&self, session: &Session) -> Result<Outcome> {
-        self.check()?;
         let _locks = self.files().claim()?;
         match &self.way {
             Way::Distort(arguments) => arguments.run(session),

@@ -40,7 +40,7 @@ fn levels(depth: usize) -> Vec<SpaceLevel> {
             height: side,
             tileable: true,
         },
-        features: Features::Vectors(Array3::from_shape_fn(
+        features: Features::Plain(Array3::from_shape_fn(
             (side as usize, side as usize, depth),
             |(row, col, at)| ((row + 2 * col + 3 * at) % 7) as f32 / 7.0,
         )),
@@ -64,7 +64,7 @@ fn write(path: &Path, depth: usize, channels: Option<Value>) {
     let levels = levels(depth);
     npz::write(path, meta.as_object().unwrap().clone(), |file| {
         for (at, level) in levels.iter().enumerate() {
-            let Features::Vectors(features) = &level.features else {
+            let Features::Plain(features) = &level.features else {
                 unreachable!()
             };
             file.array(&format!("L{at}/features"), features.view())?;
@@ -83,7 +83,7 @@ fn channels_round_trip_and_files_hold_unweighted_numbers() {
     assert_eq!(Space::read(&path).unwrap(), space);
     let plain = levels(9);
     for (at, level) in space.levels.iter().enumerate() {
-        let (Features::Vectors(weighted), Features::Vectors(stored)) =
+        let (Features::Plain(weighted), Features::Plain(stored)) =
             (&level.features, &plain[at].features)
         else {
             unreachable!()
@@ -220,7 +220,7 @@ fn channels_that_do_not_hold_are_refused() {
 #[test]
 fn weights_that_make_features_too_large_are_refused() {
     let mut big = levels(3);
-    let Features::Vectors(features) = &mut big[0].features else {
+    let Features::Plain(features) = &mut big[0].features else {
         unreachable!()
     };
     features[[0, 0, 1]] = 9e14;
@@ -294,7 +294,7 @@ fn damaged_channels_of_a_file_are_told_by_field() {
 #[test]
 fn levels_of_other_numbers_are_refused() {
     let mut levels = levels(3);
-    levels[1].features = Features::Vectors(Array3::zeros((2, 2, 4)));
+    levels[1].features = Features::Plain(Array3::zeros((2, 2, 4)));
     let list = vec![channel("color", ChannelKind::Color, 0, 3, 1.0)];
     let refused = Space::of_channels(levels, list, Vec::new(), ContentId::of_bytes(b"s"));
     assert!(refused.unwrap_err().to_string().contains("L1/features"));

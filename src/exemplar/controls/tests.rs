@@ -53,7 +53,7 @@ fn space(levels: Vec<Controls>) -> Space {
     let mut made = Vec::new();
     for _ in 0..levels.len() {
         let sides = (grid.height as usize, grid.width as usize, 4);
-        let features = Features::Vectors(Array3::from_elem(sides, 0.5));
+        let features = Features::Plain(Array3::from_elem(sides, 0.5));
         made.push(SpaceLevel { grid, features });
         grid = grid.coarser();
     }

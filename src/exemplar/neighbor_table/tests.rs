@@ -19,7 +19,7 @@ fn random_space(width: u32, height: u32, tileable: bool, levels: usize, plain: b
     for _ in 0..levels {
         let features = if plain {
             let sides = (grid.height as usize, grid.width as usize, 3);
-            Features::Vectors(Array3::from_shape_fn(sides, |_| random.gen_range(0.0..1.0)))
+            Features::Plain(Array3::from_shape_fn(sides, |_| random.gen_range(0.0..1.0)))
         } else {
             let points = Array2::from_shape_fn((7, 4), |_| random.gen_range(-1.0_f32..1.0));
             Features::Textons {
@@ -50,7 +50,7 @@ fn feature_distance(level: &SpaceLevel, a: Option<TexelIndex>, b: Option<TexelIn
             let at = |i, j| f64::from(gram[[i, j]]);
             (at(a, a) + at(b, b) - 2.0 * at(a, b)).max(0.0)
         }
-        Features::Vectors(features) => {
+        Features::Plain(features) => {
             let vector = |t: Option<TexelIndex>| match t {
                 Some(t) => {
                     let (row, col) = level.grid.row_col(t);
@@ -308,7 +308,7 @@ fn two_level_search_is_exact_when_every_parent_is_a_candidate() {
             ..KnnOptions::default()
         };
         let all = KnnOptions {
-            search: Search::TwoLevel,
+            search: NeighborSearch::TwoLevel,
             candidates: 64,
             ..exact.clone()
         };
@@ -316,11 +316,11 @@ fn two_level_search_is_exact_when_every_parent_is_a_candidate() {
         assert_eq!(
             searches[0],
             LevelSearch {
-                search: Search::TwoLevel,
+                search: NeighborSearch::TwoLevel,
                 recall: 1.0
             }
         );
-        assert_eq!(searches[1].search, Search::Exact);
+        assert_eq!(searches[1].search, NeighborSearch::Exact);
         let expected = build(&space, &exact, Progress::silent()).unwrap();
         assert_eq!(table.levels[0].neighbors, expected.levels[0].neighbors);
         let few = KnnOptions {

@@ -32,7 +32,7 @@ fn color(weight: f64, image: FloatImage) -> ChannelImage {
 
 fn vectors(space: &Space, level: usize) -> &Array3<f32> {
     match &space.levels[level].features {
-        Features::Vectors(vectors) => vectors,
+        Features::Plain(vectors) => vectors,
         Features::Textons { .. } => panic!("vectors expected"),
     }
 }

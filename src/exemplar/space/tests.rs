@@ -51,7 +51,7 @@ fn spaces_of_both_kinds_round_trip() {
             height: 3,
             tileable: false,
         },
-        features: Features::Vectors(Array3::from_elem((3, 2, 3), 0.25)),
+        features: Features::Plain(Array3::from_elem((3, 2, 3), 0.25)),
     };
     let color = channels::implied(std::slice::from_ref(&level));
     let mut features = Space::of_channels(vec![level], color, Vec::new(), textons.sample).unwrap();

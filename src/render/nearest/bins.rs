@@ -10,23 +10,23 @@ use glam::{DVec3, Vec3};
 use super::weights::{LARGEST_RATIO, REACH};
 
 /// Directions handled together.
-pub(super) const LANES: usize = 8;
+pub(super) const DIRECTION_LANES: usize = 8;
 
 /// Eight candidates, ready for vector code; unused lanes lie far away.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DirectionLanes {
-    pub x: [f32; LANES],
-    pub y: [f32; LANES],
-    pub z: [f32; LANES],
+    pub x: [f32; DIRECTION_LANES],
+    pub y: [f32; DIRECTION_LANES],
+    pub z: [f32; DIRECTION_LANES],
     /// Index among the kept directions.
-    pub index: [u32; LANES],
+    pub index: [u32; DIRECTION_LANES],
 }
 
 impl DirectionLanes {
     /// The squared distances from a direction's tip to the candidates'.
     #[inline(always)]
-    pub fn squared_chords(&self, Vec3 { x, y, z }: Vec3) -> [f32; LANES] {
-        let mut squared = [0.0; LANES];
+    pub fn squared_chords(&self, Vec3 { x, y, z }: Vec3) -> [f32; DIRECTION_LANES] {
+        let mut squared = [0.0; DIRECTION_LANES];
         for (lane, squared) in squared.iter_mut().enumerate() {
             let (dx, dy, dz) = (x - self.x[lane], y - self.y[lane], z - self.z[lane]);
             *squared = dx * dx + dy * dy + dz * dz;
@@ -36,9 +36,9 @@ impl DirectionLanes {
 
     /// min(cosine / cos θᵢ, 2) of the candidates.
     #[inline(always)]
-    pub fn cosine_ratios(&self, cosine: f32) -> [f32; LANES] {
+    pub fn cosine_ratios(&self, cosine: f32) -> [f32; DIRECTION_LANES] {
         let largest = LARGEST_RATIO as f32;
-        let mut ratios = [0.0; LANES];
+        let mut ratios = [0.0; DIRECTION_LANES];
         for (ratio, &z) in ratios.iter_mut().zip(&self.z) {
             let exact = cosine / if z > 1e-9 { z } else { 1e-9 };
             *ratio = if exact < largest { exact } else { largest };
@@ -48,10 +48,10 @@ impl DirectionLanes {
 }
 
 const EMPTY: DirectionLanes = DirectionLanes {
-    x: [0.0; LANES],
-    y: [0.0; LANES],
-    z: [-8.0; LANES],
-    index: [0; LANES],
+    x: [0.0; DIRECTION_LANES],
+    y: [0.0; DIRECTION_LANES],
+    z: [-8.0; DIRECTION_LANES],
+    index: [0; DIRECTION_LANES],
 };
 
 /// The candidate lists of all cells.
@@ -76,7 +76,7 @@ impl Bins {
         };
         for cell in 0..side * side {
             let list = candidates(directions, counted, side, cell);
-            for eight in list.chunks(LANES) {
+            for eight in list.chunks(DIRECTION_LANES) {
                 bins.blocks.push(block(directions, eight));
             }
             bins.starts.push(bins.blocks.len() as u32);

@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::angle;
-use super::bins::{DirectionLanes, LANES};
+use super::bins::{DIRECTION_LANES, DirectionLanes};
 use super::fit;
 
 /// Terms of a linear fit beside the constant: x, y.
@@ -14,7 +14,7 @@ pub(super) const LINEAR: usize = 2;
 pub(super) const QUADRATIC: usize = 5;
 
 /// A number per direction of a block.
-type Lanes = [f32; LANES];
+type Lanes = [f32; DIRECTION_LANES];
 
 /// Directions as a wanted one sees them.
 #[derive(Clone, Copy, Debug)]
@@ -73,17 +73,17 @@ impl TangentPlane {
 impl Near {
     /// No direction at all.
     pub const NONE: Self = Self {
-        nearness: [0.0; LANES],
-        x: [0.0; LANES],
-        y: [0.0; LANES],
+        nearness: [0.0; DIRECTION_LANES],
+        x: [0.0; DIRECTION_LANES],
+        y: [0.0; DIRECTION_LANES],
     };
 
     /// The terms of a fit beside the constant.
     #[inline(always)]
     fn terms<const N: usize>(&self) -> [Lanes; N] {
         let product = |factor: f32, a: &Lanes, b: &Lanes| {
-            let mut product = [0.0; LANES];
-            for lane in 0..LANES {
+            let mut product = [0.0; DIRECTION_LANES];
+            for lane in 0..DIRECTION_LANES {
                 product[lane] = factor * a[lane] * b[lane];
             }
             product
@@ -102,9 +102,9 @@ impl Near {
     /// The weights of a fit, before they are made to sum to 1: b (1 − p·g), negative ones times `negative`.
     #[inline(always)]
     pub fn tilted<const N: usize>(&self, tilt: [f32; N], negative: f32) -> Lanes {
-        let mut weights = [1.0; LANES];
+        let mut weights = [1.0; DIRECTION_LANES];
         for (term, tilt) in self.terms::<N>().iter().zip(tilt) {
-            for lane in 0..LANES {
+            for lane in 0..DIRECTION_LANES {
                 weights[lane] -= term[lane] * tilt;
             }
         }
@@ -128,26 +128,26 @@ impl<const N: usize> Moments<N> {
     #[inline(always)]
     pub fn new() -> Self {
         Self {
-            nearness: [0.0; LANES],
-            terms: [[0.0; LANES]; N],
-            products: [[[0.0; LANES]; N]; N],
+            nearness: [0.0; DIRECTION_LANES],
+            terms: [[0.0; DIRECTION_LANES]; N],
+            products: [[[0.0; DIRECTION_LANES]; N]; N],
         }
     }
 
     #[inline(always)]
     pub fn add(&mut self, near: &Near) {
         let terms = near.terms::<N>();
-        for lane in 0..LANES {
+        for lane in 0..DIRECTION_LANES {
             self.nearness[lane] += near.nearness[lane];
         }
         for (row, term) in terms.iter().enumerate() {
-            let mut weighted = [0.0; LANES];
-            for lane in 0..LANES {
+            let mut weighted = [0.0; DIRECTION_LANES];
+            for lane in 0..DIRECTION_LANES {
                 weighted[lane] = near.nearness[lane] * term[lane];
                 self.terms[row][lane] += weighted[lane];
             }
             for (sum, other) in self.products[row][..=row].iter_mut().zip(&terms) {
-                for lane in 0..LANES {
+                for lane in 0..DIRECTION_LANES {
                     sum[lane] += weighted[lane] * other[lane];
                 }
             }

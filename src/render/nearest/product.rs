@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::angle;
-use super::bins::{Bins, DirectionLanes, LANES};
+use super::bins::{Bins, DIRECTION_LANES, DirectionLanes};
 use super::lanes::{LINEAR, Moments, Near, QUADRATIC, TangentPlane};
 use super::weights::{
     REACH, Weight, Weighting, below_lowest, distinct, inverse_weights, keep_nearest,
@@ -30,7 +30,7 @@ pub struct DirectionSet {
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     /// Squared lengths of the chords to the candidates.
-    chords: Vec<[f32; LANES]>,
+    chords: Vec<[f32; DIRECTION_LANES]>,
     near: Vec<Near>,
     pub(super) distances: Vec<(f64, u32)>,
 }
@@ -107,7 +107,7 @@ impl DirectionSet {
         // Measure all distances.
         let Scratch { chords, near, .. } = scratch;
         let blocks = self.bins.of_direction(wanted.x, wanted.y, wanted.z);
-        chords.resize(blocks.len(), [0.0; LANES]);
+        chords.resize(blocks.len(), [0.0; DIRECTION_LANES]);
         for (block, chords) in blocks.iter().zip(chords.iter_mut()) {
             *chords = block.squared_chords(wanted);
         }
@@ -130,15 +130,15 @@ impl DirectionSet {
         // Weight each by the fitted surface.
         let tilt = moments.tilt();
         let negative = self.share_of_negative::<N, AS_LIGHTS>(wanted.z);
-        out.resize(blocks.len() * LANES, Weight::default());
+        out.resize(blocks.len() * DIRECTION_LANES, Weight::default());
         let (mut sum, mut count) = (0.0, 0);
         for (block, near) in blocks.iter().zip(near.iter()) {
             let weights = near.tilted(tilt, negative);
             let scales = match AS_LIGHTS {
                 true => block.cosine_ratios(wanted.z),
-                false => [1.0; LANES],
+                false => [1.0; DIRECTION_LANES],
             };
-            for lane in 0..LANES {
+            for lane in 0..DIRECTION_LANES {
                 out[count] = Weight {
                     index: block.index[lane],
                     weight: weights[lane] * scales[lane],
@@ -171,7 +171,7 @@ impl DirectionSet {
 
     /// R: 1.05 times the angle to the direction that decides it, π where there are fewer.
     #[inline(always)]
-    fn reach(&self, chords: &[[f32; LANES]]) -> f32 {
+    fn reach(&self, chords: &[[f32; DIRECTION_LANES]]) -> f32 {
         let counted = counted(self.weighting);
         if self.len() < counted {
             return std::f32::consts::PI;
@@ -191,7 +191,7 @@ impl DirectionSet {
         let distances = &mut scratch.distances;
         distances.clear();
         for block in self.bins.of_direction(x, y, z) {
-            for lane in 0..LANES {
+            for lane in 0..DIRECTION_LANES {
                 if block.z[lane] >= -1.0 {
                     let index = block.index[lane];
                     let angle = self.directions[index as usize].angle_to(Direction(wanted));
@@ -225,13 +225,13 @@ fn only<const AS_LIGHTS: bool>(
     cosine: f32,
     nearest: f32,
     blocks: &[DirectionLanes],
-    chords: &[[f32; LANES]],
+    chords: &[[f32; DIRECTION_LANES]],
 ) -> Option<Weight> {
     let lane = chords
         .as_flattened()
         .iter()
         .position(|&chord| chord == nearest)?;
-    let (block, lane) = (&blocks[lane / LANES], lane % LANES);
+    let (block, lane) = (&blocks[lane / DIRECTION_LANES], lane % DIRECTION_LANES);
     let weight = match AS_LIGHTS {
         true => block.cosine_ratios(cosine)[lane],
         false => 1.0,
@@ -241,10 +241,10 @@ fn only<const AS_LIGHTS: bool>(
 }
 
 #[inline(always)]
-fn smallest(chords: &[[f32; LANES]]) -> f32 {
-    let mut found = [f32::INFINITY; LANES];
+fn smallest(chords: &[[f32; DIRECTION_LANES]]) -> f32 {
+    let mut found = [f32::INFINITY; DIRECTION_LANES];
     for chords in chords {
-        for lane in 0..LANES {
+        for lane in 0..DIRECTION_LANES {
             found[lane] = lesser(found[lane], chords[lane]);
         }
     }
@@ -253,16 +253,16 @@ fn smallest(chords: &[[f32; LANES]]) -> f32 {
 
 /// The `counted`th smallest of the numbers: the smallest one that so many do not exceed.
 #[inline(always)]
-fn counted_smallest(numbers: &[[f32; LANES]], counted: i32) -> f32 {
-    let mut found = [f32::INFINITY; LANES];
+fn counted_smallest(numbers: &[[f32; DIRECTION_LANES]], counted: i32) -> f32 {
+    let mut found = [f32::INFINITY; DIRECTION_LANES];
     for mine in numbers {
-        let mut not_above = [0i32; LANES];
+        let mut not_above = [0i32; DIRECTION_LANES];
         for &other in numbers.as_flattened() {
-            for lane in 0..LANES {
+            for lane in 0..DIRECTION_LANES {
                 not_above[lane] += i32::from(other <= mine[lane]);
             }
         }
-        for lane in 0..LANES {
+        for lane in 0..DIRECTION_LANES {
             let candidate = if not_above[lane] >= counted {
                 mine[lane]
             } else {

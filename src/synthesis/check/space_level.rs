@@ -26,7 +26,7 @@ pub fn space_level(level: &SpaceLevel, index: usize) -> Result<()> {
                 None => Ok(()),
             }
         }
-        Features::Vectors(vectors) => {
+        Features::Plain(vectors) => {
             let (height, width, dimensions) = vectors.dim();
             if height * width == texels && dimensions > 0 && texels > 0 {
                 return Ok(());

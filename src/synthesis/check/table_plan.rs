@@ -4,7 +4,10 @@ use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::neighborhood::{Neighborhood, window_width};
-use crate::synthesis::options::SynthesisOptions;
+use crate::synthesis::check::exemplar::check_exemplar;
+use crate::synthesis::check::levels::{asked_or, fitting, shorter_side, wide_on};
+use crate::synthesis::metric::of_level::gram;
+use crate::synthesis::options::{MetricKind, SynthesisOptions};
 
 /// Options as the inputs complete them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,8 +31,18 @@ pub fn table_windows(table: &NeighborTable, plan: &Plan) -> Vec<Neighborhood> {
     levels.map(|level| level.neighborhood.clone()).collect()
 }
 
-/// Checks options against the exemplar alone: k, levels, neighbourhood. What `synth` must know
-/// before it prepares a surface.
+/// Checks everything that a method of the table's windows needs of exemplar and options, and completes the options.
+pub fn plan(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
+    check_exemplar(space, table)?;
+    let plan = complete(space, table, options)?;
+    if options.metric == MetricKind::Gram {
+        let mut levels = space.levels.iter();
+        levels.try_for_each(|level| gram(level).map(drop))?;
+    }
+    Ok(plan)
+}
+
+/// Checks options against the windows of a sound exemplar: k, levels, neighbourhood.
 pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
     options.validate()?;
     let k = options.k_coherence.k.unwrap_or(table.k);
@@ -40,18 +53,8 @@ pub fn complete(space: &Space, table: &NeighborTable, options: &SynthesisOptions
             format!("at most {}, or a table made with knn --k {k}", table.k),
         ));
     }
-    let most = table.levels.len();
-    let levels = options.levels.map_or_else(
-        || fitting_levels(space, table).max(1),
-        |levels| levels as usize,
-    );
-    if levels > most {
-        return Err(Error::option(
-            "levels",
-            format!("{levels}, but the sample has {most}"),
-            format!("at most {most}, or a vocabulary made with textons --levels {levels}"),
-        ));
-    }
+    let most = space.levels.len().min(table.levels.len());
+    let levels = asked_or(most, options.levels, fitting_levels(space, table).max(1))?;
     neighborhood_width(table, options)?;
     template_fits_the_sample(space, table, levels)?;
     Ok(Plan { levels, k })
@@ -73,21 +76,15 @@ fn neighborhood_width(table: &NeighborTable, options: &SynthesisOptions) -> Resu
 }
 
 fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize) -> Result<()> {
-    let side = |level: usize| shorter_side(space, level);
     let fitting = fitting_levels(space, table).min(levels);
     if fitting == levels {
         return (1..levels).try_for_each(|level| {
             let offsets = &table.levels[level - 1].neighborhood.coarse_offsets;
-            coarse_window_fits(offsets, level, side(level))
+            coarse_window_fits(offsets, level, shorter_side(space, level))
         });
     }
-    let grid = space.levels[fitting].grid;
-    let found = format!(
-        "a neighbourhood {} texels wide on the sample's level {fitting} of {}×{}",
-        window_width(&table.levels[fitting].neighborhood.offsets),
-        grid.width,
-        grid.height
-    );
+    let width = window_width(&table.levels[fitting].neighborhood.offsets);
+    let found = format!("a neighbourhood {}", wide_on(space, fitting, width));
     Err(match fitting {
         0 => Error::data("neighbour table", found)
             .advice("make it with a smaller knn --neighborhood"),
@@ -101,16 +98,9 @@ fn template_fits_the_sample(space: &Space, table: &NeighborTable, levels: usize)
 
 /// The finest levels of a sample that are no narrower than the table's windows.
 pub fn fitting_levels(space: &Space, table: &NeighborTable) -> usize {
-    let levels = 0..space.levels.len().min(table.levels.len());
-    let fits = levels.take_while(|&level| {
-        window_width(&table.levels[level].neighborhood.offsets) <= shorter_side(space, level)
-    });
-    fits.count()
-}
-
-fn shorter_side(space: &Space, level: usize) -> u32 {
-    let grid = space.levels[level].grid;
-    grid.width.min(grid.height)
+    fitting(space, table.levels.len(), |level| {
+        window_width(&table.levels[level].neighborhood.offsets)
+    })
 }
 
 /// Refuses a window on the parent level `level` that reaches beyond the level's shorter side: every sample

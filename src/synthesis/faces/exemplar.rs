@@ -78,7 +78,7 @@ impl Vectors {
     fn of_finest(space: &Space, spectrum: f64) -> Self {
         let level = &space.levels[0];
         let rows = feature_rows(level);
-        if let Features::Vectors(features) = &level.features {
+        if let Features::Plain(features) = &level.features {
             let length = features.dim().2;
             let weightless = space.channels.list().iter();
             let weightless: Vec<usize> = weightless

@@ -2,7 +2,7 @@
 //!
 //! A site's pattern holds the blended features of its samples in the order of the template; a texel's window is
 //! read from [`DenseWindows`]. Samples stored ring by ring make a smaller neighbourhood a prefix. On the square
-//! template this is what [`FeatureMetric`](super::features::FeatureMetric) computes faster.
+//! template this is what [`FeatureMetric`](super::feature_metric::FeatureMetric) computes faster.
 
 use crate::exemplar::dense_windows::{DenseWindows, flat_vectors};
 use crate::exemplar::embedding::Embedding;
@@ -104,6 +104,7 @@ impl DenseMetric {
                     sums[lane] += apart * apart;
                 }
             }
+            // One lane after another: the tree of `sum_of_lanes` rounds differently, and would change maps.
             let rest = value_rest.iter().zip(number_rest);
             return sums.iter().sum::<f32>() + rest.map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
         }
@@ -131,7 +132,7 @@ mod tests {
     use crate::progress::Progress;
     use crate::random;
     use crate::synthesis::metric::Metric;
-    use crate::synthesis::metric::features::{FeatureMetric, FeaturePattern};
+    use crate::synthesis::metric::feature_metric::{FeatureMetric, FeaturePattern};
     use crate::synthesis::metric::site_values::Unfinished;
     use crate::synthesis::tests::fixtures;
     use ndarray::Array3;
@@ -149,7 +150,7 @@ mod tests {
         let space = Space {
             levels: vec![SpaceLevel {
                 grid,
-                features: Features::Vectors(features),
+                features: Features::Plain(features),
             }],
             channels: Channels::default(),
             controls: Vec::new(),

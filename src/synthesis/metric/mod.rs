@@ -4,7 +4,7 @@
 mod bound_tree;
 pub(crate) mod dense;
 pub(crate) mod embedded;
-pub(crate) mod features;
+pub(crate) mod feature_metric;
 mod fine_bounds;
 pub(crate) mod gram;
 mod lower_bounds;

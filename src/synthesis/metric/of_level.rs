@@ -6,7 +6,7 @@ use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::embedded::EmbeddedMetric;
-use crate::synthesis::metric::features::FeatureMetric;
+use crate::synthesis::metric::feature_metric::FeatureMetric;
 use crate::synthesis::metric::gram::GramMetric;
 use crate::synthesis::options::MetricKind;
 use ndarray::Array2;
@@ -56,7 +56,7 @@ pub fn with_metric<W: WithMetric>(
     let fine = Embedding::new(own, spectrum);
     let coarse = above.map(|above| Embedding::new(above, spectrum));
     Ok(match &own.features {
-        Features::Vectors(_) => {
+        Features::Plain(_) => {
             let mut metric = FeatureMetric::new(exemplar, &fine, coarse.as_ref());
             if choice.searches_all || choice.refines {
                 metric = metric.with_projected_windows((seed, level as u32), choice.searches_all);
@@ -77,7 +77,7 @@ pub fn with_metric<W: WithMetric>(
 pub fn gram(level: &SpaceLevel) -> Result<&Array2<f32>> {
     match &level.features {
         Features::Textons { gram, .. } => Ok(gram),
-        Features::Vectors(_) => Err(Error::option(
+        Features::Plain(_) => Err(Error::option(
             "metric",
             "gram, but a plain image has no Gram matrix",
             "embedded",

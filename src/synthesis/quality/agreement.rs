@@ -16,6 +16,7 @@ use crate::grid::TexCoord;
 use crate::progress::Progress;
 use crate::sites::level::Sites;
 use crate::synthesis::candidates::forward::{Candidate, CandidateList};
+use crate::synthesis::check::Plan;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::keep::{Pick, Preference};
 use crate::synthesis::metric::Metric;
@@ -49,16 +50,15 @@ type Costs = [f64; 3];
 pub fn measure<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
     coords: &[TexCoord],
-    options: &SynthesisOptions,
+    (options, plan): (&SynthesisOptions, &Plan),
     progress: Progress<'_>,
 ) -> Result<Option<Agreement>> {
     let level = &inputs.space.levels[0];
-    if let Features::Vectors(_) = level.features {
+    if let Features::Plain(_) = level.features {
         return Ok(None);
     }
     // Prepare Φ, and vectors of the whole and of the kept spectrum.
-    let k = options.k_coherence.k.unwrap_or(inputs.table.k);
-    let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, k, false);
+    let exemplar = ExemplarLevel::new(inputs.space, inputs.table, 0, plan.k, false);
     let whole = Embedding::new(level, 1.0);
     progress.check()?;
     let used = Embedding::new(level, options.spectrum);
@@ -193,6 +193,7 @@ mod tests {
     use crate::sites::grid::GridSites;
     use crate::sites::grid::window::SiteGrid;
     use crate::synthesis::all_levels::synthesize;
+    use crate::synthesis::check::complete;
     use crate::synthesis::options::KCoherenceOptions;
     use crate::synthesis::tests::fixtures;
 
@@ -230,7 +231,8 @@ mod tests {
         coords: &[TexCoord],
         options: &SynthesisOptions,
     ) -> Agreement {
-        let found = measure(inputs, coords, options, Progress::silent());
+        let plan = complete(inputs.space, inputs.table, options).unwrap();
+        let found = measure(inputs, coords, (options, &plan), Progress::silent());
         found.unwrap().unwrap()
     }
 

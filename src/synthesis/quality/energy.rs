@@ -19,7 +19,7 @@ use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::keep::{Pick, Preference};
 use crate::synthesis::metric::Metric;
-use crate::synthesis::metric::features::{FeatureMetric, FeaturePattern};
+use crate::synthesis::metric::feature_metric::{FeatureMetric, FeaturePattern};
 use crate::synthesis::metric::gram::{GramMetric, GramPattern};
 use crate::synthesis::metric::of_level::gram;
 use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
@@ -305,7 +305,7 @@ fn with_exact_metric<S, W: Measurement>(
             let metric = GramMetric::new(exemplar, gram(level)?, None);
             over_sites(&metric, &work, sites, progress)
         }
-        Features::Vectors(_) => {
+        Features::Plain(_) => {
             let embedding = Embedding::new(level, 1.0);
             let mut metric = FeatureMetric::new(exemplar, &embedding, None);
             if let Some(seed) = search {

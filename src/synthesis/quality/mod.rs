@@ -5,6 +5,7 @@
 pub(crate) mod agreement;
 mod coherence;
 pub(crate) mod energy;
+pub(crate) mod figures;
 mod fragments;
 pub(crate) mod histogram;
 

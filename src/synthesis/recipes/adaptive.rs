@@ -38,7 +38,7 @@ use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::adaptive::options::Similarity;
 use crate::synthesis::recipes::adaptive::order::most_neighbors_first;
-use crate::synthesis::recipes::adaptive::plan::{check, levels};
+use crate::synthesis::recipes::adaptive::plan::{check_levels, levels};
 use crate::synthesis::recipes::adaptive::similarity::Contest;
 use crate::synthesis::rule::Rule;
 use crate::synthesis::state::Texels;
@@ -63,15 +63,15 @@ pub const DESCRIPTION: MethodDescription = MethodDescription {
 /// Synthesizes all levels and returns the finest.
 pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
+    (options, plan): (&SynthesisOptions, &Plan),
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    let levels = check(inputs, options)?;
+    check_levels(inputs.sites, plan)?;
     let template = Template::round(options.adaptive.rings);
     let none = Neighborhood::default();
-    coarse_to_fine(levels, begun, finished, |number, coarser| {
+    coarse_to_fine(plan.levels, begun, finished, |number, coarser| {
         // Prepare the exemplar with its round windows.
         let (level, sites) = (&inputs.space.levels[number], &inputs.sites.levels[number]);
         let embedding = Embedding::new(level, options.spectrum);

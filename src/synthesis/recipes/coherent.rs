@@ -67,12 +67,11 @@ fn one_level(space: &Space, options: &SynthesisOptions) -> Result<Plan> {
 /// Synthesizes the one level.
 pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
+    (options, _): (&SynthesisOptions, &Plan),
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    one_level(inputs.space, options)?;
     if inputs.sites.levels.first().map_or(0, Sites::count) == 0 {
         return Err(Error::data("target", "no sites").expected("one or more"));
     }

@@ -1,7 +1,7 @@
 //! The rule of k-coherence (Tong 2002 §5.2): of the texels that a site's neighbours propose by forward shift, and the
 //! nearest of each in the neighbour table, the one whose neighbourhood is most similar.
 //!
-//! Where no candidate is whole, and with [`Search::Full`] always, every whole texel is tried.
+//! Where no candidate is whole, and with [`CandidateSearch::Full`] always, every whole texel is tried.
 
 use crate::exemplar::level::ExemplarLevel;
 use crate::grid::TexCoord;
@@ -10,7 +10,7 @@ use crate::synthesis::candidates::forward::CandidateList;
 use crate::synthesis::keep::{Pick, Preference};
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
-use crate::synthesis::options::Search;
+use crate::synthesis::options::CandidateSearch;
 use crate::synthesis::rule::Rule;
 use crate::synthesis::state::Texels;
 
@@ -28,7 +28,7 @@ pub struct KCoherence<'a, const N: usize, S, M> {
     /// How neighbourhoods are compared.
     pub metric: &'a M,
     /// Which texels are tried.
-    pub search: Search,
+    pub search: CandidateSearch,
     /// What is preferred beside small distances.
     pub preference: Preference,
 }
@@ -89,8 +89,8 @@ impl<const N: usize, S: Sites<N>, M: Metric> Rule for KCoherence<'_, N, S, M> {
         // Choose the nearest, among all texels where the candidates give none.
         self.metric.read(&self.neighborhood(state, site), pattern);
         let pick = match self.search {
-            Search::KCoherence => self.best_nearby(state, site, pattern, candidates),
-            Search::Full => None,
+            CandidateSearch::KCoherence => self.best_nearby(state, site, pattern, candidates),
+            CandidateSearch::Full => None,
         };
         let all = |pattern| {
             self.metric
@@ -107,8 +107,8 @@ impl<const N: usize, S: Sites<N>, M: Metric> Rule for KCoherence<'_, N, S, M> {
 
     fn batch(&self) -> usize {
         match self.search {
-            Search::KCoherence => 64,
-            Search::Full => FULL_BATCH,
+            CandidateSearch::KCoherence => 64,
+            CandidateSearch::Full => FULL_BATCH,
         }
     }
 }

@@ -41,18 +41,18 @@ macro_rules! methods {
                 }
             }
 
-            /// Synthesizes all levels, as [`synthesize`](crate::synthesis::synthesize) does.
+            /// Synthesizes all levels by a plan, as [`synthesize`](crate::synthesis::synthesize) does.
             pub(crate) fn synthesize<const N: usize, S: Sites<N>>(
                 self,
                 inputs: Inputs<'_, S>,
-                options: &crate::synthesis::SynthesisOptions,
+                completed: (&crate::synthesis::SynthesisOptions, &crate::synthesis::check::Plan),
                 begun: Option<LevelMap>,
                 finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
                 progress: Progress<'_>,
             ) -> Result<LevelMap> {
                 match self {
                     $(Self::$method => {
-                        $recipe::synthesize(inputs, options, begun, finished, progress)
+                        $recipe::synthesize(inputs, completed, begun, finished, progress)
                     })+
                 }
             }

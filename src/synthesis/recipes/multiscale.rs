@@ -24,7 +24,7 @@ use crate::random;
 use crate::sites::coloring::color_classes;
 use crate::sites::level::Sites;
 use crate::sites::scan_order::scan_order;
-use crate::synthesis::check::Plan;
+use crate::synthesis::check::{Plan, check_sites};
 use crate::synthesis::drive::{class_by_class, coarse_to_fine, one_by_one};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Nearest;
@@ -33,7 +33,7 @@ use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::of_level::{MetricChoice, WithMetric, with_metric};
 use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 use crate::synthesis::options::SynthesisOptions;
-use crate::synthesis::recipes::multiscale::plan::{check, levels};
+use crate::synthesis::recipes::multiscale::plan::levels;
 use crate::synthesis::rule::Rule;
 use crate::synthesis::state::Texels;
 use rand::Rng;
@@ -57,13 +57,14 @@ pub const DESCRIPTION: MethodDescription = MethodDescription {
 /// Synthesizes all levels and returns the finest.
 pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
+    (options, plan): (&SynthesisOptions, &Plan),
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    let neighborhoods = check(inputs, options)?;
-    coarse_to_fine(neighborhoods.len(), begun, finished, |level, coarser| {
+    let neighborhoods = options.multiscale.neighborhoods(plan.levels);
+    check_sites(inputs.sites, &neighborhoods)?;
+    coarse_to_fine(plan.levels, begun, finished, |level, coarser| {
         let windows = &neighborhoods[level];
         let run = |kind, windows, coarser, start| {
             let pass = Pass::<N, S> {

@@ -31,13 +31,14 @@ use crate::sites::coloring::color_classes;
 use crate::sites::controls::SiteControls;
 use crate::sites::level::{Parent, SiteHierarchy, Sites};
 use crate::sites::order::{Order, growing_orders};
+use crate::synthesis::check::Plan;
 use crate::synthesis::drive::{class_by_class, coarse_to_fine, one_by_one};
 use crate::synthesis::inputs::{Inputs, LevelContent, LevelMap};
 use crate::synthesis::method::{Figure, MethodDescription, MethodSites, SharedOption};
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::progressive::exemplar::VariantLevel;
 use crate::synthesis::recipes::progressive::options::Widths;
-use crate::synthesis::recipes::progressive::plan::{check, plan, window_bytes, windows};
+use crate::synthesis::recipes::progressive::plan::{check_surface, plan, window_bytes, windows};
 use crate::synthesis::recipes::progressive::rule::{Pass, State, Varied};
 use crate::synthesis::state::Texels;
 
@@ -76,13 +77,13 @@ fn check_passes(options: &SynthesisOptions) -> Result<()> {
 /// Synthesizes all levels and returns the finest.
 pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
+    (options, plan): (&SynthesisOptions, &Plan),
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    // Check the inputs, and carry the controls down the levels.
-    let plan = check(inputs, options)?;
+    // Check the surface, and carry its controls down the levels.
+    check_surface(inputs, (options, plan))?;
     let controls = match inputs.controls {
         Some(controls) => controls.pyramid(inputs.sites),
         None => still(inputs.sites),

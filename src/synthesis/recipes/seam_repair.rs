@@ -13,7 +13,7 @@ use crate::sites::level::{SampleLocation, Sites};
 use crate::synthesis::drive::class_by_class;
 use crate::synthesis::keep::Preference;
 use crate::synthesis::metric::Metric;
-use crate::synthesis::options::Search;
+use crate::synthesis::options::CandidateSearch;
 use crate::synthesis::recipes::k_coherence::KCoherence;
 use crate::synthesis::state::Texels;
 
@@ -31,7 +31,7 @@ pub fn repair_seams<const N: usize, S: Sites<N>, M: Metric>(
     progress: Progress<'_>,
 ) -> Result<()> {
     let everywhere = KCoherence {
-        search: Search::Full,
+        search: CandidateSearch::Full,
         preference: Preference {
             coherence: rule.preference.coherence.min(MOST_COHERENCE),
             ..rule.preference

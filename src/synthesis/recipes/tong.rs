@@ -24,14 +24,14 @@ use crate::progress::Progress;
 use crate::sites::coloring::color_classes;
 use crate::sites::level::Sites;
 use crate::sites::order::growing_orders;
-use crate::synthesis::check;
+use crate::synthesis::check::{Plan, check_sites, table_windows};
 use crate::synthesis::drive::{class_by_class, coarse_to_fine, one_by_one};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Preference;
 use crate::synthesis::method::{Figure, MethodDescription, Workload};
 use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::of_level::{MetricChoice, WithMetric, with_metric};
-use crate::synthesis::options::{Search, SynthesisOptions};
+use crate::synthesis::options::{CandidateSearch, SynthesisOptions};
 use crate::synthesis::polish::{Effort, SITE_BYTES, polish};
 use crate::synthesis::recipes::distance_floor::distance_floor;
 use crate::synthesis::recipes::k_coherence::KCoherence;
@@ -57,9 +57,9 @@ pub const DESCRIPTION: MethodDescription = MethodDescription {
 /// Microseconds per site: those of the search, and of each round of polishing.
 fn microseconds(work: Workload, options: &SynthesisOptions) -> f64 {
     let choices = match options.k_coherence.search {
-        Search::KCoherence if work.onto_atlas => 70.0,
-        Search::KCoherence => 97.0,
-        Search::Full => work.full_search(),
+        CandidateSearch::KCoherence if work.onto_atlas => 70.0,
+        CandidateSearch::KCoherence => 97.0,
+        CandidateSearch::Full => work.full_search(),
     };
     let rounds = match options.k_coherence.polish {
         Effort::Auto => AUTO_POLISH,
@@ -79,12 +79,12 @@ fn polish_bytes(space: &Space, sites: u64, options: &SynthesisOptions) -> u64 {
 /// Synthesizes all levels and returns the finest.
 pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
+    (options, plan): (&SynthesisOptions, &Plan),
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    let plan = check::plan(inputs, options)?;
+    check_sites(inputs.sites, &table_windows(inputs.table, plan))?;
     let begun = begun.filter(|map| map.level.index() < plan.levels);
     let coarsest = plan.levels - 1;
     let refined = begun.as_ref().map_or(coarsest, |map| map.level.index());

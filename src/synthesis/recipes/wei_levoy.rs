@@ -15,7 +15,7 @@ use crate::index::TexelIndex;
 use crate::progress::Progress;
 use crate::sites::coloring::color_classes;
 use crate::sites::level::Sites;
-use crate::synthesis::check;
+use crate::synthesis::check::{Plan, check_sites, table_windows};
 use crate::synthesis::drive::{class_by_class, coarse_to_fine};
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Preference;
@@ -37,12 +37,12 @@ pub const DESCRIPTION: MethodDescription = MethodDescription {
 /// Synthesizes all levels and returns the finest.
 pub fn synthesize<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
+    (options, plan): (&SynthesisOptions, &Plan),
     begun: Option<LevelMap>,
     finished: &mut dyn FnMut(&LevelMap) -> Result<()>,
     progress: Progress<'_>,
 ) -> Result<LevelMap> {
-    let plan = check::plan(inputs, options)?;
+    check_sites(inputs.sites, &table_windows(inputs.table, plan))?;
     coarse_to_fine(plan.levels, begun, finished, |level, coarser| {
         // Prepare the exemplar.
         let (space, sites) = (inputs.space, &inputs.sites.levels[level]);

@@ -25,7 +25,7 @@ use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::keep::Preference;
 use crate::synthesis::map::textons;
 use crate::synthesis::metric::embedded::EmbeddedMetric;
-use crate::synthesis::options::{KCoherenceOptions, MetricKind, Search, SynthesisOptions};
+use crate::synthesis::options::{CandidateSearch, KCoherenceOptions, MetricKind, SynthesisOptions};
 use crate::synthesis::quality;
 use crate::synthesis::quality::energy;
 use crate::synthesis::recipes::k_coherence::KCoherence;
@@ -90,9 +90,9 @@ fn unique_exemplar(side: u32) -> (Space, NeighborTable) {
 fn one_texel_grows_into_a_copy() {
     let (space, table) = unique_exemplar(12);
     for (search, order) in [
-        (Search::Full, Order::Constrained),
-        (Search::KCoherence, Order::Constrained),
-        (Search::Full, Order::Field),
+        (CandidateSearch::Full, Order::Constrained),
+        (CandidateSearch::KCoherence, Order::Constrained),
+        (CandidateSearch::Full, Order::Field),
     ] {
         let mut target = grid(24);
         // Samples off an open border hold the default texton, which no window of a tile does: a front
@@ -142,7 +142,7 @@ fn every_way_of_synthesis_beats_chance_and_fills_the_map() {
         sites: &sites,
         controls: None,
     };
-    for search in [Search::KCoherence, Search::Full] {
+    for search in [CandidateSearch::KCoherence, CandidateSearch::Full] {
         for metric in [MetricKind::Gram, MetricKind::Embedded] {
             let options = SynthesisOptions {
                 k_coherence: KCoherenceOptions {
@@ -192,7 +192,7 @@ fn refinement_never_worsens_a_grid_and_equals_the_sequential_order() {
         sites: &sites.levels[0],
         coarser: Some(&coarser),
         metric: &metric,
-        search: Search::KCoherence,
+        search: CandidateSearch::KCoherence,
         preference: preference(),
     };
     let start = Texels::of_parents(&exemplar, sites.levels[0].parents(), &coarser);
@@ -358,7 +358,7 @@ fn a_site_without_whole_candidates_is_searched_in_full() {
         sites: &sites,
         coarser: None,
         metric: &metric,
-        search: Search::KCoherence,
+        search: CandidateSearch::KCoherence,
         preference: preference(),
     };
     let mut state = Texels::of_texels(&exemplar, (0..40).map(|_| 0));
@@ -387,7 +387,7 @@ fn seam_repair_mends_a_copy_and_lowers_what_k_coherence_leaves() {
         sites: &sites.levels[0],
         coarser: None,
         metric: &metric,
-        search: Search::KCoherence,
+        search: CandidateSearch::KCoherence,
         preference: preference(),
     };
     let repaired = |mut state: Texels, rounds: u32| {

@@ -2,7 +2,7 @@
 
 use macro_rules_attribute::apply;
 
-use crate::lanes::{LANES, vectorized};
+use crate::lanes::{LANES, sum_of_lanes, vectorized};
 
 /// A pattern: numbers, and what each weighs.
 #[derive(Clone, Debug, Default)]
@@ -50,14 +50,7 @@ fn distance(pattern: &Pattern, window: &[f32], limit: f32) -> f32 {
             let apart = numbers[lane] - window[lane];
             squares[lane] = weights[lane] * (apart * apart);
         }
-        let mut half = LANES / 2;
-        while half > 0 {
-            for lane in 0..half {
-                squares[lane] += squares[lane + half];
-            }
-            half /= 2;
-        }
-        sum += squares[0];
+        sum += sum_of_lanes(squares);
         if sum >= limit {
             return f32::INFINITY;
         }

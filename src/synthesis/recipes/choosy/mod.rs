@@ -44,6 +44,7 @@ pub(crate) mod value_pyramid;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::sites::level::Sites;
+use crate::synthesis::check::Plan;
 use crate::synthesis::inputs::{Inputs, LevelMap};
 use crate::synthesis::method::{MethodDescription, MethodSites, SharedOption};
 use crate::synthesis::options::SynthesisOptions;
@@ -78,7 +79,7 @@ pub(crate) const DESCRIPTION: MethodDescription = MethodDescription {
 /// Refuses sites that are no faces: [`synthesize_faces`] is the way in.
 pub(crate) fn synthesize<const N: usize, S: Sites<N>>(
     _: Inputs<'_, S>,
-    _: &SynthesisOptions,
+    _: (&SynthesisOptions, &Plan),
     _: Option<LevelMap>,
     _: &mut dyn FnMut(&LevelMap) -> Result<()>,
     _: Progress<'_>,

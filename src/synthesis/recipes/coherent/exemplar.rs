@@ -238,7 +238,7 @@ mod tests {
                 height: HEIGHT as u32,
                 tileable,
             },
-            features: Features::Vectors(Array3::from_shape_fn(
+            features: Features::Plain(Array3::from_shape_fn(
                 (HEIGHT, WIDTH, 5),
                 |(row, col, number)| value(row, col, number),
             )),

@@ -25,7 +25,7 @@ fn picture(grid: TexelGrid, numbers: usize, value: impl Fn(u32, u32, usize) -> f
     Space {
         levels: vec![SpaceLevel {
             grid,
-            features: Features::Vectors(features),
+            features: Features::Plain(features),
         }],
         channels: Channels::default(),
         controls: Vec::new(),
@@ -97,8 +97,7 @@ fn a_checkerboard_is_continued_without_error() {
 
 /// The exemplar's value at a coordinate, from the definition of bilinear interpolation; `None` off it.
 fn value_at(space: &Space, at: [f64; 2]) -> Option<Vec<f64>> {
-    let (grid, Features::Vectors(vectors)) = (space.levels[0].grid, &space.levels[0].features)
-    else {
+    let (grid, Features::Plain(vectors)) = (space.levels[0].grid, &space.levels[0].features) else {
         panic!("vectors expected");
     };
     let (width, height) = (f64::from(grid.width), f64::from(grid.height));

@@ -305,7 +305,7 @@ fn windows_that_fit_neither_the_sample_nor_the_target_are_refused() {
     // Level 2 has 4×4 texels: two levels fit windows of 5.
     let found = refused(|o| o.levels = Some(3));
     assert!(
-        found.contains("--window: 5 texels on the sample's level 2 of 4×4"),
+        found.contains("--window: 5 texels wide on the sample's level 2 of 4×4"),
         "{found}"
     );
     let found = refused(|o| o.multiscale.window = 17);

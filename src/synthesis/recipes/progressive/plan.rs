@@ -6,24 +6,23 @@ use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space, SpaceLevel};
 use crate::neighborhood::{Neighborhood, window_width};
 use crate::sites::level::Sites;
-use crate::synthesis::check::{Plan, check_sites, complete, exemplar};
+use crate::synthesis::check::levels::{fitting, too_wide};
+use crate::synthesis::check::{Plan, check_exemplar, check_sites, complete};
 use crate::synthesis::inputs::Inputs;
 use crate::synthesis::options::SynthesisOptions;
 
-/// Checks the inputs and completes the options.
-pub fn check<const N: usize, S: Sites<N>>(
+/// Checks that surface and sites have what the exemplar and a plan need.
+pub fn check_surface<const N: usize, S: Sites<N>>(
     inputs: Inputs<'_, S>,
-    options: &SynthesisOptions,
-) -> Result<Plan> {
-    exemplar(inputs.space, inputs.table)?;
-    let plan = plan(inputs.space, inputs.table, options)?;
+    (options, plan): (&SynthesisOptions, &Plan),
+) -> Result<()> {
     check_controls(inputs)?;
-    check_sites(inputs.sites, &windows(inputs.table, &plan, options))?;
-    Ok(plan)
+    check_sites(inputs.sites, &windows(inputs.table, plan, options))
 }
 
 /// The levels: those asked for, else all of the table that the windows fit.
 pub fn plan(space: &Space, table: &NeighborTable, options: &SynthesisOptions) -> Result<Plan> {
+    check_exemplar(space, table)?;
     let plan = complete(space, table, options)?;
     // Check that a table for a transition knows its tolerance.
     let controls = space.controls.first();
@@ -35,11 +34,7 @@ pub fn plan(space: &Space, table: &NeighborTable, options: &SynthesisOptions) ->
     }
     // Count the levels that the windows fit.
     let widest = options.progressive.widest();
-    let fits = |level: &usize| {
-        let grid = space.levels[*level].grid;
-        widest <= grid.width.min(grid.height)
-    };
-    let fitting = (0..plan.levels).take_while(fits).count();
+    let fitting = fitting(space, plan.levels, |_| widest);
     if fitting == plan.levels || (options.levels.is_none() && fitting > 0) {
         return Ok(Plan {
             levels: fitting,
@@ -47,25 +42,11 @@ pub fn plan(space: &Space, table: &NeighborTable, options: &SynthesisOptions) ->
         });
     }
     // Name the window that is too wide.
-    let grid = space.levels[fitting].grid;
     let option = match options.progressive.mask_window.widest() == widest {
         true => "mask-window",
         false => "color-window",
     };
-    Err(Error::option(
-        option,
-        format!(
-            "{widest} texels on the exemplar's level {fitting} of {}×{}",
-            grid.width, grid.height
-        ),
-        match fitting {
-            0 => format!("at most {}", grid.width.min(grid.height)),
-            _ => format!(
-                "at most {}, or --levels {fitting}",
-                grid.width.min(grid.height)
-            ),
-        },
-    ))
+    Err(too_wide(option, widest, space, fitting))
 }
 
 /// The square windows that sites need on each level, finest first.
@@ -144,7 +125,7 @@ pub fn window_bytes(space: &Space, options: &SynthesisOptions) -> u64 {
 fn level_bytes(level: &SpaceLevel, options: &SynthesisOptions) -> u64 {
     let dimensions = match &level.features {
         Features::Textons { gram, .. } => gram.nrows(),
-        Features::Vectors(vectors) => vectors.dim().2,
+        Features::Plain(vectors) => vectors.dim().2,
     };
     let samples = |width: u32| u64::from(width).pow(2);
     let asked = &options.progressive;

@@ -41,7 +41,7 @@ impl State {
 
 /// What one site takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Held {
+pub struct Labelled {
     at: TexCoord,
     label: u32,
 }
@@ -88,17 +88,17 @@ struct Patterns {
 
 impl<const N: usize, S: Sites<N>> Rule for Varied<'_, N, S> {
     type State = State;
-    type Take = Held;
+    type Take = Labelled;
     type Scratch = Scratch;
 
-    fn held(&self, state: &State, site: usize) -> Held {
-        Held {
+    fn held(&self, state: &State, site: usize) -> Labelled {
+        Labelled {
             at: state.texels.coords[site],
             label: state.labels.get(site).copied().unwrap_or_default(),
         }
     }
 
-    fn choose(&self, state: &State, site: usize, scratch: &mut Scratch) -> Held {
+    fn choose(&self, state: &State, site: usize, scratch: &mut Scratch) -> Labelled {
         if !self.collect(state, site, &mut scratch.candidates) {
             // The first site of a part keeps its random texel.
             return self.held(state, site);
@@ -106,13 +106,13 @@ impl<const N: usize, S: Sites<N>> Rule for Varied<'_, N, S> {
         let label = self.label(state, site, scratch);
         let texel = self.texel(state, site, label, scratch);
         let grid = self.level.exemplar.grid;
-        Held {
+        Labelled {
             at: scratch.candidates.place(grid, texel),
             label,
         }
     }
 
-    fn set(&self, state: &mut State, site: usize, held: Held) {
+    fn set(&self, state: &mut State, site: usize, held: Labelled) {
         state.texels.set(&self.level.exemplar, site, held.at);
         if let Some(label) = state.labels.get_mut(site) {
             *label = held.label;

@@ -13,6 +13,7 @@ use crate::grid::TexelGrid;
 use crate::sites::grid::GridSites;
 use crate::sites::grid::window::SiteGrid;
 use crate::sites::level::SiteHierarchy;
+use crate::synthesis::all_levels::synthesize;
 use crate::synthesis::check::neighborhoods;
 use crate::synthesis::options::Method;
 
@@ -36,7 +37,7 @@ fn exemplar(picture: impl Fn(usize, usize) -> f32, controls: Controls) -> (Space
         levels: [(GRID, finest), (GRID.coarser(), coarse)]
             .map(|(grid, numbers)| SpaceLevel {
                 grid,
-                features: Features::Vectors(numbers),
+                features: Features::Plain(numbers),
             })
             .into(),
         channels: Channels::default(),

@@ -12,7 +12,7 @@ use crate::synthesis::polish::Effort;
 /// Which texels are tried at a site.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Search {
+pub enum CandidateSearch {
     /// The forward-shifted texels of the neighbours, and the nearest texels of each (Tong 2002 §5.2).
     #[default]
     KCoherence,
@@ -31,7 +31,7 @@ pub struct KCoherenceOptions {
     pub k: Option<usize>,
     /// Which texels are tried at a site
     #[arg(long, value_enum, default_value_t = Self::default().search)]
-    pub search: Search,
+    pub search: CandidateSearch,
     /// Preference for coherent texels: the distances of others are multiplied by this (1 as in the paper)
     #[arg(long, default_value_t = Self::default().coherence)]
     pub coherence: f64,
@@ -66,7 +66,7 @@ impl Default for KCoherenceOptions {
     fn default() -> Self {
         Self {
             k: None,
-            search: Search::default(),
+            search: CandidateSearch::default(),
             coherence: 1.5,
             distance_floor: 0.001,
             repair_rounds: 2,

@@ -1,6 +1,6 @@
 //! Which passes a level of k-coherence gets.
 
-use crate::synthesis::options::{Search, SynthesisOptions};
+use crate::synthesis::options::{CandidateSearch, SynthesisOptions};
 
 /// The passes of one level.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ impl<'a> Passes<'a> {
 
     /// Whether every whole texel is tried at every site.
     pub fn searches(self) -> bool {
-        self.options.k_coherence.search == Search::Full
+        self.options.k_coherence.search == CandidateSearch::Full
     }
 
     /// How many choices the level takes at `sites` sites, seam repair apart.

@@ -39,7 +39,7 @@ impl Case {
         for _ in 0..2 {
             let sides = (grid.height as usize, grid.width as usize, depth);
             let features =
-                Features::Vectors(Array3::from_shape_fn(sides, |_| stream.gen_range(0.0..1.0)));
+                Features::Plain(Array3::from_shape_fn(sides, |_| stream.gen_range(0.0..1.0)));
             levels.push(SpaceLevel { grid, features });
             grid = grid.coarser();
         }
@@ -119,7 +119,7 @@ fn apart(
 
 /// What a texel holds; off the grid the mean.
 fn vector(level: &SpaceLevel, texel: Option<TexelIndex>) -> Vec<f64> {
-    let Features::Vectors(vectors) = &level.features else {
+    let Features::Plain(vectors) = &level.features else {
         panic!("vectors expected");
     };
     match texel {

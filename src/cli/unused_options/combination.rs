@@ -1,10 +1,10 @@
-//! A rule, and how all rules are compared with a command line.
+//! A combination of options, and how a list of them is compared with a command line.
 
 use crate::cli::unused_options::given::Given;
 use crate::error::{Error, Result};
 
 /// Options that change nothing in some combination.
-pub(super) struct Rule<A> {
+pub(super) struct Combination<A> {
     /// Their long names.
     pub(super) options: &'static [&'static str],
     /// Says what makes them change nothing, where it does: what is found, behind the option's name.
@@ -14,13 +14,17 @@ pub(super) struct Rule<A> {
 }
 
 /// Refuses the first option that was given and is unused.
-pub(super) fn refuse<A>(rules: &[Rule<A>], arguments: &A, given: &Given) -> Result<()> {
-    for rule in rules {
-        let Some(option) = rule.options.iter().find(|option| given.has(option)) else {
+pub(super) fn refuse<A>(
+    combinations: &[Combination<A>],
+    arguments: &A,
+    given: &Given,
+) -> Result<()> {
+    for combination in combinations {
+        let Some(option) = combination.options.iter().find(|option| given.has(option)) else {
             continue;
         };
-        if let Some(found) = (rule.unused)(arguments) {
-            return Err(Error::option(*option, found, rule.expected));
+        if let Some(found) = (combination.unused)(arguments) {
+            return Err(Error::option(*option, found, combination.expected));
         }
     }
     Ok(())

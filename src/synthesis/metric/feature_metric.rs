@@ -15,7 +15,7 @@ use macro_rules_attribute::apply;
 use crate::exemplar::embedding::Embedding;
 use crate::exemplar::level::ExemplarLevel;
 use crate::exemplar::windows::Windows;
-use crate::lanes::{LANES, LaneBlock, vectorized};
+use crate::lanes::{LANES, LaneBlock, sum_of_lanes, vectorized};
 use crate::sites::level::Sites;
 use crate::synthesis::metric::lower_bounds::ProjectedWindows;
 use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
@@ -305,20 +305,14 @@ impl BorderedImage {
     }
 }
 
-/// The sum of all lanes, as a tree.
+/// The sum of both blocks.
 #[inline(always)]
 fn sum_of_both(sums: &[LaneBlock; 2]) -> f32 {
-    let (mut both, mut eight, mut four) = ([0.0; LANES], [0.0; 8], [0.0; 4]);
+    let mut both = [0.0; LANES];
     for lane in 0..LANES {
         both[lane] = sums[0][lane] + sums[1][lane];
     }
-    for lane in 0..8 {
-        eight[lane] = both[lane] + both[lane + 8];
-    }
-    for lane in 0..4 {
-        four[lane] = eight[lane] + eight[lane + 4];
-    }
-    (four[0] + four[2]) + (four[1] + four[3])
+    sum_of_lanes(both)
 }
 
 impl WindowMetric for FeatureMetric<'_> {
