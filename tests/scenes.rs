@@ -305,7 +305,7 @@ fn all_faults_of_a_scene_are_told_at_once_before_anything_runs() {
             ("veiws", "did you mean `views`?"),
             ("size = \"large\"", "large"),
             ("levels = 99", "--levels: 99"),
-            ("threads = 4", "not for a stage to say"),
+            ("threads = 4", "not allowed in a stage"),
             ("shard = ", "`mesotex plan --shards` splits it"),
             ("neighborhood = 4", "odd width"),
             ("input = \"kk.gltf\"", "kk.gltf does not exist"),

@@ -29,7 +29,7 @@ pub(super) const BAKE: &[Rule<bake::Arguments>] = &[
     Rule {
         options: OF_MAPS,
         unused: given_with_reduce,
-        expected: PARTS_SAY_IT,
+        expected: TAKEN_FROM_PARTS,
     },
     Rule {
         options: &[
@@ -47,7 +47,7 @@ pub(super) const BAKE: &[Rule<bake::Arguments>] = &[
             "clamp",
         ],
         unused: given_with_reduce,
-        expected: PARTS_SAY_IT,
+        expected: TAKEN_FROM_PARTS,
     },
     Rule {
         options: &["preview", "surface"],
@@ -59,8 +59,8 @@ pub(super) const BAKE: &[Rule<bake::Arguments>] = &[
     },
 ];
 
-/// What parts are asked to be made with.
-const PARTS_SAY_IT: &str = "parts baked with it: they say all options";
+/// The options of joined parts are their own.
+const TAKEN_FROM_PARTS: &str = "none: --reduce takes this option from the parts";
 
 fn given_with_reduce(arguments: &bake::Arguments) -> Option<String> {
     found(!arguments.reduce.is_empty(), "given with --reduce")
@@ -105,7 +105,7 @@ pub(super) const IMPORT: &[Rule<import::Arguments>] = &[Rule {
         "rank",
     ],
     unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
-    expected: "parts imported with it: they say all options",
+    expected: TAKEN_FROM_PARTS,
 }];
 
 pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
@@ -130,7 +130,7 @@ pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
             "memory",
         ],
         unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
-        expected: "parts made with it: they say all options",
+        expected: TAKEN_FROM_PARTS,
     },
     Rule {
         options: &["report", "montage", "label-map"],
