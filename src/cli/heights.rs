@@ -107,8 +107,9 @@ fn describe(estimate: &Estimate) -> Outcome {
             "heights {least:.2} to {most:.2} texels above z = 0, standard deviation {deviation:.2}"
         ))
         .line(format!(
-            "photometric and by flow: correlation {correlation:.2}, difference {difference:.2} texels (root mean square); \
-             deviations {photometric_deviation:.2}, scaled by {scale:.2} to fit, and {flow_deviation:.2}"
+            "photometric against optical flow: correlation {correlation:.2} (good: above {POOR}), RMS difference \
+             {difference:.2} texels; standard deviations {photometric_deviation:.2} (photometric, scaled by {scale:.2} to \
+             fit) and {flow_deviation:.2} (flow)"
         ))
         .figure("least", least)
         .figure("most", most)

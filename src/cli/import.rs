@@ -291,7 +291,7 @@ impl Arguments {
                     .figure("resumed", written.resumed);
             }
             (_, _, 0) => Outcome::default(),
-            (_, _, images) => Outcome::default().line(format!("went on after {images} images")),
+            (_, _, images) => Outcome::default().line(format!("resumed after {images} images")),
         };
         let outcome = described(outcome, &written.description).wrote(&self.output);
         match self.shard {
