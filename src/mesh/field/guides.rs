@@ -143,7 +143,7 @@ pub fn guided_field(
     progress: Progress<'_>,
 ) -> Result<Field> {
     options.validate()?;
-    // Gather the constraints; the first that speaks of a vertex counts.
+    // Gather the constraints. For each vertex, the first constraint given counts.
     let mut constraints = FieldConstraints::default();
     let count = surface.user.mesh.positions.len();
     let mut said = vec![false; count];
