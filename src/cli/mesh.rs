@@ -43,8 +43,8 @@ const EXAMPLES: &str = "Examples:
 /// What is done to a mesh.
 #[derive(Clone, Debug, PartialEq, Args)]
 pub struct MeshOptions {
-    /// Retile to this number of vertices, spread evenly over the same surface (100 to 20,000,000). Default: the
-    /// mesh's own vertices.
+    /// Retile to this number of vertices, spread evenly over the same surface (100 to 20,000,000). [default: the mesh's
+    /// own vertices]
     #[arg(long)]
     pub vertices: Option<usize>,
     /// Refuse a mesh that needs repair.

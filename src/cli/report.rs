@@ -25,7 +25,7 @@ use crate::report::summary::Summary;
 
 /// Make a page of everything that a scene made: sample, textons, mesh, map, quality, frames, times.
 ///
-/// The page needs nothing from the network. What is not there is said on it.
+/// The page needs nothing from the network. The page names what is missing.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:

@@ -49,7 +49,7 @@ pub struct Arguments {
     /// The axis of the mesh that points up.
     #[arg(long, value_enum, default_value_t, allow_hyphen_values = true)]
     pub up: Axis,
-    /// The side of the mesh that is seen first. Default: as `render` chooses it, from the mesh's shape.
+    /// The side of the mesh that is seen first. [default: chosen from the mesh's shape, as `render` does]
     #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true)]
     pub front: Option<Axis>,
     /// Make the page even if the map was made from a sample with another id.

@@ -31,9 +31,9 @@ pub struct SynthesisOptions {
     /// The method of synthesis, by its paper
     #[arg(long, value_enum, default_value_t = Self::default().method)]
     pub method: Method,
-    /// Levels of the pyramid, the finest included; 1 grows the finest level from one random site [default: chosen for
-    /// a mesh, else the table's; 2 with --method adaptive; with --method multiscale those that its windows fit;
-    /// --method coherent has 1]
+    /// Levels of the pyramid, the finest included. With 1, the finest level grows from one random site. [default:
+    /// k-coherence and wei-levoy on a mesh: chosen by its number of vertices; adaptive: 2; coherent: 1; otherwise as
+    /// many as the windows fit]
     #[arg(long)]
     pub levels: Option<u32>,
     /// Width of the neighbourhood; it must be the table's

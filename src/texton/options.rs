@@ -25,7 +25,7 @@ pub struct TextonOptions {
     /// where there are as many (Tong 2002: 400).
     #[arg(long, default_value_t = Self::default().textons, value_name = "N")]
     pub textons: u32,
-    /// Representative images, or `all`. Default: 400, or all where the sample has fewer or is factored.
+    /// Representative images, or `all`. [default: 400; all if the sample has fewer or is factored]
     #[arg(long, value_name = "N|all")]
     pub images: Option<ImageCount>,
     /// Pyramid levels, the finest included.
@@ -40,13 +40,13 @@ pub struct TextonOptions {
     /// Runs of K-means from other seeds; the best is kept.
     #[arg(long, default_value_t = Self::default().restarts, value_name = "N")]
     pub restarts: u32,
-    /// Lloyd steps at most; fewer than it takes leave some labels that are not the nearest.
+    /// Most Lloyd steps. If K-means needs more, some labels are not those of the nearest texton.
     #[arg(long, default_value_t = Self::default().max_iterations, value_name = "N")]
     pub max_iterations: u32,
     /// Rows and columns of the sub-grid at which images are compared to choose representatives.
     #[arg(long, default_value_t = Self::default().image_grid, value_name = "N")]
     pub image_grid: u32,
-    /// Memory to work in, as `3GiB` or `800MiB`. Default: a quarter of the machine's.
+    /// Memory to work in, as `3GiB` or `800MiB`. [default: a quarter of the machine's]
     #[arg(long, value_name = "SIZE")]
     pub memory: Option<ByteSize>,
     /// Seed of everything drawn at random.

@@ -88,14 +88,14 @@ pub struct Arguments {
     /// The folder of the texture maps
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// The mesh whose texture coordinates are used: the one the map was made on, or another of the same
-    /// surface, as the one it was retiled from [default: the map's own, with --unwrap]
+    /// A mesh with texture coordinates: the one the map was made on, or one of the same surface, such as the mesh it
+    /// was retiled from. [default: the map's own, with --unwrap]
     #[arg(long, value_name = "MESH")]
     pub mesh: Option<PathBuf>,
     /// Make new texture coordinates
     #[arg(long)]
     pub unwrap: bool,
-    /// Columns and rows of the texture maps [default: 1024; an atlas has its own]
+    /// Columns and rows of the texture maps; an atlas has its own. [default: 1024]
     #[arg(long, value_name = "N")]
     pub resolution: Option<u32>,
     /// A plain colour that shows where the alpha channel of an atlas is transparent, in place of holes: sRGB,

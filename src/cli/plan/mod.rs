@@ -29,11 +29,11 @@ use crate::format::ours::Format;
 /// The most parts that a stage is split into.
 const MOST_SHARDS: u32 = 10_000;
 
-/// Plan scenes for many machines: tasks with command, files, order, seconds and memory.
+/// Plan scenes for many machines: each task with its command, files, dependencies, time and memory.
 ///
 /// Prints the plan, or writes it to -o FILE. Nothing is run. Paths stay relative to the folder in which the plan is
-/// made, and its commands are run there. Every task works with --threads threads, 1 where the option is not given. The
-/// same scenes and options give the same bytes.
+/// made, and its commands are run there. Each task uses --threads threads, 1 by default. The same scenes and options
+/// give the same bytes.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:

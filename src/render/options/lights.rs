@@ -59,7 +59,8 @@ pub struct LightOptions {
     #[arg(long, value_enum)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_encoding: Option<SourceEncoding>,
-    /// The layer, part or view of an environment that has several.
+    /// The layer, part, view or channel to read from an OpenEXR environment that has several; `mesotex info IMAGE`
+    /// lists them.
     #[arg(long, value_name = "NAME")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_layer: Option<String>,

@@ -25,7 +25,7 @@ pub struct SurfaceOptions {
     /// Width of the parent level's neighbourhood in texels, odd. Set by the neighbour table.
     #[arg(skip = SurfaceOptions::default().coarse_neighborhood)]
     pub coarse_neighborhood: u32,
-    /// Mesh units that a texel of the finest level covers. Default: √(area / referenced vertices).
+    /// Mesh units that a texel of the finest level covers. [default: √(area / referenced vertices)]
     #[arg(long)]
     pub texel: Option<f64>,
     /// Edges with a larger angle between their triangles, in degrees, are creases, which retiled levels keep.
@@ -169,20 +169,20 @@ fn check_crease(degrees: f64) -> Result<()> {
 }
 
 /// Vertices per texel, and texels per vertex, beyond which a texel is hardly meant.
-const VERTICES_A_TEXEL: f64 = 16.0;
-const TEXELS_A_VERTEX: f64 = 64.0;
+const VERTICES_PER_TEXEL: f64 = 16.0;
+const TEXELS_PER_VERTEX: f64 = 64.0;
 
 /// Says so when the texel hardly fits the mesh, before work is wasted.
 pub fn warn_of_texel(mesh: &TriangleMesh, texel: f64, progress: Progress<'_>) {
     let share = mesh.area() / mesh.referenced_count() as f64;
-    if texel * texel > VERTICES_A_TEXEL * share {
+    if texel * texel > VERTICES_PER_TEXEL * share {
         progress.warn(format!(
             "a texel of {texel} covers {:.0} vertices: patches are large and slow, and detail below it is lost; \
              ask for a smaller --texel or fewer vertices",
             texel * texel / share
         ));
     }
-    if texel * texel * TEXELS_A_VERTEX < share {
+    if texel * texel * TEXELS_PER_VERTEX < share {
         progress.warn(format!(
             "a vertex stands for {:.0} texels of {texel}: the texture is undersampled; retile the mesh \
              with mesotex mesh --vertices {:.0}, or ask for a larger --texel",

@@ -84,15 +84,14 @@ pub struct MapOptions {
     /// What to do about the steps of an 8-bit height map.
     #[arg(long, value_enum, default_value_t = MapOptions::default().terraces)]
     pub terraces: Terraces,
-    /// How the albedo map stands for light, whatever its file says. [default: as the material says, else
-    /// the file]
+    /// How the albedo map encodes light, whatever its file states. [default: as the material states, otherwise as the
+    /// file states]
     #[arg(long, value_enum)]
     pub albedo_encoding: Option<SourceEncoding>,
     /// What becomes of texels of the albedo map that are not opaque.
     #[arg(long, value_enum, default_value_t = MapOptions::default().alpha)]
     pub alpha: Alpha,
-    /// The layer, part or channel of OpenEXR maps that have several; maps without layers are read as they
-    /// are.
+    /// The layer, part, view or channel to read from an OpenEXR file that has several; `mesotex info IMAGE` lists them.
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
 }

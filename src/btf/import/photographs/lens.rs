@@ -20,7 +20,7 @@ pub struct LensOptions {
     /// Focal length of the lens in pixels; for --distortion.
     #[arg(long, value_name = "PIXELS")]
     pub focal: Option<f64>,
-    /// The lens's centre in pixels from the picture's left and top border; its middle by default.
+    /// The lens's centre in pixels from the picture's left and top border. [default: the middle of the picture]
     #[arg(long, value_name = "X,Y", value_delimiter = ',')]
     pub center: Vec<f64>,
 }

@@ -30,8 +30,8 @@ pub struct PhotographOptions {
     /// left and top border, (0.5, 0.5) at the middle of the first pixel.
     #[arg(long, value_name = "FILE.csv")]
     pub corners: Option<PathBuf>,
-    /// Texels of the rectified patch: N of both sides, or WxH. Default: as many as the longest sides of the patch
-    /// have pixels.
+    /// Size of the rectified patch in texels: N for both sides, or WxH. [default: as many as the longest sides of the
+    /// patch have pixels]
     #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// The lens that took the photographs.

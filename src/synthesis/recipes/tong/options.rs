@@ -43,17 +43,17 @@ pub struct KCoherenceOptions {
     /// above the mean choose once more; 0 as in the paper. Not with --search full
     #[arg(long, default_value_t = Self::default().repair_rounds)]
     pub repair_rounds: u32,
-    /// Rounds at the very end in which whole regions take one copied patch, if that makes seams less visible and the
-    /// use of the exemplar more even. auto: one round where texels are repeated, if the sample does not tile, else 0,
-    /// as in the paper
+    /// Rounds of polishing after synthesis: whole regions take one copied patch where that hides seams and uses the
+    /// exemplar more evenly. auto: one round over regions with repeated texels if the sample does not tile, otherwise
+    /// none. 0 as in the paper
     #[arg(long, value_name = "ROUNDS", default_value_t = Self::default().polish)]
     pub polish: Effort,
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
-    /// Penalty on texels that the coarsest level uses too often, and on textons that finer levels use too often: the
-    /// distance of one used n times as often as in the sample is multiplied by 1 + PENALTY·(n − 1); 0 as in the
-    /// paper. Not with --search full
+    /// Penalty on texels (coarsest level) and textons (finer levels) that are used too often: if one is used n times as
+    /// often as in the sample, its distance is multiplied by 1 + PENALTY·(n − 1). 0 as in the paper. Not with --search
+    /// full
     #[arg(long, default_value_t = Self::default().reuse_penalty)]
     pub reuse_penalty: f64,
     /// The order in which the coarsest level, or the only one, is visited; finer levels are refined in parallel by
