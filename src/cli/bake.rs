@@ -25,9 +25,9 @@ use crate::error::{Error, Result};
 use crate::format::ours::Format;
 use crate::shard::Shard;
 
-/// Bytes a texel of the material takes while it is made and baked, measured on presets of 1024 and 2048 texels per
+/// Bytes per texel that the material takes while it is made and baked, measured on presets of 1024 and 2048 texels per
 /// side.
-const BYTES_A_TEXEL: u64 = 100;
+const BYTES_PER_TEXEL: u64 = 100;
 
 /// Texels along the longer side, where nothing else is said.
 pub const SIZE: u32 = 128;
@@ -222,7 +222,7 @@ impl Arguments {
     /// The material, at the size it is baked, and a report of how it was made.
     fn material(&self, session: &Session) -> Result<(Material, Outcome)> {
         let need = Need {
-            bytes: BYTES_A_TEXEL.saturating_mul(u64::from(self.size).pow(2)),
+            bytes: BYTES_PER_TEXEL.saturating_mul(u64::from(self.size).pow(2)),
             work: format!("{0} × {0} texels", self.size),
             option: "size",
             advice: "a smaller --size".into(),
@@ -254,7 +254,7 @@ impl Arguments {
         let rate = baked.rays as f64 / seconds / 1e6;
         let outcome = match baked.resumed {
             0 => found,
-            images => found.line(format!("went on after {images} images")),
+            images => found.line(format!("resumed after {images} images")),
         };
         let outcome = outcome
             .line(format!(
