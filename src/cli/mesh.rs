@@ -127,7 +127,7 @@ pub struct Arguments {
     /// The mesh.
     #[arg(help = format!("The mesh: {}, each also with .gz", listed_extensions()))]
     pub input: PathBuf,
-    /// Where to write it.
+    /// The mesh to write.
     #[arg(long, short, help = format!("Where to write it: {}", writing::listed_extensions()))]
     pub output: PathBuf,
     /// What is done.

@@ -42,8 +42,8 @@ pub struct Arguments {
     /// The page to write, NAME.html.
     #[arg(short, long, value_name = "PAGE.html")]
     pub output: PathBuf,
-    /// Greatest error of the sample's factors, relative to the root mean square of all values. It is larger if the
-    /// page would become too large.
+    /// Largest error of the sample's factors, relative to the root mean square of all values. The error is larger if
+    /// the page would otherwise exceed its size limit.
     #[arg(long, value_name = "E", default_value_t = DEFAULT_ERROR)]
     pub error: f64,
     /// The axis of the mesh that points up.

@@ -51,8 +51,8 @@ pub struct KnnOptions {
     /// [default: 5 % of the level's shorter side, at least 1]
     #[arg(long, value_name = "N")]
     pub min_separation: Option<u32>,
-    /// Texels nearer than this to the border of a sample that does not tile are neither listed nor picked by
-    /// synthesis; `full`: nor are those whose windows cross the border.
+    /// Texels nearer than this to the border of a sample that does not tile are neither listed nor picked by synthesis.
+    /// `full`: neither are texels whose windows cross the border.
     #[arg(long, default_value_t = Self::default().margin, value_name = "N|full")]
     pub margin: Margin,
     /// How neighbours are searched.

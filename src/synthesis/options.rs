@@ -36,13 +36,13 @@ pub struct SynthesisOptions {
     /// many as the windows fit]
     #[arg(long)]
     pub levels: Option<u32>,
-    /// Width of the neighbourhood; it must be the table's
+    /// Width of the neighbourhood; it must match the table's
     #[arg(long)]
     pub neighborhood: Option<u32>,
     /// How neighbourhoods are compared
     #[arg(long, value_enum, default_value_t = Self::default().metric)]
     pub metric: MetricKind,
-    /// Share of the centred Gram matrix's spectrum that the embedded metric keeps (above 0, to 1);
+    /// Share of the centred Gram matrix's spectrum that the embedded metric keeps, above 0 and at most 1; features of
     /// plain images are always kept whole
     #[arg(long, default_value_t = Self::default().spectrum)]
     pub spectrum: f64,

@@ -21,8 +21,8 @@ const MOST_TEXTONS: u32 = 65_534;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TextonOptions {
-    /// Textons at the finest level; each coarser level has about a quarter, but no fewer than 64
-    /// where there are as many (Tong 2002: 400).
+    /// Textons at the finest level. Each coarser level has about a quarter as many, but at least 64 if the finest has
+    /// 64 or more (Tong 2002: 400).
     #[arg(long, default_value_t = Self::default().textons, value_name = "N")]
     pub textons: u32,
     /// Representative images, or `all`. [default: 400; all if the sample has fewer or is factored]
@@ -34,7 +34,7 @@ pub struct TextonOptions {
     /// Filter Rec. 709 luminance instead of R, G and B.
     #[arg(long)]
     pub luminance: bool,
-    /// Take the sample as not tileable, even if it says it is: borders reflect.
+    /// Treat the sample as not tileable, even if it states that it is; borders are continued by reflection.
     #[arg(long)]
     pub no_tile: bool,
     /// Runs of K-means from other seeds; the best is kept.

@@ -41,11 +41,10 @@ pub struct BakeOptions {
     /// Lowest roughness of the coat, above 0, at most 1. Smoother texels are raised to it.
     #[arg(long, value_name = "ROUGHNESS")]
     pub min_roughness: Option<f64>,
-    /// Whether highlights are widened to the spacing of the directions, so that none falls between them. `auto`
-    /// does so where the material is glossier than the sets of directions can hold.
+    /// Whether highlights are widened to the spacing of the directions, so that none falls between two of them.
     #[arg(long, value_enum, default_value_t = BakeOptions::default().angular_filter)]
     pub angular_filter: AngularFilter,
-    /// Set values beyond half precision (65504) to its largest number, and report how many there were. Without it,
+    /// Clamp values beyond half precision to its largest number, 65504, and report how many there were. Without --clamp
     /// they are an error.
     #[arg(long)]
     pub clamp: bool,

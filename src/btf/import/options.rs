@@ -42,7 +42,7 @@ pub struct ImportOptions {
     /// Opposite borders of the images continue each other.
     #[arg(long)]
     pub tileable: bool,
-    /// Side of an image's pixel in millimetres, where known; with --downsample N a texel has N of them.
+    /// Side of a pixel of the images in millimetres, if known. With --downsample N a texel is N times as wide.
     #[arg(long)]
     pub texel_mm: Option<f64>,
     /// Name of the material. [default: the source's own name]

@@ -98,8 +98,8 @@ pub struct Arguments {
     /// Columns and rows of the texture maps; an atlas has its own. [default: 1024]
     #[arg(long, value_name = "N")]
     pub resolution: Option<u32>,
-    /// A plain colour that shows where the alpha channel of an atlas is transparent, in place of holes: sRGB,
-    /// numbers from 0 to 255, matte
+    /// Matte colour of the surface where the alpha channel of an atlas is transparent, in place of holes: sRGB, numbers
+    /// from 0 to 255
     #[arg(long, value_name = "R,G,B|#RRGGBB")]
     pub surface_color: Option<SurfaceColor>,
     /// Bake even if the map was made from a sample with another id

@@ -46,10 +46,10 @@ pub struct Arguments {
     /// The scenes.
     #[arg(required = true, value_name = "SCENE.toml")]
     pub scenes: Vec<PathBuf>,
-    /// Parts that a stage is split into at most, where it can be.
+    /// Most parts that a stage is split into, if it can be split.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub shards: u32,
-    /// What the plan is written as.
+    /// Format of the plan.
     #[arg(long, value_enum, default_value_t)]
     pub format: PlanFormat,
     /// The file to write, instead of printing the plan.

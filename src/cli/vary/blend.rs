@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Standard deviation of the Gaussian that blurs the common mask, in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = BlendOptions::default().blur)]
     pub blur: f64,
-    /// The blurred value from which on a pixel has the greater label, for masks of two labels
+    /// Blurred value from which upwards a pixel gets the greater label, for masks of two labels
     #[arg(long, value_name = "X", default_value_t = BlendOptions::default().threshold)]
     pub threshold: f64,
     #[command(flatten)]

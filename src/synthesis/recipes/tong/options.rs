@@ -32,15 +32,15 @@ pub struct KCoherenceOptions {
     /// Which texels are tried at a site
     #[arg(long, value_enum, default_value_t = Self::default().search)]
     pub search: Search,
-    /// Preference for coherent texels: the distances of others are multiplied by this (1 as in the paper)
+    /// Preference for coherent texels: the distances of all others are multiplied by this; 1 as in the paper
     #[arg(long, default_value_t = Self::default().coherence)]
     pub coherence: f64,
-    /// Constant added to all distances, as a share of the mean distance of random texels, so that differences between
-    /// tiny distances do not outweigh coherence; four times as large on each coarser level; 0 as in the paper
+    /// Constant added to all distances, as a share of the mean distance of random texels. It keeps differences between
+    /// tiny distances from outweighing coherence, and is four times as large on each coarser level. 0 as in the paper
     #[arg(long, default_value_t = Self::default().distance_floor)]
     pub distance_floor: f64,
-    /// Rounds at the end in which the sites with distances far above the mean are searched in full; then all sites
-    /// above the mean choose once more; 0 as in the paper. Not with --search full
+    /// Rounds of repair after synthesis: a full search at sites whose distances are far above the mean, then a new
+    /// choice at all sites above the mean. 0 as in the paper. Not with --search full
     #[arg(long, default_value_t = Self::default().repair_rounds)]
     pub repair_rounds: u32,
     /// Rounds of polishing after synthesis: whole regions take one copied patch where that hides seams and uses the
