@@ -306,7 +306,7 @@ fn all_faults_of_a_scene_are_told_at_once_before_anything_runs() {
             ("size = \"large\"", "large"),
             ("levels = 99", "--levels: 99"),
             ("threads = 4", "not allowed in a stage"),
-            ("shard = ", "`mesotex plan --shards` splits it"),
+            ("shard = ", "`mesotex plan --shards` splits stages"),
             ("neighborhood = 4", "odd width"),
             ("input = \"kk.gltf\"", "kk.gltf does not exist"),
             ("orient = 3", "true or false"),

@@ -54,8 +54,8 @@ A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR as well:
   roughness = 0.6              # or a map; without it the surface is matte (Lambert)
 docs/bake.md lists all fields.")]
 pub struct Arguments {
-    /// A material file (TOML), or a folder of maps with the names that libraries and programs give them
-    /// (ambientCG, Poly Haven, Poliigon and others; `mesotex info FOLDER` says what is found).
+    /// A material file (TOML), or a folder of maps with the names that libraries and programs give them (ambientCG,
+    /// Poly Haven, Poliigon and others; `mesotex info FOLDER` lists what is found).
     #[arg(required_unless_present_any = ["preset", "reduce"], conflicts_with_all = ["preset", "reduce"])]
     pub material: Option<PathBuf>,
     /// The sample folder to write, as bark.sample; with --shard, the folder of a part, as bark.0of3.
@@ -64,7 +64,7 @@ pub struct Arguments {
     /// A built-in procedural material.
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
-    /// Texels along the longer side; maps are brought to it by area means.
+    /// Texels along the longer side; maps are resampled to it by area averages.
     #[arg(long, default_value_t = SIZE)]
     pub size: u32,
     /// Also write a picture: relief beside flat texture, and a sheet of views × lights.
@@ -73,8 +73,8 @@ pub struct Arguments {
     /// Also write the surface as it is baked: heights in texels, albedo, roughness, metallic.
     #[arg(long, value_name = "FILE.npz")]
     pub surface: Option<PathBuf>,
-    /// Bake the i-th of n shares of the views, from 0, into a part; all parts are joined by --reduce. A part that is
-    /// there already, of the same material and options, is kept.
+    /// Bake only share i of n of the views, i counted from 0, into a part; --reduce joins all parts. An existing part
+    /// of the same material and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
     /// Join the parts of all shards to the sample that one run without --shard bakes, byte for byte.
@@ -295,7 +295,7 @@ fn with_quality(outcome: Outcome, options: &BakeOptions, baked: &Baked) -> Outco
     if let Some(left) = baked.error_left {
         outcome = outcome
             .line(format!(
-                "{:.1} samples per texel on average; the error left is {:.2} % of the radiance",
+                "{:.1} samples per texel on average; the remaining error is {:.2} % of the radiance",
                 baked.samples,
                 100.0 * left
             ))

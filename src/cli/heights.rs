@@ -61,7 +61,7 @@ impl Arguments {
         if path.exists() && !self.force {
             return Err(Error::option(
                 "force",
-                format!("not given, and {} is there", path.display()),
+                format!("not given, but {} exists", path.display()),
                 "--force to replace it",
             ));
         }
@@ -71,7 +71,7 @@ impl Arguments {
             .map_err(|error| error.in_file(&self.sample))?;
         if estimate.agreement.correlation < POOR {
             progress.warn(
-                "the two estimates hardly agree: check the heights before you use them (glossy or plain materials \
+                "the two estimates agree poorly: check the heights before you use them (glossy or plain materials \
                  give little information for either)",
             );
         }

@@ -206,8 +206,8 @@ impl BonnImport<'_> {
         };
         let Some(mm) = description.texel_mm else {
             self.progress.warn(
-                "its height map is in millimetres and the file does not say how large a texel is: it is left out \
-                 (--texel-mm says it)",
+                "its height map is in millimetres and the file does not state the size of a texel: it is left out \
+                 (--texel-mm states it)",
             );
             return Ok(None);
         };

@@ -136,7 +136,7 @@ fn check_shape(path: &Path, expected: &[usize]) -> Result<()> {
     match header.shape == expected {
         true => Ok(()),
         false => Err(Error::data("shape", format!("{:?}", header.shape))
-            .expected(format!("{expected:?}, as btf.json says"))
+            .expected(format!("{expected:?}, as btf.json states"))
             .in_file(path)),
     }
 }

@@ -99,7 +99,7 @@ fn colors(map: &SurfaceTextonMap, path: &Path, options: &ColorOptions) -> Result
     if [grid.width, grid.height] != [width, height] {
         return Err(
             Error::data("size", format!("{} × {} texels", grid.width, grid.height))
-                .expected(format!("{width} × {height}, as the map says"))
+                .expected(format!("{width} × {height}, as the map states"))
                 .in_file(path),
         );
     }

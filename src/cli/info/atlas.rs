@@ -83,7 +83,7 @@ fn images(
         if [image.width, image.height] != size {
             return Err(
                 Error::data("size", format!("{} × {}", image.width, image.height))
-                    .expected(format!("{} × {}, as the folder says", size[0], size[1]))
+                    .expected(format!("{} × {}, as the folder states", size[0], size[1]))
                     .in_file(&path),
             );
         }

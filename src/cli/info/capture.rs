@@ -40,10 +40,14 @@ pub fn describe(path: &Path) -> Result<Outcome> {
     }
     // Tell what can be done with it.
     outcome = match missing.first() {
-        None => outcome.next(format!("mesotex import {} -o {}.sample", path.display(), list.name)),
+        None => outcome.next(format!(
+            "mesotex import {} -o {}.sample",
+            path.display(),
+            list.name
+        )),
         Some(first) => outcome.line(format!(
-            "cannot be imported: {} of {} images are missing, {first} first (import --images FOLDER says \
-             where they are)",
+            "cannot be imported: {} of {} images are missing, {first} first (import \
+             --images FOLDER takes them from a folder)",
             missing.len(),
             list.images.len()
         )),

@@ -51,7 +51,7 @@ fn says(outcome: Outcome, facts: &Facts) -> Outcome {
     }
     // Tell how the numbers are read.
     let said = match facts.color.as_str() {
-        "" => "nothing is said of it",
+        "" => "not stated",
         said => said,
     };
     if !facts.reading.is_empty() {

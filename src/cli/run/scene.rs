@@ -136,7 +136,7 @@ impl Scene {
         if !self.document.keys.iter().any(|key| key.name == "name") {
             faults.data(
                 &Place::new(0, ""),
-                "no `name`; expected `name = \"NAME\"`, which the outputs are called after",
+                "no `name`; expected `name = \"NAME\"`, after which the outputs are named",
             );
         }
     }
@@ -164,7 +164,7 @@ impl Scene {
             } else if self.has("exemplar") && DONE_BY_EXEMPLAR.contains(&name) {
                 faults.data(
                     &section.head(),
-                    "without effect beside [exemplar]; its options stand there",
+                    "no effect beside [exemplar], which has these options itself",
                 );
             }
         }

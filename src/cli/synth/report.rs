@@ -193,8 +193,8 @@ impl Report {
         // Tell what was measured beside.
         if let Some(found) = found.energies {
             outcome = outcome.line(format!(
-                "energy {:.3} of a random map's (good: below 0.3), {:.3} of the best texels' at {} sites (below \
-                 1.1)",
+                "energy {:.3} times that of a random map (good: below 0.3), {:.3} times that of the best texels, measured \
+                 at {} sites (good: below 1.1)",
                 found.energy, found.energy_ratio_full, found.energy_sites
             ));
         }

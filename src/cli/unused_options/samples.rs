@@ -24,7 +24,7 @@ pub(super) const BAKE: &[Rule<bake::Arguments>] = &[
     Rule {
         options: OF_MAPS,
         unused: |arguments| found(arguments.preset.is_some(), "given with --preset"),
-        expected: "a material with maps; a preset is as it is",
+        expected: "a material with maps; presets have no such options",
     },
     Rule {
         options: OF_MAPS,
@@ -135,7 +135,7 @@ pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
     Rule {
         options: &["report", "montage", "label-map"],
         unused: |arguments| found(arguments.shard.is_some(), "given with --shard"),
-        expected: "it beside --reduce, which finds the textons",
+        expected: "--reduce in place of --shard: the reduction finds the textons",
     },
 ];
 
@@ -149,7 +149,7 @@ pub(super) const EXEMPLAR: &[Rule<exemplar::Arguments>] = &[
     Rule {
         options: &["margin"],
         unused: |arguments| found(arguments.tile, "given with --tile"),
-        expected: "images that do not tile: others have no border",
+        expected: "images that do not tile; tileable ones have no border",
     },
     Rule {
         options: &["coarse-neighborhood"],

@@ -105,7 +105,7 @@ impl InputOptions {
             return Err(Error::option(
                 "tile",
                 found,
-                "nothing: a sample says whether it tiles",
+                "none: a sample states whether it tiles",
             ));
         }
         Material::of_sample(Sample::open(path)?, self.compare_images, progress)

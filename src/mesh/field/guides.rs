@@ -198,7 +198,7 @@ impl GuidedSurface<'_> {
         ) else {
             return Err(Error::data(
                 place,
-                format!("direction {direction} stands on the surface at vertex {vertex}"),
+                format!("direction {direction} is perpendicular to the surface at vertex {vertex}"),
             )
             .expected("a direction along the surface"));
         };

@@ -32,7 +32,7 @@ pub struct SurfaceOptions {
     #[arg(long, default_value_t = SurfaceOptions::default().crease)]
     pub crease: f64,
     /// Directions that the orientation field takes exactly: a JSON file `{"guides": [{"vertex": 7, "direction":
-    /// [x,y,z]}, {"point": [x,y,z], "direction": [x,y,z]}]}`. The mesh's own sx, sy, sz (PLY) count as well.
+    /// [x,y,z]}, {"point": [x,y,z], "direction": [x,y,z]}]}`. The mesh's own sx, sy, sz (PLY) are used as well.
     #[arg(long, value_name = "FIELD.json")]
     pub guide: Option<PathBuf>,
     /// Transition and direction of a progressively-variant texture at some vertices: a JSON file `{"keys":
@@ -184,7 +184,7 @@ pub fn warn_of_texel(mesh: &TriangleMesh, texel: f64, progress: Progress<'_>) {
     }
     if texel * texel * TEXELS_PER_VERTEX < share {
         progress.warn(format!(
-            "a vertex stands for {:.0} texels of {texel}: the texture is undersampled; retile the mesh \
+            "each vertex covers {:.0} texels of {texel}: the texture is undersampled; retile the mesh \
              with mesotex mesh --vertices {:.0}, or ask for a larger --texel",
             share / (texel * texel),
             (mesh.area() / (texel * texel)).ceil()

@@ -188,7 +188,7 @@ fn without_angles(listing: &Listing) -> Error {
          `tv30.0_pv0.0_tl15.0_pl60.0` (SPECTRAL), or the 205 images of CUReT",
     )
     .advice(
-        "say where the angles are (--pattern \"…tl{tl}_pl{pl}_tv{tv}_pv{pv}\"), or write a table of angles (.csv)",
+        "name the angles' places (--pattern \"…tl{tl}_pl{pl}_tv{tv}_pv{pv}\"), or write a table of angles (.csv)",
     )
 }
 

@@ -204,13 +204,14 @@ fn other(word: &str) -> Option<Role> {
         "specular" | "spec" | "spc" | "refl" | "reflection" | "reflectance" | "reflectivity"
         | "specularlevel" | "speclevel" | "specularcolor" | "ior" | "f0" => (
             "specular",
-            "the coat has one reflectance everywhere (`reflectance` of a material.toml), metals are told by a metalness map",
+            "the coat has one reflectance everywhere (`reflectance` of a material.toml), metals are marked by a metalness map",
         ),
         "opacity" | "opac" | "alpha" | "transparency" | "mask" | "alphamask" | "opacitymask"
         | "alphamasked" | "cutout" => (OPACITY, "the surface is opaque"),
-        "id" | "idmap" | "idmask" | "matid" | "materialid" | "colorid" => {
-            ("id mask", "it names parts and shows no property of theirs")
-        }
+        "id" | "idmap" | "idmask" | "matid" | "materialid" | "colorid" => (
+            "id mask",
+            "it identifies parts and is no property of the material",
+        ),
         "cavity" | "cav" | "cavitymap" => ("cavity", "the relief has its own cavities"),
         "edge" | "edges" | "curvature" | "curv" | "convexity" | "concavity" | "edgemask" => {
             ("edge", "the relief has its own edges")
