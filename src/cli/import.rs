@@ -121,7 +121,7 @@ impl Arguments {
         Err(Error::option(
             "reduce",
             format!("{part}, given with {path}"),
-            "the parts of a sample and no source (--downsample N takes means of blocks of pixels)",
+            "the parts of a sample, without a source (to average blocks of pixels: --downsample N)",
         ))
     }
 
@@ -208,7 +208,10 @@ impl Arguments {
                 "given for a .btf file",
                 self.list.given().or(self.set.given()),
             ),
-            _ => ("given for a source that is no .btf file", self.bonn.given()),
+            _ => (
+                "given for a source that is not a .btf file",
+                self.bonn.given(),
+            ),
         };
         match given {
             None => Ok(()),

@@ -227,7 +227,7 @@ impl Reader {
             return Ok(());
         }
         Err(self
-            .fault(name, "its checksum is another")
+            .fault(name, "its checksum does not match")
             .advice("the file is damaged; make it again"))
     }
 }

@@ -208,7 +208,7 @@ impl FromStr for ByteSize {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let fault = || format!("`{text}` is no size; expected one as 3GiB, 800MiB or 1000000");
+        let fault = || format!("`{text}` is not a size; expected one as 3GiB, 800MiB or 1000000");
         let digits_end = text
             .find(|c: char| !c.is_ascii_digit() && c != '.')
             .unwrap_or(text.len());

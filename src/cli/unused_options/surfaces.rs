@@ -57,7 +57,7 @@ pub(super) const EXPORT: &[Rule<export::Arguments>] = &[
         unused: |arguments| {
             found(
                 !arguments.to.is_mesh(),
-                "given for a format that is no mesh",
+                "given for a format that is not a mesh",
             )
         },
         expected: "--to glb, obj, usda or ply",

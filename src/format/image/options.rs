@@ -134,7 +134,7 @@ impl ReadOptions {
             Some(name) if !taken => Err(Error::option(
                 self.flags.layer.trim_start_matches('-'),
                 format!("`{name}`, but no file has layers"),
-                "OpenEXR files with layers, or no layer's name",
+                "OpenEXR files with layers, or no --layer",
             )),
             _ => Ok(()),
         }

@@ -93,7 +93,7 @@ pub(super) fn by_last_names(
         .map(|image| format!("`{}` (line {})", image.file, image.line))
         .collect();
     Err(
-        Error::data("images", format!("not there: {}", told.join(", ")))
+        Error::data("images", format!("missing: {}", told.join(", ")))
             .expected("a file for each line"),
     )
 }

@@ -111,7 +111,7 @@ fn sort<'a>(listing: &'a Listing, options: &SetOptions) -> Result<Sorted<'a>> {
             false => Ok(sorted),
             true => Err(Error::option(
                 "pattern",
-                format!("`{text}` fits none of {} names", listing.images.len()),
+                format!("`{text}` matches none of {} names", listing.images.len()),
                 format!("a pattern of names such as `{}`", listing.example()),
             )),
         };

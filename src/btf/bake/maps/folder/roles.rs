@@ -210,7 +210,7 @@ fn other(word: &str) -> Option<Role> {
         | "alphamasked" | "cutout" => (OPACITY, "the surface is opaque"),
         "id" | "idmap" | "idmask" | "matid" | "materialid" | "colorid" => (
             "id mask",
-            "it identifies parts and is no property of the material",
+            "it identifies parts and is not a property of the material",
         ),
         "cavity" | "cav" | "cavitymap" => ("cavity", "the relief has its own cavities"),
         "edge" | "edges" | "curvature" | "curv" | "convexity" | "concavity" | "edgemask" => {
@@ -232,7 +232,7 @@ fn other(word: &str) -> Option<Role> {
         | "subsurfacescattering" => ("translucency", "the bake lets no light through the surface"),
         "preview" | "previews" | "thumb" | "thumbnail" | "thumbs" | "sphere" | "ball"
         | "render" | "renders" | "rendered" | "icon" | "promo" | "cover" | "screenshot" => {
-            (PREVIEW, "it shows the material and is no map of it")
+            (PREVIEW, "it shows the material and is not a map of it")
         }
         "fuzz" | "sheen" | "anisotropy" | "aniso" | "anisotropyangle" | "anisotropylevel"
         | "clearcoat" | "coat" | "clearcoatroughness" | "coatroughness" | "direction" | "flow"
