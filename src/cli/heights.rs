@@ -24,7 +24,7 @@ const POOR: f64 = 0.5;
 /// Estimate the height of a sample's surface at every texel, and add it to the sample.
 ///
 /// Two estimates are combined: a photometric one, from the change of texels with the light, and optical flow, from
-/// their shift with the view. The report says how well the two agree. `render` uses the heights to correct the
+/// their shift with the view. The report states how well the two agree. `render` uses the heights to correct the
 /// parallax of views.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\

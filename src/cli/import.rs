@@ -29,7 +29,7 @@ const SHARD_IF_INTERRUPTED: &str = "type the same command to continue after the 
 
 /// Import a measured image set as a BTF sample.
 ///
-/// PATH is recognised by its content: a folder or a zip archive of rectified images whose names say their
+/// PATH is recognised by its content: a folder or a zip archive of rectified images whose names state their
 /// angles (UBO2003 and ATRIUM, UTIA, SPECTRAL, CUReT, or others by --pattern); an RTI capture (a .lp file:
 /// one view, many lights); a table (.csv) of angles or of positions in mm beside rectified images, or
 /// beside photographs of a patch (--corners); a folder that holds just one list; a fit of a capture (PTM, or HSH

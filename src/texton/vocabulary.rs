@@ -369,7 +369,7 @@ fn read_level(
         return Err(file
             .fault(&name("centroids"), format!("{:?}", centroids.shape()))
             .expected(format!(
-                "[{}, {components}], as counts, representatives and filters say",
+                "[{}, {components}], as counts, representatives and filters require",
                 counts.len()
             )));
     }

@@ -35,7 +35,7 @@ impl KindOption {
     }
 }
 
-/// How an image's numbers stand for light, if they do.
+/// How an image's numbers encode light, if they do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ImageEncoding {
     /// Colours as their files state (without such data integers are sRGB, floats linear); everything else unchanged

@@ -44,7 +44,7 @@ Examples:
 pub struct Arguments {
     /// The texture where the transition is 0: an image, or a sample NAME.sample
     pub first: PathBuf,
-    /// The texture where the transition is 1, of the same size; a sample of the same directions
+    /// The texture where the transition is 1, of the same size; a sample must have the same directions
     pub second: PathBuf,
     /// The masks of the first and the second, from `mesotex mask`
     #[arg(long, num_args = 2, value_names = ["FIRST", "SECOND"])]

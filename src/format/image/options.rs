@@ -14,7 +14,7 @@ pub enum Purpose {
     Data,
 }
 
-/// How the numbers of an image stand for light.
+/// How the numbers of an image encode light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum SourceEncoding {

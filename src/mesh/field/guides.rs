@@ -19,7 +19,7 @@ use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::user_vertex::UserVertices;
 use crate::progress::Progress;
 
-/// What the field follows where nothing is said of a vertex.
+/// What the field follows where no direction is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Alignment {

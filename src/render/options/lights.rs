@@ -55,7 +55,7 @@ pub struct LightOptions {
     #[arg(long, value_name = "FILE")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<PathBuf>,
-    /// How the environment's numbers encode light. [default: as its file says]
+    /// How the environment's numbers encode light. [default: as its file states]
     #[arg(long, value_enum)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_encoding: Option<SourceEncoding>,

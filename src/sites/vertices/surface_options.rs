@@ -147,7 +147,7 @@ pub fn texel_on(mesh: &TriangleMesh, asked: Option<f64>) -> Result<f64> {
         texel.to_string(),
         format!(
             "at most {largest}, the diagonal of the mesh's box, and no less than {LEAST_TEXEL:e} of it; with \
-             --texel {:.3e} each vertex stands for a texel",
+             --texel {:.3e} each vertex covers one texel",
             (area / mesh.referenced_count() as f64).sqrt()
         ),
     ))
