@@ -29,7 +29,7 @@ use crate::shard::Shard;
 /// side.
 const BYTES_PER_TEXEL: u64 = 100;
 
-/// Texels along the longer side, where nothing else is said.
+/// Texels along the longer side, by default.
 pub const SIZE: u32 = 128;
 
 /// How to continue after an interruption.

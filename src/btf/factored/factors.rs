@@ -28,7 +28,7 @@ const READ: usize = 1 << 18;
 /// The factors of a sample.
 #[derive(Debug)]
 pub struct Factors {
-    /// What the description says of them.
+    /// What the description states about them.
     pub(super) factorization: Factorization,
     images: usize,
     texels: usize,
@@ -90,7 +90,7 @@ impl Factors {
         }
     }
 
-    /// What the description says of them.
+    /// What the description states about them.
     pub fn factorization(&self) -> &Factorization {
         &self.factorization
     }

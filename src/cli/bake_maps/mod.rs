@@ -30,7 +30,7 @@ use crate::textures::texture::Texture;
 
 /// Columns and rows that a texture map may have.
 const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=16384;
-/// Columns and rows that it has where nothing else is said.
+/// Columns and rows that it has by default.
 const RESOLUTION: u32 = 1024;
 /// Bytes that a texel takes at the peak.
 const TEXEL: u64 = 160;

@@ -44,7 +44,7 @@ struct Sorted<'a> {
     left_out: Vec<&'a str>,
 }
 
-/// Whether a folder holds images whose names say their angles.
+/// Whether a folder holds images whose names state their angles.
 pub fn is_set(folder: &Path) -> bool {
     Listing::of(&[folder]).is_ok_and(|listing| listing.says_angles())
 }
