@@ -41,7 +41,7 @@
 //!   the surface. Texture coordinates are in texels, s to the right and t up. Angles are radians, in options degrees.
 //! - Options are structs with `Default`. Whatever an option refuses, it refuses before the work begins.
 //! - A failure is an [`error::Error`]: it says where, what was found, what was expected and who must act.
-//! - Work that may last takes a [`progress::Progress`], which hears how far it is and can stop it.
+//! - Work that may last takes a [`progress::Progress`], which receives events and can cancel the work.
 //! - The same inputs, options and seed give the same bytes, on any number of threads.
 //! - The library never prints, exits or reads the environment.
 //!

@@ -1,4 +1,4 @@
-//! How a long step tells its caller where it is, and hears that it should stop.
+//! Progress and cancellation of long work: the caller receives events and may ask to stop.
 //!
 //! The library never prints: it calls back with [`Event`]s, and the command line draws bars.
 
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{Error, Result};
 
-/// What a step has to say while it works.
+/// What a step reports while it works.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
     /// A stage begins; `total` units of work will follow (0: unknown).
@@ -24,7 +24,7 @@ pub enum Event {
     Warn(String),
 }
 
-/// The caller's ear: a callback for [`Event`]s and a flag that asks to stop.
+/// Receives [`Event`]s and carries the stop flag.
 #[derive(Clone, Copy)]
 pub struct Progress<'a> {
     listener: &'a (dyn Fn(Event) + Sync),
@@ -40,7 +40,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Nobody listens.
+    /// Discards all events and never stops.
     pub fn silent() -> Progress<'static> {
         Progress {
             listener: &|_| {},

@@ -61,7 +61,7 @@ impl<const N: usize> RadialBasis<N> {
             let exact =
                 |found: &DVector<f64>| (&matrix * found - &wanted).amax() <= EXACT * largest;
             let Some(solved) = solved.filter(exact) else {
-                let found = format!("{count} places that a radius of {radius} does not tell apart");
+                let found = format!("{count} places that a radius of {radius} does not separate");
                 return Err(Error::data(PLACE, found)
                     .expected("a smaller radius, or places farther from each other"));
             };
@@ -162,7 +162,7 @@ mod tests {
         let places: Vec<DVec2> = (0..9).map(|x| DVec2::new(f64::from(x), 0.0)).collect();
         let values: Vec<[f64; 1]> = (0..9).map(|x| [f64::from(x % 2)]).collect();
         let said = interpolant(&places, &values, 1e4).unwrap_err().to_string();
-        assert!(said.contains("does not tell apart"), "{said}");
+        assert!(said.contains("does not separate"), "{said}");
         assert!(interpolant(&places, &values, 0.0).is_err());
         assert!(interpolant::<1>(&[], &[], 1.0).is_err());
         assert_eq!(usual_radius(1, |_, _| 0.0), None);

@@ -423,7 +423,7 @@ fn what_does_not_fit_is_refused_by_name() {
         ),
         (
             "--method coherent --glb x.glb",
-            "--glb: given for sites that are no faces",
+            "--glb: given for sites that are not faces",
         ),
     ] {
         refused(more, 2, said);

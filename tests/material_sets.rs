@@ -407,7 +407,7 @@ fn gloss_and_packed_recipes_are_those_of_roughness_and_metal() {
         );
     }
     for (toml, says) in [
-        ("gloss = 0.5\nroughness = 0.5", "one of both"),
+        ("gloss = 0.5\nroughness = 0.5", "one of the two"),
         (
             "packed = 'orm.png'\nroughness = 0.5\nmetallic = 0.5",
             "none of its channels",

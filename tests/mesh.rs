@@ -207,7 +207,7 @@ fn bad_options_and_guides_are_refused() {
         ),
         (
             r#"{"vertex": 0, "direction": [1, 0, 0]}"#,
-            "stands on the surface at vertex 0",
+            "is perpendicular to the surface at vertex 0",
         ),
         (r#"{"vertex": 0, "direction": [0, 0, 0]}"#, "direction"),
         (r#"{"direction": [1, 0, 0]}"#, "\"vertex\" or \"point\""),

@@ -113,6 +113,6 @@ fn sizes_that_cannot_be_are_refused_with_the_number_to_type() {
     space.write(&at.join("weave.space.npz"), None).unwrap();
     refused(
         "--force --mesh-unit cm",
-        &["the space does not say how large a texel is", "--texel X"],
+        &["the space does not state the size of a texel", "--texel X"],
     );
 }

@@ -180,7 +180,7 @@ fn a_record_belongs_to_a_command_that_writes_something_else() {
     fs::write(folder.join("once.toml"), scene).unwrap();
     let error = refused("run once.toml", 2);
     assert!(
-        error.contains("`mesotex run` skips what is done by itself"),
+        error.contains("`mesotex run` skips finished stages by itself"),
         "{error}"
     );
     // A damaged record is begun anew.

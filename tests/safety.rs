@@ -96,7 +96,7 @@ fn a_folder_of_photographs_is_not_replaced() {
         &["exemplar", "cap/0.png", "-o", "texture", "--levels", "2"],
     ] {
         let error = refuse_unchanged(root.path(), words);
-        assert!(error.contains("which is no part of a sample"), "{error}");
+        assert!(error.contains("which is not part of a sample"), "{error}");
     }
 }
 
@@ -277,7 +277,10 @@ fn a_lock_is_neither_followed_nor_waited_for() {
     std::os::unix::fs::symlink("letter", &lock).unwrap();
     let words = [&BAKE[..], &["-o", "x.sample"]].concat();
     let error = refuse(root.path(), &words, 1);
-    assert!(error.contains(".x.sample.lock is no plain file"), "{error}");
+    assert!(
+        error.contains(".x.sample.lock is not a regular file"),
+        "{error}"
+    );
     assert_eq!(fs::read(root.path().join("letter")).unwrap(), b"dear");
     fs::remove_file(&lock).unwrap();
     assert!(

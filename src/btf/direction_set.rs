@@ -206,7 +206,7 @@ impl FromStr for DirectionSet {
         if lower.ends_with(".csv") || lower.ends_with(".lp") {
             return Ok(Self::File(PathBuf::from(text)));
         }
-        Err(format!("no set of directions; expected {}", Self::FORMS))
+        Err(format!("not a set of directions; expected {}", Self::FORMS))
     }
 }
 

@@ -313,7 +313,7 @@ fn open_radiance(path: &Path, description: &Description) -> Result<Radiance> {
     let expected = description.radiance_shape();
     if header.shape != expected {
         return Err(Error::data("shape", format!("{:?}", header.shape))
-            .expected(format!("{expected:?}, as {DESCRIPTION} says"))
+            .expected(format!("{expected:?}, as {DESCRIPTION} states"))
             .in_file(path));
     }
     Ok(match description.dtype {

@@ -190,7 +190,7 @@ impl SampleWriter {
         match id == sample.id {
             true => Ok(()),
             false => Err(Error::data("hash", id.to_string())
-                .expected(format!("{}, as {DESCRIPTION} says", sample.id))
+                .expected(format!("{}, as {DESCRIPTION} states", sample.id))
                 .advice("the file is damaged; make it again")
                 .in_file(&path)),
         }

@@ -25,11 +25,11 @@ use crate::error::{Error, Result};
 use crate::format::ours::Format;
 use crate::shard::Shard;
 
-/// Bytes a texel of the material takes while it is made and baked, measured on presets of 1024 and 2048 texels per
+/// Bytes per texel that the material takes while it is made and baked, measured on presets of 1024 and 2048 texels per
 /// side.
-const BYTES_A_TEXEL: u64 = 100;
+const BYTES_PER_TEXEL: u64 = 100;
 
-/// Texels along the longer side, where nothing else is said.
+/// Texels along the longer side, by default.
 pub const SIZE: u32 = 128;
 
 /// How to continue after an interruption.
@@ -54,8 +54,8 @@ A material file is TOML, its maps PNG, JPEG, TIFF, HDR or OpenEXR as well:
   roughness = 0.6              # or a map; without it the surface is matte (Lambert)
 docs/bake.md lists all fields.")]
 pub struct Arguments {
-    /// A material file (TOML), or a folder of maps with the names that libraries and programs give them
-    /// (ambientCG, Poly Haven, Poliigon and others; `mesotex info FOLDER` says what is found).
+    /// A material file (TOML), or a folder of maps with the names that libraries and programs give them (ambientCG,
+    /// Poly Haven, Poliigon and others; `mesotex info FOLDER` lists what is found).
     #[arg(required_unless_present_any = ["preset", "reduce"], conflicts_with_all = ["preset", "reduce"])]
     pub material: Option<PathBuf>,
     /// The sample folder to write, as bark.sample; with --shard, the folder of a part, as bark.0of3.
@@ -64,7 +64,7 @@ pub struct Arguments {
     /// A built-in procedural material.
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
-    /// Texels along the longer side; maps are brought to it by area means.
+    /// Texels along the longer side; maps are resampled to it by area averages.
     #[arg(long, default_value_t = SIZE)]
     pub size: u32,
     /// Also write a picture: relief beside flat texture, and a sheet of views × lights.
@@ -73,8 +73,8 @@ pub struct Arguments {
     /// Also write the surface as it is baked: heights in texels, albedo, roughness, metallic.
     #[arg(long, value_name = "FILE.npz")]
     pub surface: Option<PathBuf>,
-    /// Bake the i-th of n shares of the views, from 0, into a part; all parts are joined by --reduce. A part that is
-    /// there already, of the same material and options, is kept.
+    /// Bake only share i of n of the views, i counted from 0, into a part; --reduce joins all parts. An existing part
+    /// of the same material and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
     /// Join the parts of all shards to the sample that one run without --shard bakes, byte for byte.
@@ -221,7 +221,7 @@ impl Arguments {
     /// The material, at the size it is baked, and a report of how it was made.
     fn material(&self, session: &Session) -> Result<(Material, Outcome)> {
         let need = Need {
-            bytes: BYTES_A_TEXEL.saturating_mul(u64::from(self.size).pow(2)),
+            bytes: BYTES_PER_TEXEL.saturating_mul(u64::from(self.size).pow(2)),
             work: format!("{0} × {0} texels", self.size),
             option: "size",
             advice: "a smaller --size".into(),
@@ -253,7 +253,7 @@ impl Arguments {
         let rate = baked.rays as f64 / seconds / 1e6;
         let outcome = match baked.resumed {
             0 => found,
-            images => found.line(format!("went on after {images} images")),
+            images => found.line(format!("resumed after {images} images")),
         };
         let outcome = outcome
             .line(format!(
@@ -294,7 +294,7 @@ fn with_quality(outcome: Outcome, options: &BakeOptions, baked: &Baked) -> Outco
     if let Some(left) = baked.error_left {
         outcome = outcome
             .line(format!(
-                "{:.1} samples per texel on average; the error left is {:.2} % of the radiance",
+                "{:.1} samples per texel on average; the remaining error is {:.2} % of the radiance",
                 baked.samples,
                 100.0 * left
             ))

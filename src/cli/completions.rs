@@ -14,7 +14,7 @@ use crate::cli::session::Common;
   mesotex completions zsh > ~/.zfunc/_mesotex
   mesotex completions fish > ~/.config/fish/completions/mesotex.fish")]
 pub struct Arguments {
-    /// The shell.
+    /// The shell that the script is for.
     #[arg(value_enum)]
     pub shell: Shell,
     #[command(flatten)]

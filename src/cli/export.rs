@@ -40,7 +40,7 @@ use crate::textures::vertex_model::ModelFormat;
 pub struct Arguments {
     /// The sample, or for glb, obj, usda and ply the surface texton map.
     pub input: PathBuf,
-    /// The format.
+    /// The format to write.
     #[arg(long, value_enum)]
     pub to: ExportFormat,
     /// The file or the folder to write.
@@ -182,9 +182,9 @@ impl Arguments {
         let is_sized = sample.description().texel_mm.is_some();
         Ok(match (self.to, is_sized) {
             (ExportFormat::Fmf, true) => None,
-            (ExportFormat::Fmf, false) => {
-                Some("the file holds millimetres, and the sample does not say how large a texel is")
-            }
+            (ExportFormat::Fmf, false) => Some(
+                "the file holds millimetres, and the sample does not state the size of a texel",
+            ),
             _ => Some("the format has no place for them (fmf has)"),
         })
     }

@@ -35,10 +35,10 @@ pub struct Arguments {
     /// Eigentextures per channel.
     #[arg(long, value_name = "K", required_unless_present = "error")]
     pub rank: Option<u32>,
-    /// The fewest eigentextures whose error is at most this, relative to the root mean square of all values.
+    /// Use the fewest eigentextures whose error is at most this, relative to the root mean square of all values.
     #[arg(long, value_name = "E", conflicts_with = "rank")]
     pub error: Option<f64>,
-    /// Number type of the factors. Default: that of the sample.
+    /// Number type of the factors. [default: that of the sample]
     #[arg(long, value_name = "TYPE")]
     pub dtype: Option<DType>,
     #[command(flatten)]

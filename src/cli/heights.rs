@@ -24,7 +24,7 @@ const POOR: f64 = 0.5;
 /// Estimate the height of a sample's surface at every texel, and add it to the sample.
 ///
 /// Two estimates are combined: a photometric one, from the change of texels with the light, and optical flow, from
-/// their shift with the view. The report says how well the two agree. `render` uses the heights to correct the
+/// their shift with the view. The report states how well the two agree. `render` uses the heights to correct the
 /// parallax of views.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
@@ -60,7 +60,7 @@ impl Arguments {
         if path.exists() && !self.force {
             return Err(Error::option(
                 "force",
-                format!("not given, and {} is there", path.display()),
+                format!("not given, but {} exists", path.display()),
                 "--force to replace it",
             ));
         }
@@ -70,7 +70,7 @@ impl Arguments {
             .map_err(|error| error.in_file(&self.sample))?;
         if estimate.agreement.correlation < POOR {
             progress.warn(
-                "the two estimates hardly agree: check the heights before you use them (glossy or plain materials \
+                "the two estimates agree poorly: check the heights before you use them (glossy or plain materials \
                  give little information for either)",
             );
         }
@@ -106,8 +106,9 @@ fn describe(estimate: &Estimate) -> Outcome {
             "heights {least:.2} to {most:.2} texels above z = 0, standard deviation {deviation:.2}"
         ))
         .line(format!(
-            "photometric and by flow: correlation {correlation:.2}, difference {difference:.2} texels (root mean square); \
-             deviations {photometric_deviation:.2}, scaled by {scale:.2} to fit, and {flow_deviation:.2}"
+            "photometric against optical flow: correlation {correlation:.2} (good: above {POOR}), RMS difference \
+             {difference:.2} texels; standard deviations {photometric_deviation:.2} (photometric, scaled by {scale:.2} to \
+             fit) and {flow_deviation:.2} (flow)"
         ))
         .figure("least", least)
         .figure("most", most)

@@ -29,7 +29,7 @@ const SHARD_IF_INTERRUPTED: &str = "type the same command to continue after the 
 
 /// Import a measured image set as a BTF sample.
 ///
-/// PATH is recognised by its content: a folder or a zip archive of rectified images whose names say their
+/// PATH is recognised by its content: a folder or a zip archive of rectified images whose names state their
 /// angles (UBO2003 and ATRIUM, UTIA, SPECTRAL, CUReT, or others by --pattern); an RTI capture (a .lp file:
 /// one view, many lights); a table (.csv) of angles or of positions in mm beside rectified images, or
 /// beside photographs of a patch (--corners); a folder that holds just one list; a fit of a capture (PTM, or HSH
@@ -57,8 +57,8 @@ pub struct Arguments {
     /// The sample to write, NAME.sample; with --shard, the folder of a part, as felt.0of3.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Import the i-th of n shares of the images, from 0, into a part; all parts are joined by --reduce. A part that is
-    /// there already, of the same source and options, is kept.
+    /// Import only share i of n of the images, i counted from 0, into a part; --reduce joins all parts. An existing
+    /// part of the same source and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
     /// Join the parts of all shards to the sample that one run without --shard imports, byte for byte. The options are
@@ -121,7 +121,7 @@ impl Arguments {
         Err(Error::option(
             "reduce",
             format!("{part}, given with {path}"),
-            "the parts of a sample and no source (--downsample N takes means of blocks of pixels)",
+            "the parts of a sample, without a source (to average blocks of pixels: --downsample N)",
         ))
     }
 
@@ -208,7 +208,10 @@ impl Arguments {
                 "given for a .btf file",
                 self.list.given().or(self.set.given()),
             ),
-            _ => ("given for a source that is no .btf file", self.bonn.given()),
+            _ => (
+                "given for a source that is not a .btf file",
+                self.bonn.given(),
+            ),
         };
         match given {
             None => Ok(()),
@@ -291,7 +294,7 @@ impl Arguments {
                     .figure("resumed", written.resumed);
             }
             (_, _, 0) => Outcome::default(),
-            (_, _, images) => Outcome::default().line(format!("went on after {images} images")),
+            (_, _, images) => Outcome::default().line(format!("resumed after {images} images")),
         };
         let outcome = described(outcome, &written.description).wrote(&self.output);
         match self.shard {

@@ -56,7 +56,7 @@ pub fn available_memory() -> Option<ByteSize> {
     Some(ByteSize(free.min(left.unwrap_or(u64::MAX))))
 }
 
-/// The most memory this process ever held; `None` where the system does not say.
+/// The most memory this process ever held; `None` if the system does not state it.
 pub fn peak_memory() -> Option<ByteSize> {
     field("/proc/self/status", "VmHWM:").map(ByteSize)
 }

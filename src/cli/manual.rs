@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
   mesotex man > mesotex.1
   mesotex man render > mesotex-render.1")]
 pub struct Arguments {
-    /// The command it explains. Default: mesotex as a whole.
+    /// The command to explain. [default: mesotex as a whole]
     pub command: Option<String>,
     #[command(flatten)]
     pub common: Common,

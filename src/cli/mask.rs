@@ -46,9 +46,9 @@ pub struct Arguments {
     /// The mask to write, a PNG
     #[arg(long, short)]
     pub output: PathBuf,
-    /// A colour that marks features, with a tolerance: the colour of a pixel (from the upper left) or a value. The
-    /// first pick gives label 1, the second 2, the third 3. Differences are Euclidean distances of red, green and
-    /// blue, each 0 to 1 [default tolerance: 0.2]
+    /// A colour that marks features, with a tolerance: the colour of a pixel (counted from the upper left) or a value.
+    /// The first pick gives label 1, the second 2, the third 3. Differences are Euclidean distances of red, green and
+    /// blue, each 0 to 1. [default tolerance: 0.2]
     #[arg(long, value_name = "COL,ROW|#RRGGBB[:TOLERANCE]")]
     pub pick: Vec<PickOption>,
     /// A painted mask: a grey image of the labels 0 to 3, or grey 0, 85, 170, 255
@@ -64,7 +64,7 @@ pub struct Arguments {
     /// Whether the orientation tag of images is applied
     #[arg(long, value_enum, default_value = "upright")]
     pub orientation: Orientation,
-    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
+    /// The layer, part, view or channel to read from an OpenEXR file that has several; `mesotex info IMAGE` lists them
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
     #[command(flatten)]

@@ -43,8 +43,8 @@ const EXAMPLES: &str = "Examples:
 /// What is done to a mesh.
 #[derive(Clone, Debug, PartialEq, Args)]
 pub struct MeshOptions {
-    /// Retile to this number of vertices, spread evenly over the same surface (100 to 20,000,000). Default: the
-    /// mesh's own vertices.
+    /// Retile to this number of vertices, spread evenly over the same surface (100 to 20,000,000). [default: the mesh's
+    /// own vertices]
     #[arg(long)]
     pub vertices: Option<usize>,
     /// Refuse a mesh that needs repair.
@@ -127,7 +127,7 @@ pub struct Arguments {
     /// The mesh.
     #[arg(help = format!("The mesh: {}, each also with .gz", listed_extensions()))]
     pub input: PathBuf,
-    /// Where to write it.
+    /// The mesh to write.
     #[arg(long, short, help = format!("Where to write it: {}", writing::listed_extensions()))]
     pub output: PathBuf,
     /// What is done.

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 /// A finished command: what it found, what it wrote, what to type next.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// Figures for a person, one a line.
+    /// Figures for a person, one per line.
     pub lines: Vec<String>,
     /// The same and more for a program: the fields of the `--json` report.
     pub figures: Map<String, Value>,

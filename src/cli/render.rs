@@ -75,8 +75,8 @@ pub struct Arguments {
     /// Displace the surface of an atlas along its normals by X mesh units per unit of its height channel.
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub displace: Option<f64>,
-    /// A plain colour that shows where the alpha channel of an atlas is transparent, in place of holes: sRGB,
-    /// numbers from 0 to 255, matte.
+    /// Matte colour of the surface where the alpha channel of an atlas is transparent, in place of holes: sRGB, numbers
+    /// from 0 to 255.
     #[arg(long, value_name = "R,G,B|#RRGGBB")]
     pub surface_color: Option<SurfaceColor>,
     #[command(flatten)]

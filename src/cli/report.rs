@@ -25,7 +25,7 @@ use crate::report::summary::Summary;
 
 /// Make a page of everything that a scene made: sample, textons, mesh, map, quality, frames, times.
 ///
-/// The page needs nothing from the network. What is not there is said on it.
+/// The page needs nothing from the network. The page names what is missing.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -38,10 +38,10 @@ pub struct Arguments {
     /// The page to write, NAME.html.
     #[arg(short, long, value_name = "PAGE.html")]
     pub output: PathBuf,
-    /// Of a scene: the products of this quality, as `mesotex run --quality` makes them.
+    /// For a scene: show the products of this quality, as `mesotex run --quality` makes them.
     #[arg(long, value_enum, default_value_t)]
     pub quality: Quality,
-    /// Of a scene with a [matrix]: the run to report of, by the varied values in the names of its outputs.
+    /// For a scene with a [matrix]: the run to show, named by the varied values in the names of its outputs.
     #[arg(long, value_name = "RUN")]
     pub only: Option<String>,
     #[command(flatten)]

@@ -17,11 +17,11 @@ use crate::progress::{Event, Progress};
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Common options")]
 pub struct Common {
-    /// Seed of all random numbers; the same seed gives the same bytes. Every command takes it, also those without
-    /// random numbers. Default: 0, or the scene's.
+    /// Seed of all random numbers; the same seed gives the same bytes. Every command accepts it, even one without
+    /// random numbers. [default: 0, or the scene's]
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Number of threads; the result does not depend on it. Default: all cores.
+    /// Number of threads; the result does not depend on it. [default: all cores]
     #[arg(long)]
     pub threads: Option<usize>,
     /// Print nothing but errors.
@@ -33,8 +33,8 @@ pub struct Common {
     /// Print the report, or the error, as JSON on stdout.
     #[arg(long)]
     pub json: bool,
-    /// Skip the command where FILE.json says that it is done: with the same options, and with inputs and outputs that
-    /// have not changed since. Else run it, and note in FILE.json that it is done.
+    /// Skip the command if FILE.json records it as done with the same options and its inputs and outputs have not
+    /// changed. Otherwise run it and record it there.
     #[arg(long, value_name = "FILE.json")]
     pub once: Option<PathBuf>,
 }

@@ -39,14 +39,14 @@ pub struct Arguments {
     /// Write times, routes, inertia and cluster sizes as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
-    /// Write a picture of what each texton looks like, the most frequent first.
+    /// Write a picture that shows each texton, the most frequent first.
     #[arg(long, value_name = "FILE.png")]
     pub montage: Option<PathBuf>,
-    /// Write a picture of the finest texton map, each label in a colour of its own that is the same in every picture.
+    /// Write a picture of the finest texton map. A label has the same colour in every picture.
     #[arg(long, value_name = "FILE.png")]
     pub label_map: Option<PathBuf>,
-    /// Do the i-th of n shares of the work on the images, from 0, and write a part; all parts are joined by
-    /// --reduce. A part that is there already, made from the same sample and options, is kept.
+    /// Process only share i of n of the images, i counted from 0, and write a part; --reduce joins all parts. An
+    /// existing part of the same sample and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
     /// Join the parts of all shards to the vocabulary that one run without --shard finds, byte for byte. The options

@@ -42,14 +42,14 @@ pub struct Arguments {
     /// The page to write, NAME.html.
     #[arg(short, long, value_name = "PAGE.html")]
     pub output: PathBuf,
-    /// Greatest error of the sample's factors, relative to the root mean square of all values. It is larger if the
-    /// page would become too large.
+    /// Largest error of the sample's factors, relative to the root mean square of all values. The error is larger if
+    /// the page would otherwise exceed its size limit.
     #[arg(long, value_name = "E", default_value_t = DEFAULT_ERROR)]
     pub error: f64,
     /// The axis of the mesh that points up.
     #[arg(long, value_enum, default_value_t, allow_hyphen_values = true)]
     pub up: Axis,
-    /// The side of the mesh that is seen first. Default: as `render` chooses it, from the mesh's shape.
+    /// The side of the mesh that is seen first. [default: chosen from the mesh's shape, as `render` does]
     #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true)]
     pub front: Option<Axis>,
     /// Make the page even if the map was made from a sample with another id.

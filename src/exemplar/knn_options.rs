@@ -47,12 +47,12 @@ pub struct KnnOptions {
     /// Width of the window on the parent level, in its texels; odd.
     #[arg(long, default_value_t = Self::default().coarse_neighborhood, value_name = "N")]
     pub coarse_neighborhood: u32,
-    /// Least distance between listed neighbours at level 0, in texels (max norm), halved level by
-    /// level. Default: 5 % of the level's shorter side, at least 1.
+    /// Least distance between listed neighbours at level 0, in texels (max norm), halved with every coarser level.
+    /// [default: 5 % of the level's shorter side, at least 1]
     #[arg(long, value_name = "N")]
     pub min_separation: Option<u32>,
-    /// Texels nearer than this to the border of a sample that does not tile are neither listed nor picked by
-    /// synthesis; `full`: nor are those whose windows cross the border.
+    /// Texels nearer than this to the border of a sample that does not tile are neither listed nor picked by synthesis.
+    /// `full`: neither are texels whose windows cross the border.
     #[arg(long, default_value_t = Self::default().margin, value_name = "N|full")]
     pub margin: Margin,
     /// How neighbours are searched.

@@ -503,7 +503,7 @@ fn read_level(file: &mut npz::Reader, at: usize, meta: LevelMeta, k: usize) -> R
                 &neighbors_name,
                 format!("shapes {:?} and {:?}", neighbors.shape(), distances.shape()),
             )
-            .expected(format!("[texels, {k}] both, as meta.json's k says")));
+            .expected(format!("[texels, {k}] both, as meta.json's k states")));
     }
     // Check that each entry is a texel, each distance a number, and the texel itself first.
     if let Some((place, index)) = neighbors

@@ -105,7 +105,7 @@ impl Archive {
         match sound {
             true => Ok(bytes),
             false => Err(self
-                .fault(name, "its length or checksum is another than stated")
+                .fault(name, "its length or checksum differs from the stated one")
                 .advice("the archive is damaged; get it again")),
         }
     }

@@ -119,7 +119,7 @@ pub fn check_same(place: &str, found: &ContentId, wanted: &ContentId, force: boo
     }
     Err(Error::data(place, found.to_string())
         .expected(wanted.to_string())
-        .advice("the files come from different runs; make them again in order, or say --force"))
+        .advice("the files come from different runs; make them again in order, or give --force"))
 }
 
 #[cfg(test)]

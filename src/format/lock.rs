@@ -24,7 +24,7 @@ impl OutputLock {
         loop {
             let file = open_plain(&path, true).map_err(|error| match error.kind() {
                 io::ErrorKind::InvalidInput => {
-                    Error::data("lock", format!("{} is no plain file", path.display()))
+                    Error::data("lock", format!("{} is not a regular file", path.display()))
                         .advice("remove it; this program makes it again")
                         .in_file(target)
                 }
@@ -131,13 +131,13 @@ mod tests {
         fs::write(&letter, "dear").unwrap();
         std::os::unix::fs::symlink(&letter, &lock).unwrap();
         let refused = OutputLock::acquire(&target).unwrap_err().to_string();
-        assert!(refused.contains("no plain file"), "{refused}");
+        assert!(refused.contains("not a regular file"), "{refused}");
         assert_eq!(fs::read(&letter).unwrap(), b"dear");
         fs::remove_file(&lock).unwrap();
         let made = std::process::Command::new("mkfifo").arg(&lock).status();
         assert!(made.unwrap().success());
         let refused = OutputLock::acquire(&target).unwrap_err().to_string();
-        assert!(refused.contains("no plain file"), "{refused}");
+        assert!(refused.contains("not a regular file"), "{refused}");
         fs::remove_file(&lock).unwrap();
         // A file of the user under that name keeps its content while the lock is held.
         fs::write(&lock, "mine").unwrap();

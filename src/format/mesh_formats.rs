@@ -1,4 +1,4 @@
-//! The mesh formats that are read, as a whole: which one a file is of, and how messages list them.
+//! The mesh formats that are read, as a whole: which of them a file has, and how messages list them.
 
 use std::path::{Path, PathBuf};
 

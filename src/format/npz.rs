@@ -1,7 +1,7 @@
 //! `.npz` archives: several arrays and one `meta.json`, as `numpy.load` opens them.
 //!
 //! Written members are stored uncompressed and dated 1980-01-01, so that the same content is the
-//! same bytes. Members are read where they lie, mapped. They may be deflated; an archive that expands
+//! same bytes. Stored members are read where they lie, in pieces. Members may be deflated; an archive that expands
 //! beyond what deflate does to real data is refused before it fills the memory.
 
 use std::fs::File;
@@ -227,7 +227,7 @@ impl Reader {
             return Ok(());
         }
         Err(self
-            .fault(name, "its checksum is another")
+            .fault(name, "its checksum does not match")
             .advice("the file is damaged; make it again"))
     }
 }

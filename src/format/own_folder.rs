@@ -34,7 +34,7 @@ impl OwnFolder {
     pub fn objection(&self, folder: &Path) -> io::Result<Option<String>> {
         if let Some(name) = self.foreign_member(folder)? {
             return Ok(Some(format!(
-                "a folder that holds `{name}`, which is no part of {}",
+                "a folder that holds `{name}`, which is not part of {}",
                 self.name
             )));
         }

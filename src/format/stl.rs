@@ -54,7 +54,7 @@ fn parse_binary(bytes: &[u8]) -> Result<PolygonMesh> {
     if stated > bytes.len() {
         return Err(Error::data("length", format!("{} bytes", bytes.len()))
             .expected(format!("{stated}, for the {count} triangles of its header"))
-            .advice("the file is truncated or is no STL"));
+            .advice("the file is truncated, or not an STL file"));
     }
     let mut mesh = PolygonMesh {
         single_precision: true,

@@ -18,7 +18,7 @@ pub(in crate::format) fn open(file: File, kind: &str) -> Result<ZipArchive<BufRe
     let mut archive =
         ZipArchive::new(BufReader::new(file)).map_err(|error| fault(error.to_string()))?;
     if archive.has_duplicate_names() {
-        return Err(fault("a member stands in it twice".into()));
+        return Err(fault("a member is listed twice".into()));
     }
     match archive.has_overlapping_entries() {
         Ok(false) => Ok(archive),

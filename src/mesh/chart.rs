@@ -169,7 +169,7 @@ impl ChartGrower {
         entry.1
     }
 
-    /// Moves the front over a placed vertex: its neighbours hear where it sees them.
+    /// Moves the front over a placed vertex: it proposes a position to each of its neighbours.
     #[inline]
     fn pass(&mut self, connection: &Connection, from: Placed) {
         for spoke in connection.spokes.row(from.vertex as usize) {

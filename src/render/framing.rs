@@ -103,7 +103,7 @@ impl Aim {
         }
     }
 
-    /// The place from which points of a surface stay in the picture while the camera continuesce round `axis`, a unit
+    /// The place from which the points of a surface stay in the picture while the camera turns about `axis`, a unit
     /// vector.
     pub fn circle(&self, points: impl Iterator<Item = DVec3>, radius: f64, axis: DVec3) -> Framed {
         let (sin, cos) = {

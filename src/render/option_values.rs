@@ -217,7 +217,7 @@ pub enum ProjectionKind {
     Orthographic,
 }
 
-/// Whether coarser levels of the sample stand in for it where its texels are smaller than pixels.
+/// Whether coarser levels of the sample are used where its texels are smaller than pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mip {

@@ -50,7 +50,8 @@ fn range_of(options: &RenderOptions, rows: u32) -> FrameRange {
 /// Works out the frames of a sweep round a mesh.
 ///
 /// Positions that options and files name are in the coordinates of the mesh's file. Frames count from the
-/// subject's origin, as the map does. `progress` hears what is to be said of the environment's image.
+/// subject's origin, as the map does. `progress` receives warnings about the
+/// environment image.
 pub fn plan(
     options: &RenderOptions,
     subject: &Subject<'_>,

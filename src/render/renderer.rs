@@ -66,7 +66,7 @@ pub struct RenderSettings {
     pub shading: Shading,
     /// The rate of shadows.
     pub shadows: Shadows,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: Samples,
     /// Shadow rays for lights that have a size.
     pub soft_rays: u32,

@@ -231,7 +231,7 @@ fn lay_out(
     if views.min(lights) < 4 {
         progress.warn(format!(
             "the sample has {views} distinct views and {lights} distinct lights; with fewer than 4 \
-             of either, pictures change little as that one turns"
+             of either, frames change little when it moves"
         ));
     }
     let lookup = lookup.with_heights(parallax.heights.as_ref());

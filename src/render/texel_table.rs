@@ -191,7 +191,7 @@ impl<T: Stored> Deref for Buffer<T> {
 pub struct MipLevel<T> {
     /// The texels.
     pub grid: TexelGrid,
-    /// Numbers of each texel: 3 an image.
+    /// Numbers of each texel: 3 per image.
     stride: usize,
     /// Texel after texel, and one number more, so that four can be read at the last image.
     numbers: Buffer<T>,

@@ -217,7 +217,7 @@ fn notes(factors: &ViewFactors, options: &ViewerOptions, sample: &Sample) -> Vec
     let mut notes = vec!["parts of the surface cast no shadows on each other here".to_owned()];
     if factors.error > 1.05 * options.error {
         notes.push(format!(
-            "an error of {:.1} % was asked for; a page of {} MB holds factors that leave {:.1} %",
+            "the requested error is {:.1} %; the factors that fit a page of {} MB have an error of {:.1} %",
             100.0 * options.error,
             LARGEST_PAGE / 1_000_000,
             100.0 * factors.error

@@ -101,7 +101,7 @@ impl Checkpoint {
     fn read(&self) -> Result<(ContentId, LevelMap)> {
         // Check what the file is.
         if !self.path.is_file() {
-            return Err(Error::data("checkpoint", "no plain file").in_file(&self.path));
+            return Err(Error::data("checkpoint", "not a regular file").in_file(&self.path));
         }
         let mut reader = npz::Reader::open(&self.path)?;
         let meta: Meta = reader.meta()?;

@@ -56,22 +56,25 @@ impl LevelChoice {
         // Say why.
         let reason = match levels {
             _ if levels == table.levels.len() => {
-                format!("all of the table; {coarsest} sites on the coarsest")
+                format!("all of the table; {coarsest} sites on the coarsest level")
             }
             _ if levels == of.fitting => {
-                format!("more would be narrower than the window; {coarsest} sites on the coarsest")
+                format!(
+                    "coarser ones would be narrower than the window; {coarsest} sites on the coarsest level"
+                )
             }
             _ if levels > populous => format!(
-                "{coarsest} sites on the coarsest, whose windows are {} texels wide, features of the sample {}",
+                "{coarsest} sites on the coarsest level, whose windows span {} texels of the sample; its features are {} \
+                 texels wide",
                 of.reach(levels),
                 of.feature
             ),
             _ => format!(
-                "{coarsest} sites on the coarsest, one level more would have {}; windows are {} texels wide there, \
-                 features of the sample {}",
-                of.coarsest(levels + 1),
+                "{coarsest} sites on the coarsest level, whose windows span {} texels of the sample; its features are {} \
+                 texels wide; one more level would leave {} sites",
                 of.reach(levels),
-                of.feature
+                of.feature,
+                of.coarsest(levels + 1)
             ),
         };
         Self { levels, reason }
@@ -146,8 +149,8 @@ mod tests {
         assert_eq!(levels, [4, 3, 2, 2, 1]);
         assert!(of(9_600).reason.contains("all of the table; 150 sites"));
         let reason = of(2_300).reason;
-        assert!(reason.contains("575 sites") && reason.contains("would have 143"));
-        assert!(reason.contains("windows are 10 texels"), "{reason}");
+        assert!(reason.contains("575 sites") && reason.contains("would leave 143"));
+        assert!(reason.contains("windows span 10 texels"), "{reason}");
     }
 
     #[test]
@@ -156,7 +159,7 @@ mod tests {
         let (space, table) = exemplar(|col| u16::from(col >= 32));
         let found = LevelChoice::new(&space, &table, 2_300);
         assert_eq!(found.levels, 3, "{}", found.reason);
-        assert!(found.reason.contains("features of the sample 64"));
+        assert!(found.reason.contains("features are 64"));
         assert_eq!(LevelChoice::new(&space, &table, 400).levels, 2);
     }
 }

@@ -31,18 +31,18 @@ pub struct SynthesisOptions {
     /// The method of synthesis, by its paper
     #[arg(long, value_enum, default_value_t = Self::default().method)]
     pub method: Method,
-    /// Levels of the pyramid, the finest included; 1 grows the finest level from one random site [default: chosen for
-    /// a mesh, else the table's; 2 with --method adaptive; with --method multiscale those that its windows fit;
-    /// --method coherent has 1]
+    /// Levels of the pyramid, the finest included. With 1, the finest level grows from one random site. [default:
+    /// k-coherence and wei-levoy on a mesh: chosen by its number of vertices; adaptive: 2; coherent: 1; otherwise as
+    /// many as the windows fit]
     #[arg(long)]
     pub levels: Option<u32>,
-    /// Width of the neighbourhood; it must be the table's
+    /// Width of the neighbourhood; it must match the table's
     #[arg(long)]
     pub neighborhood: Option<u32>,
     /// How neighbourhoods are compared
     #[arg(long, value_enum, default_value_t = Self::default().metric)]
     pub metric: MetricKind,
-    /// Share of the centred Gram matrix's spectrum that the embedded metric keeps (above 0, to 1);
+    /// Share of the centred Gram matrix's spectrum that the embedded metric keeps, above 0 and at most 1; features of
     /// plain images are always kept whole
     #[arg(long, default_value_t = Self::default().spectrum)]
     pub spectrum: f64,

@@ -21,11 +21,11 @@ const MOST_TEXTONS: u32 = 65_534;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TextonOptions {
-    /// Textons at the finest level; each coarser level has about a quarter, but no fewer than 64
-    /// where there are as many (Tong 2002: 400).
+    /// Textons at the finest level. Each coarser level has about a quarter as many, but at least 64 if the finest has
+    /// 64 or more (Tong 2002: 400).
     #[arg(long, default_value_t = Self::default().textons, value_name = "N")]
     pub textons: u32,
-    /// Representative images, or `all`. Default: 400, or all where the sample has fewer or is factored.
+    /// Representative images, or `all`. [default: 400; all if the sample has fewer or is factored]
     #[arg(long, value_name = "N|all")]
     pub images: Option<ImageCount>,
     /// Pyramid levels, the finest included.
@@ -34,19 +34,19 @@ pub struct TextonOptions {
     /// Filter Rec. 709 luminance instead of R, G and B.
     #[arg(long)]
     pub luminance: bool,
-    /// Take the sample as not tileable, even if it says it is: borders reflect.
+    /// Treat the sample as not tileable, even if it states that it is; borders are continued by reflection.
     #[arg(long)]
     pub no_tile: bool,
     /// Runs of K-means from other seeds; the best is kept.
     #[arg(long, default_value_t = Self::default().restarts, value_name = "N")]
     pub restarts: u32,
-    /// Lloyd steps at most; fewer than it takes leave some labels that are not the nearest.
+    /// Most Lloyd steps. If K-means needs more, some labels are not those of the nearest texton.
     #[arg(long, default_value_t = Self::default().max_iterations, value_name = "N")]
     pub max_iterations: u32,
     /// Rows and columns of the sub-grid at which images are compared to choose representatives.
     #[arg(long, default_value_t = Self::default().image_grid, value_name = "N")]
     pub image_grid: u32,
-    /// Memory to work in, as `3GiB` or `800MiB`. Default: a quarter of the machine's.
+    /// Memory to work in, as `3GiB` or `800MiB`. [default: a quarter of the machine's]
     #[arg(long, value_name = "SIZE")]
     pub memory: Option<ByteSize>,
     /// Seed of everything drawn at random.
@@ -208,7 +208,7 @@ impl FromStr for ByteSize {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let fault = || format!("`{text}` is no size; expected one as 3GiB, 800MiB or 1000000");
+        let fault = || format!("`{text}` is not a size; expected one as 3GiB, 800MiB or 1000000");
         let digits_end = text
             .find(|c: char| !c.is_ascii_digit() && c != '.')
             .unwrap_or(text.len());

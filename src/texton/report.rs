@@ -1,4 +1,4 @@
-//! What texton analysis has to say about itself: time a stage, routes, inertia, cluster sizes.
+//! What texton analysis reports about itself: time per stage, routes, inertia, cluster sizes.
 
 use std::time::Instant;
 

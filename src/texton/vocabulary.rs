@@ -305,7 +305,7 @@ fn factor_basis(file: &mut npz::Reader, meta: &Meta) -> Result<Option<FactorBasi
     if !matches!(sets, 1 | 3) || planes == 0 || matrix.shape().iter().any(|&s| s as u64 != planes) {
         return Err(file
             .fault("factor_basis", format!("shape {:?}", matrix.shape()))
-            .expected(format!("[{planes}, {planes}], as meta.json says")));
+            .expected(format!("[{planes}, {planes}], as meta.json states")));
     }
     match matrix.iter().find(|number| !number.is_finite()) {
         Some(number) => Err(file
@@ -369,7 +369,7 @@ fn read_level(
         return Err(file
             .fault(&name("centroids"), format!("{:?}", centroids.shape()))
             .expected(format!(
-                "[{}, {components}], as counts, representatives and filters say",
+                "[{}, {components}], as counts, representatives and filters require",
                 counts.len()
             )));
     }

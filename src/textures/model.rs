@@ -46,7 +46,7 @@ pub struct ModelOptions {
     /// What to do with texels that are not opaque
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub transparency: Transparency,
-    /// A plain colour that shows where the texture is transparent, in place of holes: sRGB, numbers from 0 to 255
+    /// Matte colour of the surface where the texture is transparent, in place of holes: sRGB, numbers from 0 to 255
     #[arg(long, value_name = "R,G,B|#RRGGBB", help_heading = "Model")]
     pub surface_color: Option<SurfaceColor>,
 }

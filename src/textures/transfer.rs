@@ -202,7 +202,7 @@ fn check_alpha(texture: &Texture, is_inside: impl Fn(usize) -> bool) -> Result<(
         return Err(
             Error::data(format!("channel `{}`", texture.name), "0 at every texel")
                 .expected("texels that are not wholly transparent")
-                .advice("white is opaque: invert the image if it says how transparent texels are"),
+                .advice("white is opaque: invert the image if it stores transparency"),
         );
     }
     Ok(())

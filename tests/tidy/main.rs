@@ -162,8 +162,59 @@ fn the_words_are_those_of_the_glossary() {
 /// Quantities stand per unit: one label per texel.
 #[test]
 fn quantities_are_per_unit() {
-    let unit =
-        r"(?i)\b(a|one|few) [a-z]+ a (texel|site|vertex|face|label|level|subcommand|pixel|frame)\b";
-    let faults = faults_of(&regex_lite::Regex::new(unit).unwrap());
+    let faults = faults_of(&quantities_of_a_unit());
     assert!(faults.is_empty(), "per, not a:\n{}", faults.join("\n"));
+}
+
+/// Forms as "one label a texel", "3 an image", and "samples a pixel" at the end of a clause.
+fn quantities_of_a_unit() -> regex_lite::Regex {
+    let unit = "an? (texel|site|vertex|face|label|level|subcommand|pixel|frame|image|line|stage|view|light|row|\
+                thread|triangle|file|pair)";
+    let plural = "(samples|numbers|bytes|rays|texels|images|values|seconds|vertices)";
+    let forms = [
+        format!(r"\b(a|an|one|few) [a-z]+ {unit}\b"),
+        format!(r"\b(one|[0-9]+) {unit}\b"),
+        format!(r"\b{plural} {unit}[.:;,)]"),
+    ];
+    regex_lite::Regex::new(&format!("(?i){}", forms.join("|"))).unwrap()
+}
+
+#[test]
+fn quantities_of_a_unit_are_found() {
+    let pattern = quantities_of_a_unit();
+    for fault in [
+        "one label a texel",
+        "RGB: 3 an image",
+        "Samples a pixel.",
+        "one a line",
+    ] {
+        assert!(pattern.is_match(fault), "{fault}");
+    }
+    for fine in [
+        "samples per pixel",
+        "how many samples a texel takes",
+        "3 on a line",
+    ] {
+        assert!(!pattern.is_match(fine), "{fine}");
+    }
+}
+
+/// Help texts end with their default as clap writes it: `[default: …]`.
+#[test]
+fn defaults_are_written_as_clap_does() {
+    let mut faults = Vec::new();
+    for file in Source::of_this_crate().files {
+        let mut comment = String::new();
+        for line in file.text.lines().map(str::trim) {
+            match line.strip_prefix("///") {
+                Some(text) => comment += text,
+                None if line.starts_with("#[arg") && comment.contains("Default:") => {
+                    faults.push(format!("{}:{comment}", file.name));
+                }
+                None if line.starts_with("#[") => {}
+                None => comment.clear(),
+            }
+        }
+    }
+    assert!(faults.is_empty(), "[default: …]:\n{}", faults.join("\n"));
 }

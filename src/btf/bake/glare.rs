@@ -71,7 +71,7 @@ impl Glare {
     pub(super) fn objection(&self) -> Option<String> {
         (self.share > MOST && self.values >= LEAST_VALUES).then(|| {
             format!(
-                "{:.0} % of the light sits in 1 % of the values: highlights are narrower than the steps \
+                "{:.0} % of the light is in 1 % of the values: highlights are narrower than the steps \
                  between the lights and will sparkle; --angular-filter on or --min-roughness 0.2 widens them \
                  (or more lights, or --light-diameter with --samples)",
                 100.0 * self.share

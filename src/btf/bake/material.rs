@@ -63,7 +63,7 @@ impl Material {
         let width = self.grid.width as usize;
         Err(Error::data(
             format!("{name}, row {}, column {}", at / width, at % width),
-            "no number it can have",
+            "a value out of range",
         )
         .expected("finite heights; albedo, roughness and metallic in 0 to 1"))
     }

@@ -26,26 +26,25 @@ pub struct BakeOptions {
     /// --error.
     #[arg(long, value_name = "N|auto", default_value_t = BakeOptions::default().samples)]
     pub samples: Samples,
-    /// With --samples auto: the relative error to refine to, above 0, below 1. What error is left is measured
-    /// and reported [default: 0.02]
+    /// Target relative error of --samples auto, above 0 and below 1. The remaining error is measured and reported.
+    /// [default: 0.02]
     #[arg(long, value_name = "E")]
     pub error: Option<f64>,
-    /// How often light may be reflected within the surface before it reaches the eye's first point, 0 to
-    /// 1000; 0 is direct light only. Drawn at random: raise --samples with it.
+    /// Most reflections within the surface, 0 to 1000; 0 gives direct light only. Paths are sampled at random: raise
+    /// --samples as well.
     #[arg(long, default_value_t = BakeOptions::default().bounces)]
     pub bounces: u32,
-    /// Angle the light's disc is seen under, in degrees, 0 to 90; 0 gives hard shadows, more soft ones
-    /// (raise --samples with it).
+    /// Angular diameter of the light in degrees, 0 to 90. 0 gives hard shadows; larger values give softer ones and need
+    /// more --samples.
     #[arg(long, value_name = "DEGREES", default_value_t = BakeOptions::default().light_diameter)]
     pub light_diameter: f64,
-    /// Least roughness of the coat, above 0 to 1: smoother texels are made as rough.
+    /// Lowest roughness of the coat, above 0, at most 1. Smoother texels are raised to it.
     #[arg(long, value_name = "ROUGHNESS")]
     pub min_roughness: Option<f64>,
-    /// Whether highlights are widened to the spacing of the directions, so that none falls between them. `auto`
-    /// does so where the material is glossier than the sets of directions can hold.
+    /// Whether highlights are widened to the spacing of the directions, so that none falls between two of them.
     #[arg(long, value_enum, default_value_t = BakeOptions::default().angular_filter)]
     pub angular_filter: AngularFilter,
-    /// Set values beyond half precision (65504) to its largest number, and report how many there were. Without it,
+    /// Clamp values beyond half precision to its largest number, 65504, and report how many there were. Without --clamp
     /// they are an error.
     #[arg(long)]
     pub clamp: bool,

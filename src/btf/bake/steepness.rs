@@ -85,7 +85,7 @@ impl Steepness {
             ));
         }
         if mean_deg == 0.0 {
-            return Some("the height map is the same everywhere: there is no relief".into());
+            return Some("the height map has the same value everywhere: there is no relief".into());
         }
         let wanted = depth_for(PLAUSIBLE_FLAT_DEG);
         if p95_deg < TOO_FLAT_DEG && wanted.is_finite() {

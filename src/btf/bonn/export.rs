@@ -51,11 +51,11 @@ const LINES: u32 = 4;
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Options of dfmf, fmf and pvf")]
 pub struct BonnExportOptions {
-    /// Components: per channel (dfmf), of all channels together (fmf), per view (pvf). Default: those of a factored
-    /// sample; for any other it must be given.
+    /// Components: per channel (dfmf), of all channels together (fmf), per view (pvf). Required unless the sample is
+    /// factored. [default: those of a factored sample]
     #[arg(long, value_name = "K")]
     pub rank: Option<u32>,
-    /// Number type of the file's matrices. Default: f2, as published files have.
+    /// Number type of the file's matrices. Published files have f2. [default: f2]
     #[arg(long, value_enum)]
     pub scalar: Option<Scalar>,
 }

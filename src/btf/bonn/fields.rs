@@ -52,7 +52,7 @@ impl Fields {
                     .expected(bytes.map_or("fewer than 2^64 bytes".into(), |bytes| {
                         format!("{bytes} bytes")
                     }))
-                    .advice("the file is truncated, or its header says another size"),
+                    .advice("the file is truncated, or its header states another size"),
             ),
         }
     }

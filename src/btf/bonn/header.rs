@@ -12,7 +12,7 @@ const VERSIONS: std::ops::RangeInclusive<u32> = 1..=4;
 /// The version written.
 pub const VERSION: u32 = 4;
 
-/// What a file says of its measurement.
+/// What a file states about its measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Meta {
     /// Version of the header, 1 to 4: later ones say more.

@@ -21,7 +21,7 @@ pub(super) struct BonnImages {
     pub(super) description: Description,
     /// Where they come from.
     pub(super) body: Box<dyn Body>,
-    /// How high each texel lies, where the file says so.
+    /// How high each texel lies, if the file states it.
     pub(super) heights: Option<HeightMap>,
     /// The factor of each light.
     pub(super) scales: Vec<f32>,

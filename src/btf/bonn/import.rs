@@ -37,8 +37,8 @@ pub struct BonnOptions {
     /// Write every image of a DFMF or FMF file, not its factors. PVF and BDI files are always expanded.
     #[arg(long)]
     pub expand: bool,
-    /// Components per channel of a file with a logarithmic colour model, which is factored again; as many as the file
-    /// has by default.
+    /// Components per channel of a file with a logarithmic colour model, which is factored again. [default: as many as
+    /// the file has]
     #[arg(long, value_name = "K", conflicts_with = "expand")]
     pub rank: Option<u32>,
 }
@@ -51,10 +51,10 @@ impl BonnOptions {
     }
 }
 
-/// What an import has to say besides the sample's description.
+/// What an import reports besides the sample's description.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Told {
-    /// For a person, one a line.
+    /// For a person, one per line.
     pub lines: Vec<String>,
     /// The relative error of a new factorization.
     pub error: Option<f64>,
@@ -206,8 +206,8 @@ impl BonnImport<'_> {
         };
         let Some(mm) = description.texel_mm else {
             self.progress.warn(
-                "its height map is in millimetres and the file does not say how large a texel is: it is left out \
-                 (--texel-mm says it)",
+                "its height map is in millimetres and the file does not state the size of a texel: it is left out \
+                 (--texel-mm states it)",
             );
             return Ok(None);
         };

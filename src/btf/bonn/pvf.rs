@@ -60,7 +60,7 @@ pub(super) fn read_header(
         height,
         rotations: Vec::new(),
     };
-    notes.push("the file has the older PVF header, which says nothing of the cosine: it is taken as not in the values".into());
+    notes.push("the file has the older PVF header, which does not state whether values include the cosine: they are taken without it".into());
     Ok((header, views))
 }
 

@@ -27,7 +27,7 @@ pub(super) struct FactorCopy<'a> {
     pub(super) white: f64,
     /// The cosine of each light, where values are to be multiplied by it.
     pub(super) cosines: Option<&'a [f32]>,
-    /// How high each texel lies, where the file says so.
+    /// How high each texel lies, if the file states it.
     pub(super) heights: Option<HeightMap>,
     pub(super) progress: Progress<'a>,
 }
@@ -38,7 +38,7 @@ struct Rows {
     rank: usize,
     /// The mean of each channel, where it is the last component.
     means: Option<DVec3>,
-    /// What the description says of them.
+    /// What the description states about them.
     factorization: Factorization,
 }
 

@@ -28,7 +28,7 @@ const READ: usize = 1 << 18;
 /// The factors of a sample.
 #[derive(Debug)]
 pub struct Factors {
-    /// What the description says of them.
+    /// What the description states about them.
     pub(super) factorization: Factorization,
     images: usize,
     texels: usize,
@@ -90,7 +90,7 @@ impl Factors {
         }
     }
 
-    /// What the description says of them.
+    /// What the description states about them.
     pub fn factorization(&self) -> &Factorization {
         &self.factorization
     }
@@ -136,7 +136,7 @@ fn check_shape(path: &Path, expected: &[usize]) -> Result<()> {
     match header.shape == expected {
         true => Ok(()),
         false => Err(Error::data("shape", format!("{:?}", header.shape))
-            .expected(format!("{expected:?}, as btf.json says"))
+            .expected(format!("{expected:?}, as btf.json states"))
             .in_file(path)),
     }
 }

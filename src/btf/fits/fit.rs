@@ -6,9 +6,9 @@ use crate::btf::fits::basis::{Basis, MOST_TERMS};
 /// How a fit's coefficients make colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Colors {
-    /// One sum per texel, times the texel's colour.
+    /// One polynomial per texel, times the texel's colour.
     Lrgb,
-    /// One sum each for red, green and blue.
+    /// One polynomial each for red, green and blue.
     Rgb,
 }
 

@@ -39,7 +39,7 @@ impl NormalEquations {
             terms,
             gram,
             inverse: inverse.ok_or_else(|| {
-                Error::data("lights", "they leave the fit open")
+                Error::data("lights", "they do not determine the fit")
                     .expected("lights of several heights")
             })?,
         })
@@ -68,7 +68,8 @@ impl NormalEquations {
                 self.gram[(behind[row], behind[column])]
             });
             let factor = gram.cholesky();
-            let factor = factor.ok_or_else(|| Error::data("lights", "they leave the fit open"))?;
+            let factor =
+                factor.ok_or_else(|| Error::data("lights", "they do not determine the fit"))?;
             Ok(factor.solve(&mixed))
         };
         (0..order.len()).map(carry).collect()

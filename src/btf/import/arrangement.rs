@@ -116,7 +116,7 @@ impl Chosen {
             true => Err(Error::option(
                 "keep-views",
                 "no image has both a kept view and a kept light",
-                "directions that stand together in the set",
+                "directions that occur together in the set",
             )),
         }
     }

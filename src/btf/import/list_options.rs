@@ -23,11 +23,12 @@ pub struct ListOptions {
     /// the image. With `left` y changes its sign (φ runs clockwise); x and z do not.
     #[arg(long, value_enum, default_value_t = ListOptions::default().handedness)]
     pub handedness: Handedness,
-    /// The size of the patch in millimetres, for tables of positions: reports how much directions differ over it.
+    /// Size of the patch in millimetres, for tables of positions. The report then states how much directions differ
+    /// over the patch.
     #[arg(long, value_name = "WxH")]
     pub patch_mm: Option<PatchSize>,
-    /// Resamples images of near cameras and lamps where directions differ over the patch by more than so many
-    /// degrees from those at its centre; with --patch-mm.
+    /// Resample images of near cameras and lamps if directions on the patch differ by more than DEGREES from those at
+    /// its centre. Needs --patch-mm. [default without DEGREES: 2]
     #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "2")]
     pub near_field: Option<f64>,
     /// The light is at the camera, like a flash beside the lens: each view is also the light. Tables then have no

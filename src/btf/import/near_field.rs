@@ -113,7 +113,7 @@ pub(super) fn note(table: &ImageTable, spread: &Option<Spread>) -> Option<String
         return None;
     }
     Some(match spread {
-        None => "directions are those at the patch's centre; --patch-mm WxH says how much they differ over it".into(),
+        None => "directions are those at the patch's centre; --patch-mm WxH reports how much they differ over it".into(),
         Some(Spread { patch, view_deg, light_deg }) => {
             let wide = match view_deg.max(*light_deg) > WIDE_DEG {
                 true => {

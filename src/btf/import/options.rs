@@ -23,7 +23,7 @@ pub struct ImportOptions {
     /// How the images' numbers encode light.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().encoding)]
     pub encoding: SourceEncoding,
-    /// The illuminant of spectral images; D65 by default.
+    /// The illuminant of spectral images. [default: D65]
     #[arg(long, value_enum)]
     pub illuminant: Option<Illuminant>,
     /// How the size line of Radiance files in sets of Bonn is read.
@@ -36,16 +36,16 @@ pub struct ImportOptions {
     /// What to do with texels that are not opaque.
     #[arg(long, value_enum, default_value_t = ImportOptions::default().alpha)]
     pub alpha: Alpha,
-    /// The layer, part or view of OpenEXR images that have several; `mesotex info IMAGE` lists them.
+    /// The layer, part, view or channel to read from an OpenEXR file that has several; `mesotex info IMAGE` lists them.
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
     /// Opposite borders of the images continue each other.
     #[arg(long)]
     pub tileable: bool,
-    /// Side of an image's pixel in millimetres, where known; with --downsample N a texel has N of them.
+    /// Side of a pixel of the images in millimetres, if known. With --downsample N a texel is N times as wide.
     #[arg(long)]
     pub texel_mm: Option<f64>,
-    /// Name of the material; the source's own name by default.
+    /// Name of the material. [default: the source's own name]
     #[arg(long)]
     pub name: Option<String>,
     /// Number type of the sample.

@@ -24,7 +24,7 @@ const KNOWN: &str = "a zip archive of images (`PK`), a Bonn .btf file (`!DFMF`, 
 pub(crate) enum Source {
     /// A `.lp` or `.csv` file that lists images.
     List(PathBuf),
-    /// Folders and zip archives of one set of images, whose names say their directions.
+    /// Folders and zip archives of one set of images, whose names state their directions.
     ImageSet(Vec<PathBuf>),
     /// A `.btf` file of the University of Bonn: DFMF, FMF, PVF or BDI.
     Bonn(PathBuf),

@@ -10,7 +10,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum SizeLine {
-    /// `+X W -Y H` as rows from the bottom, as ATRIUM has them; all else as stated.
+    /// `+X W -Y H` as rows from the bottom, as in ATRIUM; all others as stated.
     #[default]
     Auto,
     /// As stated.

@@ -30,7 +30,7 @@ use crate::textures::texture::Texture;
 
 /// Columns and rows that a texture map may have.
 const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=16384;
-/// Columns and rows that it has where nothing else is said.
+/// Columns and rows that it has by default.
 const RESOLUTION: u32 = 1024;
 /// Bytes that a texel takes at the peak.
 const TEXEL: u64 = 160;
@@ -88,18 +88,18 @@ pub struct Arguments {
     /// The folder of the texture maps
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// The mesh whose texture coordinates are used: the one the map was made on, or another of the same
-    /// surface, as the one it was retiled from [default: the map's own, with --unwrap]
+    /// A mesh with texture coordinates: the one the map was made on, or one of the same surface, such as the mesh it
+    /// was retiled from. [default: the map's own, with --unwrap]
     #[arg(long, value_name = "MESH")]
     pub mesh: Option<PathBuf>,
     /// Make new texture coordinates
     #[arg(long)]
     pub unwrap: bool,
-    /// Columns and rows of the texture maps [default: 1024; an atlas has its own]
+    /// Columns and rows of the texture maps; an atlas has its own. [default: 1024]
     #[arg(long, value_name = "N")]
     pub resolution: Option<u32>,
-    /// A plain colour that shows where the alpha channel of an atlas is transparent, in place of holes: sRGB,
-    /// numbers from 0 to 255, matte
+    /// Matte colour of the surface where the alpha channel of an atlas is transparent, in place of holes: sRGB, numbers
+    /// from 0 to 255
     #[arg(long, value_name = "R,G,B|#RRGGBB")]
     pub surface_color: Option<SurfaceColor>,
     /// Bake even if the map was made from a sample with another id

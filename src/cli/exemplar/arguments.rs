@@ -64,17 +64,17 @@ pub struct Arguments {
     pub common: Common,
 }
 
-/// Images that say how the pattern varies.
+/// Images that describe how the pattern varies.
 #[derive(Debug, Args)]
 pub struct ControlImages {
-    /// Grey image of the labels 0 to 3 of each texel: as they stand, or as grey 0, 85, 170, 255
+    /// Grey image of the label of each texel, 0 to 3: stored as the label itself, or as grey 0, 85, 170, 255
     #[arg(long, value_name = "FILE")]
     pub mask: Option<PathBuf>,
     /// Grey image of each texel's place in a transition, 0 to 1
     #[arg(long, value_name = "FILE")]
     pub transition: Option<PathBuf>,
-    /// Image of the pattern's direction at each texel: red is s (right), green is t (up); integers 0 to
-    /// their greatest stand for −1 to 1, floats as they stand
+    /// Image of the pattern's direction at each texel: red is s (right), green is t (up). Integers from 0 to their
+    /// largest are mapped to −1 to 1; floats are used as stored
     #[arg(long, value_name = "FILE")]
     pub orientation_map: Option<PathBuf>,
 }

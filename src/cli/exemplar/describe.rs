@@ -1,4 +1,4 @@
-//! What a report says of the channels and controls of a plain-image exemplar.
+//! What a report states about the channels and controls of a plain-image exemplar.
 
 use std::collections::BTreeSet;
 

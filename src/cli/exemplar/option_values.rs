@@ -35,14 +35,14 @@ impl KindOption {
     }
 }
 
-/// How an image's numbers stand for light, if they do.
+/// How an image's numbers encode light, if they do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ImageEncoding {
-    /// Colours as their files say (without such data integers are sRGB, floats linear); everything else unchanged
+    /// Colours as their files state (without such data integers are sRGB, floats linear); everything else unchanged
     Auto,
-    /// sRGB, whatever the file says
+    /// sRGB, whatever the file states
     Srgb,
-    /// Linear, whatever the file says
+    /// Linear, whatever the file states
     Linear,
     /// None: the numbers are used as stored
     Data,
@@ -63,9 +63,9 @@ impl ImageEncoding {
 /// What to do with texels that are not opaque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AlphaOption {
-    /// They are an error in colours; in other images alpha is not used
+    /// Refuse them in colours; in other images alpha is not used
     Refuse,
-    /// Their numbers are used as stored
+    /// Use their numbers as stored
     Ignore,
     /// As `ignore`, and alpha becomes a channel of its own after its image's
     Keep,

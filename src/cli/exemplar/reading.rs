@@ -21,7 +21,7 @@ pub struct ReadingOptions {
     /// What to do with texels that are not opaque
     #[arg(long, value_enum, default_value = "refuse")]
     pub alpha: AlphaOption,
-    /// The layer, part or channel of OpenEXR images that have several; `mesotex info IMAGE` lists them
+    /// The layer, part, view or channel to read from an OpenEXR file that has several; `mesotex info IMAGE` lists them
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
 }

@@ -13,8 +13,8 @@ use crate::error::{Error, Result};
 /// How a sample is fitted.
 #[derive(Clone, Debug, Default, PartialEq, Args)]
 pub struct FitOptions {
-    /// What a PTM holds per texel: `lrgb`, one sum times a colour, or `rgb`, a sum each for red, green and blue.
-    /// Default: lrgb.
+    /// What a PTM stores per texel: `lrgb`, one polynomial that is multiplied by a colour, or `rgb`, one polynomial
+    /// each for red, green and blue. [default: lrgb]
     #[arg(long, value_enum)]
     pub colors: Option<Colors>,
 }

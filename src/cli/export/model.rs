@@ -23,11 +23,11 @@ pub struct ColorOptions {
     /// Colour each vertex by its texel in this sample; without it the vertices have no colours.
     #[arg(long, value_name = "X.sample", help_heading = "Maps")]
     pub sample: Option<PathBuf>,
-    /// The view under which the sample is shown, in the frame of each vertex: angle from the normal and azimuth
-    /// from s, in degrees. Default: 0,0.
+    /// The view direction of the sample's colours, in the frame of each vertex: angle from the normal and azimuth from
+    /// s, in degrees. [default: 0,0]
     #[arg(long, value_name = "THETA,PHI", help_heading = "Maps")]
     pub view: Option<Angles>,
-    /// The light, alike; a white plane that faces it is white. Default: 0,0.
+    /// The direction of the light, in the same form; a white plane that faces it is white. [default: 0,0]
     #[arg(long, value_name = "THETA,PHI", help_heading = "Maps")]
     pub light: Option<Angles>,
 }
@@ -99,7 +99,7 @@ fn colors(map: &SurfaceTextonMap, path: &Path, options: &ColorOptions) -> Result
     if [grid.width, grid.height] != [width, height] {
         return Err(
             Error::data("size", format!("{} × {} texels", grid.width, grid.height))
-                .expected(format!("{width} × {height}, as the map says"))
+                .expected(format!("{width} × {height}, as the map states"))
                 .in_file(path),
         );
     }

@@ -17,7 +17,7 @@ use crate::texton::PartFile;
 use crate::texton::parts;
 use crate::texton::vocabulary::{self, StoredVocabulary};
 
-/// Reads an archive and says what it holds.
+/// Reads an archive and describes its content.
 pub fn describe(path: &Path) -> Result<Outcome> {
     let meta: Value = npz::Reader::open(path)?.meta()?;
     match meta["format"].as_str() {

@@ -14,7 +14,7 @@ use crate::index::TextonLabel;
 use crate::maps::atlas_map::description::{Description, read_channels};
 use crate::maps::atlas_map::{AtlasMap, ChannelFile};
 
-/// Reads a whole atlas and says what it holds.
+/// Reads a whole atlas and describes its content.
 pub fn describe(path: &Path) -> Result<Outcome> {
     let description = Description::read(path)?;
     let map = AtlasMap::read(path)?;
@@ -83,7 +83,7 @@ fn images(
         if [image.width, image.height] != size {
             return Err(
                 Error::data("size", format!("{} × {}", image.width, image.height))
-                    .expected(format!("{} × {}, as the folder says", size[0], size[1]))
+                    .expected(format!("{} × {}, as the folder states", size[0], size[1]))
                     .in_file(&path),
             );
         }

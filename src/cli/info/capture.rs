@@ -9,7 +9,7 @@ use crate::cli::info::sample::directions;
 use crate::cli::outcome::Outcome;
 use crate::error::Result;
 
-/// Reads the list of a capture and says what it holds.
+/// Reads the list of a capture and describes its content.
 pub fn describe(path: &Path) -> Result<Outcome> {
     let list = read_source(&[path], &ListOptions::default(), &SetOptions::default())?;
     // Look for images that are not there.
@@ -40,10 +40,14 @@ pub fn describe(path: &Path) -> Result<Outcome> {
     }
     // Tell what can be done with it.
     outcome = match missing.first() {
-        None => outcome.next(format!("mesotex import {} -o {}.sample", path.display(), list.name)),
+        None => outcome.next(format!(
+            "mesotex import {} -o {}.sample",
+            path.display(),
+            list.name
+        )),
         Some(first) => outcome.line(format!(
-            "cannot be imported: {} of {} images are missing, {first} first (import --images FOLDER says \
-             where they are)",
+            "cannot be imported: {} of {} images are missing, {first} first (import \
+             --images FOLDER takes them from a folder)",
             missing.len(),
             list.images.len()
         )),
@@ -85,7 +89,7 @@ fn distinct(list: &ImageList, of: impl Fn(&MeasuredImage) -> Direction) -> Vec<D
     all.into_iter().map(Direction::from).collect()
 }
 
-/// Reads a table of directions and says what it holds.
+/// Reads a table of directions and describes its content.
 pub fn describe_directions(path: &Path) -> Result<Outcome> {
     let set = DirectionSet::File(path.to_path_buf()).directions()?;
     Ok(Outcome::default()

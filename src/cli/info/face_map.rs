@@ -8,7 +8,7 @@ use crate::cli::outcome::Outcome;
 use crate::error::Result;
 use crate::maps::face_map::{FaceMap, Square};
 
-/// Reads a whole map and says what it holds.
+/// Reads a whole map and describes its content.
 pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
     let map = FaceMap::read(path)?;
     let [width, height] = map.header.exemplar;

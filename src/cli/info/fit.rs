@@ -6,7 +6,7 @@ use crate::btf::fits::{Colors, Fit};
 use crate::cli::outcome::Outcome;
 use crate::error::Result;
 
-/// Reads a fit and says what it holds; `name` is its format's.
+/// Reads a fit and describes its content; `name` is its format's.
 pub fn describe(path: &Path, name: &str, read: fn(&Path) -> Result<Fit>) -> Result<Outcome> {
     let fit = read(path)?;
     let (colors, said) = match fit.colors {

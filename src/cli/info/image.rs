@@ -10,7 +10,7 @@ use crate::format::image::{
     self, Alpha, Facts, FloatImage, Gamut, Missing, Orientation, Part, ReadOptions,
 };
 
-/// Reads an image and says what it holds. Transparent and missing texels are counted, not refused.
+/// Reads an image and describes its content. Transparent and missing texels are counted, not refused.
 pub fn describe(path: &Path) -> Result<Outcome> {
     let options = ReadOptions {
         alpha: Alpha::Ignore,
@@ -51,7 +51,7 @@ fn says(outcome: Outcome, facts: &Facts) -> Outcome {
     }
     // Tell how the numbers are read.
     let said = match facts.color.as_str() {
-        "" => "nothing is said of it",
+        "" => "not stated",
         said => said,
     };
     if !facts.reading.is_empty() {

@@ -15,7 +15,7 @@ use crate::mesh::field::guides::GuideFile;
 use crate::progress::Progress;
 use crate::render::path_file;
 
-/// Reads a JSON file and says what it holds.
+/// Reads a JSON file and describes its content.
 pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     let value: Value = json::read(path)?;
     let format = value["format"].as_str().unwrap_or_default();

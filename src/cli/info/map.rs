@@ -29,7 +29,7 @@ pub(super) fn with_header(outcome: Outcome, header: &MapHeader) -> Outcome {
     }
 }
 
-/// Reads a whole map and says what it holds.
+/// Reads a whole map and describes its content.
 pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
     let map = SurfaceTextonMap::read(path)?;
     let [width, height] = map.header.exemplar;

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::mesh::reading::read;
 use crate::progress::Progress;
 
-/// Reads and cleans a mesh and says what it holds.
+/// Reads and cleans a mesh and describes its content.
 pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     let user = read(path, progress)?;
     let outcome = with_shape(read_outcome(path, &user), &user);

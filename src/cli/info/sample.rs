@@ -16,7 +16,7 @@ use crate::format::id::check_same;
 use crate::progress::Progress;
 use crate::texton::options::ByteSize;
 
-/// Reads a whole sample and says what it holds.
+/// Reads a whole sample and describes its content.
 pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     let sample = Sample::open(path)?;
     let description = sample.description();
@@ -61,7 +61,7 @@ pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {
     }
 }
 
-/// Adds how high the surface lies, where the sample says so.
+/// Adds how high the surface lies, if the sample states it.
 fn with_heights(outcome: Outcome, heights: Option<&HeightMap>) -> Outcome {
     let Some(heights) = heights else {
         return outcome

@@ -215,7 +215,7 @@ impl Maps {
         let depth = match self.depth {
             Depth::None => String::new(),
             Depth::OfMaterial(depth) => {
-                format!(", depth {depth} of the width as the material says")
+                format!(", depth {depth} of the width as the material states")
             }
             Depth::Chosen(depth) => format!(
                 ", depth {depth} of the width: 95 % of the slopes are below {:.0}°",

@@ -85,7 +85,7 @@ fn bake(path: &str, maps: &Maps) -> String {
     let [columns, rows] = maps.sides;
     // State material and size.
     let mut text =
-        format!("\n[bake]\nmaterial = {path}  # `mesotex info` says which file is what\n");
+        format!("\n[bake]\nmaterial = {path}  # `mesotex info` lists what each file is used for\n");
     let _ = writeln!(
         text,
         "size = {}         # texels along the longer side: {columns} × {rows}; the time of all stages grows with it",
@@ -97,7 +97,7 @@ fn bake(path: &str, maps: &Maps) -> String {
         Depth::None => writeln!(text, "# no height map: normals or a plane give the relief"),
         Depth::OfMaterial(depth) => writeln!(
             text,
-            "# depth = {depth}    # height of white over black, as a share of the width, as the material says"
+            "# depth = {depth}    # height of white over black, as a share of the width, as the material states"
         ),
         Depth::Chosen(depth) => writeln!(
             text,
@@ -106,7 +106,7 @@ fn bake(path: &str, maps: &Maps) -> String {
     };
     // State the physical width.
     let _ = match maps.texel_mm {
-        Some(mm) => writeln!(text, "# a texel is {mm:.3} mm wide, as the material says"),
+        Some(mm) => writeln!(text, "# a texel is {mm:.3} mm wide, as the material states"),
         None => writeln!(text, "# width-mm = 200   # of the maps, where it is known"),
     };
     text + "\

@@ -29,11 +29,11 @@ use crate::format::ours::Format;
 /// The most parts that a stage is split into.
 const MOST_SHARDS: u32 = 10_000;
 
-/// Plan scenes for many machines: tasks with command, files, order, seconds and memory.
+/// Plan scenes for many machines: each task with its command, files, dependencies, time and memory.
 ///
 /// Prints the plan, or writes it to -o FILE. Nothing is run. Paths stay relative to the folder in which the plan is
-/// made, and its commands are run there. Every task works with --threads threads, 1 where the option is not given. The
-/// same scenes and options give the same bytes.
+/// made, and its commands are run there. Each task uses --threads threads, 1 by default. The same scenes and options
+/// give the same bytes.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -46,10 +46,10 @@ pub struct Arguments {
     /// The scenes.
     #[arg(required = true, value_name = "SCENE.toml")]
     pub scenes: Vec<PathBuf>,
-    /// Parts that a stage is split into at most, where it can be.
+    /// Most parts that a stage is split into, if it can be split.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub shards: u32,
-    /// What the plan is written as.
+    /// Format of the plan.
     #[arg(long, value_enum, default_value_t)]
     pub format: PlanFormat,
     /// The file to write, instead of printing the plan.

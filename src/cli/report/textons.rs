@@ -18,7 +18,7 @@ pub(super) fn chapter(path: Option<&Path>, sample: Option<&Sample>) -> Result<Ch
     };
     // State the facts.
     let vocabulary = StoredVocabulary::open(path)?;
-    chapter.fact("images looked at", vocabulary.representatives.len());
+    chapter.fact("images analysed", vocabulary.representatives.len());
     for (at, level) in vocabulary.levels.iter().enumerate() {
         let (width, height) = (level.grid.width, level.grid.height);
         let textons = format!("{width} × {height} texels, {} textons", level.counts.len());

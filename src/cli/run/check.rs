@@ -217,16 +217,16 @@ fn makes_a_part(draft: &Draft, option: &str) -> bool {
 fn unknown<'a>(draft: &Draft, key: &Key, known: impl Iterator<Item = &'a str>) -> String {
     let command = draft.command;
     if key.name == "once" {
-        return "not for a stage to say; `mesotex run` skips what is done by itself".to_owned();
+        return "not allowed in a stage; `mesotex run` skips finished stages by itself".to_owned();
     }
     if NOT_OF_A_STAGE.contains(&key.name.as_str()) {
         return format!(
-            "not for a stage to say; outputs stand at the top of the scene, the rest is for `mesotex run --{}`",
+            "not allowed in a stage; outputs are set at the top of the scene, everything else by `mesotex run --{}`",
             key.name
         );
     }
     if makes_a_part(draft, &key.name) {
-        return "not for a stage to say; `mesotex plan --shards` splits it".to_owned();
+        return "not allowed in a stage; `mesotex plan --shards` splits stages".to_owned();
     }
     let own = [
         draft.input_key,

@@ -23,7 +23,7 @@ pub struct Draft {
     pub section: Section,
     /// Its seed, where it is not that of the whole run.
     pub seed: Option<u64>,
-    /// The values of `[matrix]` that reach it, as names of outputs say them.
+    /// The values of `[matrix]` that reach it, as names of outputs state them.
     pub variant: String,
 }
 

@@ -258,7 +258,7 @@ impl Axis {
         };
         // Refuse one that is set too.
         if let Some(other) = is_set {
-            let says = format!("line {} sets this key too; leave one of both", other.line);
+            let says = format!("line {} sets this key too; remove one of them", other.line);
             faults.data(&self.place(), says);
         }
     }

@@ -66,7 +66,7 @@ use crate::format::lock::OutputLock;
 pub struct Arguments {
     /// The scene file.
     pub scene: PathBuf,
-    /// Run every stage, even where nothing changed.
+    /// Run every stage, even if nothing has changed.
     #[arg(long)]
     pub fresh: bool,
     /// How finely the scene is run.
@@ -76,7 +76,7 @@ pub struct Arguments {
     /// rendering.
     #[arg(long, value_name = "STAGE")]
     pub until: Option<String>,
-    /// Of a scene with a [matrix]: one run, by the varied values in the names of its outputs.
+    /// For a scene with a [matrix]: make only this run, named by the varied values in the names of its outputs.
     #[arg(long, value_name = "RUN")]
     pub only: Option<String>,
     /// Make no pages at the end.
@@ -171,7 +171,7 @@ pub(in crate::cli) fn seeded(session: &Session, runs: &[Scene]) -> Result<Sessio
         true => Err(Error::option(
             "seed",
             "given beside a [matrix] that varies `seed`",
-            "one of both",
+            "one of the two",
         )),
         false => Ok(session.or_seed(runs.first().and_then(|run| run.seed))),
     }
@@ -342,7 +342,7 @@ impl Chain<'_> {
             let outputs: Vec<String> = outputs.map(|path| path.display().to_string()).collect();
             let state = match (is_done, stage.output.exists()) {
                 (true, _) => "done",
-                (false, true) => "there, but would run again",
+                (false, true) => "exists, but would run again",
                 (false, false) => "not made yet",
             };
             outcome = outcome.line(format!(

@@ -17,9 +17,9 @@ use crate::texton::TextonOptions;
 /// How finely a scene is run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Quality {
-    /// A quick look: half as fine, in files of its own, NAME-draft
+    /// A quick preview, half as fine, in files of its own: NAME-draft
     Draft,
-    /// As the scene says
+    /// As the scene states
     #[default]
     Final,
 }

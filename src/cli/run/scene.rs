@@ -72,14 +72,14 @@ impl Scene {
         scenes.collect()
     }
 
-    /// The values of `[matrix]` that reach a stage, as names of outputs say them.
+    /// The values of `[matrix]` that reach a stage, as names of outputs state them.
     fn variant_of(&self, stage: &str, rendering: Option<&str>) -> String {
         let reaching = self.tags.iter().filter(|tag| tag.reaches(stage, rendering));
         let texts: Vec<&str> = reaching.map(|tag| tag.text.as_str()).collect();
         texts.join("-")
     }
 
-    /// All values of `[matrix]`, as names say them; empty where nothing varies.
+    /// All values of `[matrix]`, as names state them; empty where nothing varies.
     pub fn variant(&self) -> String {
         let texts: Vec<&str> = self.tags.iter().map(|tag| tag.text.as_str()).collect();
         texts.join("-")
@@ -136,7 +136,7 @@ impl Scene {
         if !self.document.keys.iter().any(|key| key.name == "name") {
             faults.data(
                 &Place::new(0, ""),
-                "no `name`; expected `name = \"NAME\"`, which the outputs are called after",
+                "no `name`; expected `name = \"NAME\"`, after which the outputs are named",
             );
         }
     }
@@ -164,7 +164,7 @@ impl Scene {
             } else if self.has("exemplar") && DONE_BY_EXEMPLAR.contains(&name) {
                 faults.data(
                     &section.head(),
-                    "without effect beside [exemplar]; its options stand there",
+                    "no effect beside [exemplar], which has these options itself",
                 );
             }
         }
@@ -439,7 +439,7 @@ fn dashed(name: &str, variant: &str) -> String {
     }
 }
 
-/// What a sequence of frames is called where nothing else is said.
+/// The default name of a sequence of frames.
 const FRAMES: &str = "frames";
 
 /// The name of a section's sequence of frames; `None` of other sections.

@@ -198,7 +198,7 @@ fn base_mesh(
     let base = colored_base(&user.mesh, plan.base_faces, crease, session.progress())?;
     if base.coloring == Coloring::Barycentric {
         session.progress().warn(format!(
-            "no base mesh of {} triangles in two colours was found: one of a sixth is subdivided barycentrically",
+            "no base mesh of {} triangles in two colours was found: one with a sixth of them is subdivided barycentrically",
             plan.base_faces
         ));
     }

@@ -57,8 +57,8 @@ impl PhysicalTexel {
         let Some(millimetres) = texel_mm else {
             return Err(Error::option(
                 "mesh-unit",
-                format!("{unit}, but the space does not say how large a texel is"),
-                "--texel X, in mesh units; or a sample that says it (--texel-mm of import or exemplar, \
+                format!("{unit}, but the space does not state the size of a texel"),
+                "--texel X, in mesh units; or a sample that states it (--texel-mm of import or exemplar, \
                  texel-mm or width-mm in a recipe of bake), and make its textons and space again",
             ));
         };

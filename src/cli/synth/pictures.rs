@@ -38,8 +38,8 @@ pub struct PictureArguments {
     /// The sample, for pictures in its colours: seen from above, lit from the upper left
     #[arg(long, value_name = "X.sample")]
     pub sample: Option<PathBuf>,
-    /// Write the mesh with a colour (red, green, blue) at each vertex, from --sample; with --onto faces from the faces
-    /// round it
+    /// Write the mesh with a colour (red, green, blue) at each vertex, from --sample; with --onto faces from the
+    /// surrounding faces
     #[arg(long, value_name = "FILE.ply")]
     pub vertex_colors: Option<PathBuf>,
 }

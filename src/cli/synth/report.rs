@@ -233,8 +233,8 @@ impl Report {
         }
         if let Some(found) = self.metric_agreement {
             lines.push(format!(
-                "metric: as good a choice as Φ's at {:.3} of the sites (good: near 1), mean score {:.4} of Φ's; with the whole \
-                 spectrum {:.4}",
+                "metric agreement: the embedded metric chooses as well as Φ at {:.3} of the sites (good: near 1); its mean \
+                 score is {:.4} times that of Φ; with the whole spectrum, agreement is {:.4}",
                 found.embedded, found.embedded_cost, found.whole_spectrum
             ));
         }

@@ -48,11 +48,11 @@ pub enum Border {
 pub enum Onto {
     /// The vertices of the mesh
     Vertices,
-    /// A flat grid, of the size that --grid says
+    /// A flat grid, of the size of --grid
     Grid,
     /// The texels of a texture atlas over the mesh
     Atlas,
-    /// The faces of a subdivided mesh; --method choosy means faces
+    /// The faces of a subdivided mesh; implied by --method choosy
     Faces,
 }
 
@@ -74,7 +74,7 @@ pub struct TargetArguments {
     /// Synthesize on a flat grid of WxH sites instead of a mesh
     #[arg(long, value_name = "WxH")]
     pub grid: Option<SiteGrid>,
-    /// What the map is made on; --grid means grid
+    /// Sites of the map; with --grid always grid
     #[arg(long, value_enum)]
     pub onto: Option<Onto>,
     /// What is beyond the grid's border

@@ -46,7 +46,7 @@ pub struct Arguments {
     /// What was synthesized: NAME.atlas or NAME.map.ply
     pub input: PathBuf,
     /// Images aligned with the sample, of its size or a multiple of it. KIND: color, height, mask, alpha or normal
-    /// (green is up); without it the file's name decides, and a grey image is a height
+    /// (green is up); without KIND the file's name decides, and a grey image counts as a height
     #[arg(long, required = true, num_args = 1.., value_name = "[KIND:]FILE")]
     pub maps: Vec<MapFile>,
     /// The folder to write for an atlas, the PLY for a surface texton map

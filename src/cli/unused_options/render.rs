@@ -88,7 +88,7 @@ pub(super) const FRAMES: &[Combination<RenderOptions>] = &[
     Combination {
         options: &["light-azimuth"],
         unused: light_azimuth_is_replaced,
-        expected: "one way to say where the light stands",
+        expected: "one way to set the light's azimuth",
     },
     Combination {
         options: &["light-elevation"],
@@ -98,7 +98,7 @@ pub(super) const FRAMES: &[Combination<RenderOptions>] = &[
             }
             _ => standing_light_is_replaced(options),
         },
-        expected: "one way to say how high the light stands (--sweep-from and --sweep-to of a sweep)",
+        expected: "one way to set the light's elevation (--sweep-from and --sweep-to of a sweep)",
     },
     Combination {
         options: &["irradiance"],
@@ -124,7 +124,7 @@ pub(super) const FRAMES: &[Combination<RenderOptions>] = &[
     Combination {
         options: &["light-radius"],
         unused: without_shadows,
-        expected: "--shadows vertex or pixel: it softens their edges",
+        expected: "--shadows vertex or pixel, whose edges it softens",
     },
     Combination {
         options: &["shadow-rays"],
@@ -160,12 +160,12 @@ pub(super) const FRAMES: &[Combination<RenderOptions>] = &[
             let is_unused = camera.camera_position.is_some() && !options.has_rows() && !is_vertical;
             found(is_unused, "given with --camera-position")
         },
-        expected: "one way to say where the camera stands (or a --camera-target straight below or above it)",
+        expected: "one way to set the camera's position (or a --camera-target straight below or above it)",
     },
     Combination {
         options: &["camera-azimuth"],
         unused: camera_azimuth_is_replaced,
-        expected: "one way to say where the camera stands",
+        expected: "one way to set the camera's position",
     },
     Combination {
         options: &["camera-elevation"],
@@ -173,7 +173,7 @@ pub(super) const FRAMES: &[Combination<RenderOptions>] = &[
             let is_unused = options.camera.camera_position.is_some() && !options.has_rows();
             found(is_unused, "given with --camera-position")
         },
-        expected: "one way to say where the camera stands",
+        expected: "one way to set the camera's position",
     },
     Combination {
         options: &["fov", "focal-length"],

@@ -24,12 +24,12 @@ pub(super) const BAKE: &[Combination<bake::Arguments>] = &[
     Combination {
         options: OF_MAPS,
         unused: |arguments| found(arguments.preset.is_some(), "given with --preset"),
-        expected: "a material with maps; a preset is as it is",
+        expected: "a material with maps; presets have no such options",
     },
     Combination {
         options: OF_MAPS,
         unused: given_with_reduce,
-        expected: PARTS_SAY_IT,
+        expected: TAKEN_FROM_PARTS,
     },
     Combination {
         options: &[
@@ -47,7 +47,7 @@ pub(super) const BAKE: &[Combination<bake::Arguments>] = &[
             "clamp",
         ],
         unused: given_with_reduce,
-        expected: PARTS_SAY_IT,
+        expected: TAKEN_FROM_PARTS,
     },
     Combination {
         options: &["preview", "surface"],
@@ -59,8 +59,8 @@ pub(super) const BAKE: &[Combination<bake::Arguments>] = &[
     },
 ];
 
-/// What parts are asked to be made with.
-const PARTS_SAY_IT: &str = "parts baked with it: they say all options";
+/// The options of joined parts are their own.
+const TAKEN_FROM_PARTS: &str = "none: --reduce takes this option from the parts";
 
 fn given_with_reduce(arguments: &bake::Arguments) -> Option<String> {
     found(!arguments.reduce.is_empty(), "given with --reduce")
@@ -105,7 +105,7 @@ pub(super) const IMPORT: &[Combination<import::Arguments>] = &[Combination {
         "rank",
     ],
     unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
-    expected: "parts imported with it: they say all options",
+    expected: TAKEN_FROM_PARTS,
 }];
 
 pub(super) const TEXTONS: &[Combination<textons::Arguments>] = &[
@@ -130,12 +130,12 @@ pub(super) const TEXTONS: &[Combination<textons::Arguments>] = &[
             "memory",
         ],
         unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
-        expected: "parts made with it: they say all options",
+        expected: TAKEN_FROM_PARTS,
     },
     Combination {
         options: &["report", "montage", "label-map"],
         unused: |arguments| found(arguments.shard.is_some(), "given with --shard"),
-        expected: "it beside --reduce, which finds the textons",
+        expected: "--reduce in place of --shard: the reduction finds the textons",
     },
 ];
 
@@ -154,7 +154,7 @@ pub(super) const EXEMPLAR: &[Combination<exemplar::Arguments>] = &[
     Combination {
         options: &["margin"],
         unused: |arguments| found(arguments.tile, "given with --tile"),
-        expected: "images that do not tile: others have no border",
+        expected: "images that do not tile; tileable ones have no border",
     },
     Combination {
         options: &["coarse-neighborhood"],

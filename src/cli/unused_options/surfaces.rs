@@ -19,7 +19,7 @@ pub(super) const MESH: &[Combination<mesh::Arguments>] = &[
     Combination {
         options: &["levels"],
         unused: |arguments| found(!arguments.is_measured(), "alone"),
-        expected: "--report or --pictures as well: it says what is measured and drawn",
+        expected: "--report or --pictures as well: it sets how many levels are measured and drawn",
     },
     Combination {
         options: &["crease"],
@@ -27,7 +27,7 @@ pub(super) const MESH: &[Combination<mesh::Arguments>] = &[
             let retiles = arguments.is_measured() || arguments.options.vertices.is_some();
             found(!retiles, "alone")
         },
-        expected: "--vertices, --report or --pictures as well: it says which lines retiling keeps",
+        expected: "--vertices, --report or --pictures as well: it sets which edges retiling keeps",
     },
 ];
 
@@ -57,7 +57,7 @@ pub(super) const EXPORT: &[Combination<export::Arguments>] = &[
         unused: |arguments| {
             found(
                 !arguments.to.is_mesh(),
-                "given for a format that is no mesh",
+                "given for a format that is not a mesh",
             )
         },
         expected: "--to glb, obj, usda or ply",

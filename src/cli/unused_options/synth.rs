@@ -131,7 +131,7 @@ pub(super) const PRODUCTS: &[Combination<Arguments>] = &[
         unused: |arguments| {
             found(
                 !arguments.is_onto_faces(),
-                "given for sites that are no faces",
+                "given for sites that are not faces",
             )
         },
         expected: "--onto faces as well",

@@ -44,7 +44,7 @@ Examples:
 pub struct Arguments {
     /// The texture where the transition is 0: an image, or a sample NAME.sample
     pub first: PathBuf,
-    /// The texture where the transition is 1, of the same size; a sample of the same directions
+    /// The texture where the transition is 1, of the same size; a sample must have the same directions
     pub second: PathBuf,
     /// The masks of the first and the second, from `mesotex mask`
     #[arg(long, num_args = 2, value_names = ["FIRST", "SECOND"])]
@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Standard deviation of the Gaussian that blurs the common mask, in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = BlendOptions::default().blur)]
     pub blur: f64,
-    /// The blurred value from which on a pixel has the greater label, for masks of two labels
+    /// Blurred value from which upwards a pixel gets the greater label, for masks of two labels
     #[arg(long, value_name = "X", default_value_t = BlendOptions::default().threshold)]
     pub threshold: f64,
     #[command(flatten)]

@@ -106,7 +106,7 @@ impl FieldOptions {
             return Err(Error::option(
                 "ramp-begin",
                 found,
-                "0 or more, below --ramp-end, that at most 1",
+                "0 or more and below --ramp-end, which is at most 1",
             ));
         }
         if !self.ramp.is_finite() {

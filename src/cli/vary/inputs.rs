@@ -23,8 +23,8 @@ pub struct InputOptions {
     /// Opposite borders of the images continue each other; a sample states it itself
     #[arg(long)]
     pub tile: bool,
-    /// Columns and rows of the result [default: the texture's]. If it is larger, a texture that tiles is repeated,
-    /// and another is mirrored
+    /// Columns and rows of the result. If it is larger than the texture, a texture that tiles is repeated, and another
+    /// is mirrored. [default: the texture's]
     #[arg(long, value_name = "WxH")]
     pub size: Option<SiteGrid>,
     /// Images of a sample that are compared in addition to the mean of all, with directions far from each other
@@ -105,7 +105,7 @@ impl InputOptions {
             return Err(Error::option(
                 "tile",
                 found,
-                "nothing: a sample says whether it tiles",
+                "none: a sample states whether it tiles",
             ));
         }
         Material::of_sample(Sample::open(path)?, self.compare_images, progress)

@@ -85,7 +85,7 @@ pub(super) fn file_name(uri: &str) -> Cow<'_, str> {
 fn read_file(path: &Path) -> Result<Vec<u8>> {
     let told = fs::metadata(path).map_err(Error::io(path, "read"))?;
     if !told.is_file() {
-        return Err(Error::data("buffer", "no plain file")
+        return Err(Error::data("buffer", "not a regular file")
             .expected("a file")
             .in_file(path));
     }

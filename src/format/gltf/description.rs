@@ -32,7 +32,7 @@ impl Description {
     pub fn file(&mut self) -> Result<Gltf> {
         let text = self.json.to_string();
         let mut file = Gltf::from_slice(text.as_bytes()).map_err(|error| {
-            Error::data("glTF", error.to_string()).advice("the file is damaged or no glTF 2.0")
+            Error::data("glTF", error.to_string()).advice("the file is damaged, or not glTF 2.0")
         })?;
         file.blob = self.blob.take();
         Ok(file)

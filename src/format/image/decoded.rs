@@ -194,7 +194,9 @@ impl Decoded {
         if let Some(why) = &statement.unusable {
             let advice = match options.flags.encoding {
                 "" => "convert it to sRGB".to_string(),
-                flag => format!("convert it to sRGB, or say how to read it: {flag} srgb or linear"),
+                flag => {
+                    format!("convert it to sRGB, or state how to read it: {flag} srgb or linear")
+                }
             };
             return Err(Error::data("colour space", why.clone())
                 .expected("an RGB or grey profile of matrix and curves, or none")

@@ -14,22 +14,22 @@ pub enum Purpose {
     Data,
 }
 
-/// How the numbers of an image stand for light.
+/// How the numbers of an image encode light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum SourceEncoding {
-    /// As the file says (ICC profile, gamma, chromaticities); without such data integers are sRGB and floats linear.
+    /// As the file states (ICC profile, gamma, chromaticities); without such data integers are sRGB and floats linear.
     #[default]
     Auto,
-    /// sRGB, whatever the file says.
+    /// sRGB, whatever the file states.
     Srgb,
-    /// Linear, with the primaries of Rec. 709, whatever the file says.
+    /// Linear, with the primaries of Rec. 709, whatever the file states.
     Linear,
-    /// Gamma 2.2, with the primaries of Rec. 709, whatever the file says.
+    /// Gamma 2.2, with the primaries of Rec. 709, whatever the file states.
     #[serde(rename = "gamma-2.2")]
     #[value(name = "gamma-2.2")]
     Gamma22,
-    /// Linear CIE XYZ tristimulus values under D65, whatever the file says.
+    /// Linear CIE XYZ tristimulus values under D65, whatever the file states.
     Xyz,
 }
 
@@ -37,10 +37,10 @@ pub enum SourceEncoding {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Orientation {
-    /// Rotated as the file's orientation tag says.
+    /// Rotated as the file's orientation tag states.
     #[default]
     Upright,
-    /// As the rows are stored, whatever the tag says.
+    /// As the rows are stored, whatever the tag states.
     Stored,
 }
 
@@ -48,16 +48,16 @@ pub enum Orientation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Alpha {
-    /// They are an error, because their colour is not known.
+    /// Refuse the image, because the colour of such texels is not known.
     #[default]
     Refuse,
-    /// Their colours are used as stored.
+    /// Use their colours as stored.
     Ignore,
-    /// They are laid over black. For light that comes from an image: where there is none, it is dark.
+    /// Composite them over black; for images of light, which are dark where nothing shines.
     #[serde(skip)]
     #[value(skip)]
     OverBlack,
-    /// They are handed on beside the colours, which stay as stored.
+    /// Keep their alpha beside the colours, which stay as stored.
     #[serde(skip)]
     #[value(skip)]
     Keep,
@@ -134,7 +134,7 @@ impl ReadOptions {
             Some(name) if !taken => Err(Error::option(
                 self.flags.layer.trim_start_matches('-'),
                 format!("`{name}`, but no file has layers"),
-                "OpenEXR files with layers, or no layer's name",
+                "OpenEXR files with layers, or no --layer",
             )),
             _ => Ok(()),
         }

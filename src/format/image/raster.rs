@@ -32,7 +32,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
         .map_err(undecodable)?;
     let format = match reader.format() {
         Some(format @ (ImageFormat::Jpeg | ImageFormat::Gif | ImageFormat::Bmp)) => format,
-        _ => return Err(undecodable("a format that is not read, or no image")),
+        _ => return Err(undecodable("an unsupported format, or not an image")),
     };
     let jpeg = (format == ImageFormat::Jpeg).then(|| JpegHeader::of(bytes));
     if let Some(header) = &jpeg {

@@ -10,7 +10,7 @@ use crate::format::ply::preamble::LineEnd;
 
 /// A fault in the parser's own words.
 pub(super) fn fault(place: impl Into<String>, error: &dyn std::fmt::Display) -> Error {
-    Error::data(place, error.to_string()).advice("the file is truncated or is no sound PLY")
+    Error::data(place, error.to_string()).advice("the file is truncated, or not a valid PLY file")
 }
 
 /// Reads the rows of one element, in either encoding.

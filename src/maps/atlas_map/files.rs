@@ -257,7 +257,7 @@ fn check_shape(found: &[usize], wanted: &[usize]) -> Result<()> {
     match found == wanted {
         true => Ok(()),
         false => Err(Error::data("shape", format!("{found:?}"))
-            .expected(format!("{wanted:?}, as {DESCRIPTION} says"))
+            .expected(format!("{wanted:?}, as {DESCRIPTION} states"))
             .advice(
                 "the folder's files come from different runs, or were changed; synthesize it again",
             )),
@@ -277,7 +277,7 @@ fn read_array<T: npy::Element>(
     let found = ContentId::of_file(&path)?;
     if found != *wanted {
         return Err(Error::data("content", format!("id {found}"))
-            .expected(format!("{wanted}, as {DESCRIPTION} says"))
+            .expected(format!("{wanted}, as {DESCRIPTION} states"))
             .advice(
                 "the folder's files come from different runs, or were changed; synthesize it again",
             )

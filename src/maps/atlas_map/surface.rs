@@ -143,7 +143,7 @@ fn check_meta(file: &mut npz::Reader, wanted: &ContentId) -> Result<()> {
         true => Ok(()),
         false => Err(file
             .fault("meta.json: id", id)
-            .expected(format!("{wanted}, as atlas.json says"))
+            .expected(format!("{wanted}, as atlas.json states"))
             .advice("the folder's files come from different runs; synthesize it again")),
     }
 }

@@ -19,7 +19,7 @@ use crate::mesh::surface_bvh::SurfaceBvh;
 use crate::mesh::user_vertex::UserVertices;
 use crate::progress::Progress;
 
-/// What the field follows where nothing is said of a vertex.
+/// What the field follows where no direction is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Alignment {
@@ -143,7 +143,7 @@ pub fn guided_field(
     progress: Progress<'_>,
 ) -> Result<Field> {
     options.validate()?;
-    // Gather the constraints; the first that speaks of a vertex counts.
+    // Gather the constraints. For each vertex, the first constraint given counts.
     let mut constraints = FieldConstraints::default();
     let count = surface.user.mesh.positions.len();
     let mut said = vec![false; count];
@@ -198,7 +198,7 @@ impl GuidedSurface<'_> {
         ) else {
             return Err(Error::data(
                 place,
-                format!("direction {direction} stands on the surface at vertex {vertex}"),
+                format!("direction {direction} is perpendicular to the surface at vertex {vertex}"),
             )
             .expected("a direction along the surface"));
         };

@@ -36,7 +36,7 @@ pub fn singularities(mesh: &TriangleMesh, rings: &Rings, vectors: &[DVec2]) -> V
 fn index(rings: &Rings, vectors: &[DVec2], [i, j, k]: [u32; 3]) -> i32 {
     let (mut turned, mut carried) = (0.0, 0.0);
     for (from, to) in [(i, j), (j, k), (k, i)] {
-        // Both triangles at an edge must hear the same turn, so it is always measured one way.
+        // Both triangles at an edge must use the same rotation, so it is always measured in one direction.
         let (low, high) = (from.min(to), from.max(to));
         let turn = turn(rings, vectors, low, high);
         turned += if from == low { turn } else { -turn };

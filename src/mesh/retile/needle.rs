@@ -56,7 +56,7 @@ impl Needle {
     pub fn note(&self) -> String {
         let Vec3 { x, y, z } = self.position;
         format!(
-            "vertex {} at ({x}, {y}, {z}) stands out: its triangle is {:.4} long and {:.4} wide, {:.0} to 1; \
+            "vertex {} at ({x}, {y}, {z}) is far from its neighbours: its triangle is {:.4} long and {:.4} wide, {:.0} to 1; \
              such triangles stay coarser than asked, unless that vertex is corrected or removed",
             self.tip,
             self.length,

@@ -6,7 +6,7 @@ use crate::mesh::reading::UserMesh;
 
 /// The control mesh that a user's faces make; its vertices are the mesh's.
 ///
-/// Refuses a mesh with a face of other than 4 corners, and a face whose halves repair has parted.
+/// Refuses a mesh with a face of other than 4 corners, and a face whose halves mesh repair has separated.
 pub fn control_mesh(user: &UserMesh) -> Result<QuadMesh> {
     let (triangles, faces) = (&user.mesh.triangles, &user.face_of);
     let mut quads = Vec::with_capacity(triangles.len() / 2);

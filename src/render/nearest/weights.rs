@@ -13,8 +13,8 @@ pub enum Weighting {
     /// lights' cosines, at most 2. Sweeps are smooth.
     #[default]
     Continuous,
-    /// A quadratic fit to the directions within 1.05 times the angle of the 10th nearest: closer to the truth
-    /// between the directions, for about six times the reads. Not for scattered pairs.
+    /// A quadratic fit to the directions within 1.05 times the angle of the 10th nearest: more accurate between the
+    /// directions, with about six times as many reads. Not for scattered pairs.
     Quadratic,
     /// The 4 nearest views and the 4 nearest lights by inverse angle, exactly as in Tong et al. 2002.
     InverseAngle,

@@ -19,8 +19,8 @@ pub struct CameraOptions {
     /// The axis of the mesh that points up.
     #[arg(long, value_enum, default_value_t, allow_hyphen_values = true)]
     pub up: Axis,
-    /// The side of the mesh that is its front, which the camera sees at azimuth 0. Default: the side that an open mesh
-    /// faces, else the broad side.
+    /// The side of the mesh that is its front, which the camera sees at azimuth 0. [default: the side that an open mesh
+    /// faces, otherwise the broad side]
     #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub front: Option<Axis>,
@@ -34,8 +34,8 @@ pub struct CameraOptions {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera_position: Option<Point>,
-    /// Point in the middle of the image. Default: the middle of what is seen; the centre of the mesh's bounding box
-    /// if the camera moves or its position is given.
+    /// Point in the middle of the image. [default: the middle of what is visible; the centre of the mesh's bounding box
+    /// if the camera moves or its position is given]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera_target: Option<Point>,
@@ -52,7 +52,7 @@ pub struct CameraOptions {
     #[arg(long, value_name = "MM", conflicts_with = "fov")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub focal_length: Option<f64>,
-    /// Height of an orthographic image in mesh units. Default: fitted.
+    /// Height of an orthographic image in mesh units. [default: fitted to the mesh]
     #[arg(long, value_name = "UNITS")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_height: Option<f64>,

@@ -51,8 +51,8 @@ pub struct FileOptions {
     /// A moving preview of all frames, beside the contact sheet.
     #[arg(long, value_enum, default_value_t)]
     pub animation: Animation,
-    /// Memory in MiB for the copy of the sample that shading reads, coarser levels included; what is more is kept in
-    /// temporary files in the output's folder, the finest levels first.
+    /// Memory in MiB for the copy of the sample that shading reads, coarser levels included; the rest is kept in
+    /// temporary files in the output folder, the finest levels first.
     #[arg(long, value_name = "MIB", default_value_t = FileOptions::default().table_memory)]
     pub table_memory: u64,
 }

@@ -32,8 +32,8 @@ pub struct LightOptions {
     /// `point:X,Y,Z[,IRRADIANCE]`; repeat for more.
     #[arg(long, value_name = "LIGHT", allow_hyphen_values = true)]
     pub light: Vec<LightSpec>,
-    /// Irradiance at normal incidence; a point light's at the centre of the mesh's bounding box.
-    /// With π a white Lambertian surface facing the light shows as 1.
+    /// Irradiance of the light at normal incidence; for a point light, at the centre of the mesh's bounding box. With
+    /// π, a white Lambertian surface that faces the light has the value 1.
     #[arg(long, default_value_t = LightOptions::default().irradiance)]
     pub irradiance: f64,
     /// Angular radius in degrees of each light's disc, for soft shadow edges.
@@ -42,8 +42,8 @@ pub struct LightOptions {
     /// Shadow rays per point and light when --light-radius is not 0.
     #[arg(long, value_name = "N", default_value_t = LightOptions::default().shadow_rays)]
     pub shadow_rays: u32,
-    /// Radiance of a dim environment that lightens shaded parts, brighter from above than from below: white surfaces
-    /// in shadow show about as X.
+    /// Radiance of a dim environment that lightens shaded parts, brighter from above than from below. A white surface
+    /// in shadow has about the value X.
     #[arg(long, value_name = "X", default_value_t = LightOptions::default().fill)]
     pub fill: f64,
     /// A horizontal ground below the mesh that shows only its shadow: black in the frames, with the shadow as
@@ -55,11 +55,12 @@ pub struct LightOptions {
     #[arg(long, value_name = "FILE")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<PathBuf>,
-    /// How the environment's numbers encode light. [default: as its file says]
+    /// How the environment's numbers encode light. [default: as its file states]
     #[arg(long, value_enum)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_encoding: Option<SourceEncoding>,
-    /// The layer, part or view of an environment that has several.
+    /// The layer, part, view or channel to read from an OpenEXR environment that has several; `mesotex info IMAGE`
+    /// lists them.
     #[arg(long, value_name = "NAME")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_layer: Option<String>,

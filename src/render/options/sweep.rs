@@ -17,21 +17,22 @@ pub struct SweepOptions {
     #[arg(id = "sweep", long = "sweep", value_name = "SWEEP", default_value_t = Sweep::None)]
     #[serde(rename = "sweep")]
     pub kind: Sweep,
-    /// Frames to make: a count, or a range of the sweep as 10-20 or 1-240x2. Default: 1 without a
-    /// sweep, 24 with one, all rows of a file.
+    /// Frames to make: a count, or a range of the sweep as 10-20 or 1-240x2. [default: 1 without a sweep, 24 with one,
+    /// all rows of a file]
     #[arg(long, value_name = "N|RANGE")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<FrameRange>,
-    /// Frames of the whole sweep. Default: the end of --frames.
+    /// Frames of the whole sweep. [default: the end of --frames]
     #[arg(long, value_name = "N")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep_length: Option<u32>,
-    /// Start of the sweep in degrees. Default: the light's azimuth, elevation 0, elevation 90 (spiral), orbit 0.
+    /// Start of the sweep in degrees. [default: the light's azimuth for light-azimuth, 0 for light-elevation, elevation
+    /// 90 for light-spiral, 0 for view-orbit]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep_from: Option<f64>,
-    /// End of the sweep in degrees. Default: 360 further, elevation 180, elevation 10 (spiral). A full turn ends one
-    /// step before its start.
+    /// End of the sweep in degrees. A full turn ends one step before its start. [default: 360 beyond the start;
+    /// elevation 180 for light-elevation, 10 for light-spiral]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep_to: Option<f64>,

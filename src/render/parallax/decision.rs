@@ -48,7 +48,7 @@ impl Decision {
             reason: reason.into(),
         };
         if wanted == Parallax::Off {
-            return Ok(plain("as asked for"));
+            return Ok(plain("as requested"));
         }
         // Refuse samples that cannot have it, where it is demanded.
         let refused = |found: &str| {
@@ -69,7 +69,7 @@ impl Decision {
             )),
             (Some(heights), Parallax::On) => Ok(Self {
                 heights: Some(heights),
-                reason: "as asked for".into(),
+                reason: "as requested".into(),
             }),
             (Some(heights), _) => {
                 let trial = Trial::of(sample, &heights, weighting, TRIED_VIEWS, progress)?;

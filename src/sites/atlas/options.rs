@@ -45,8 +45,8 @@ pub struct AtlasOptions {
     /// Texels along each side of the atlas.
     #[arg(long, value_name = "N", default_value_t = AtlasOptions::default().resolution)]
     pub resolution: u32,
-    /// Factor on the size of the texture on the surface: at 1 a texel of the texture covers as much surface as a
-    /// texel of the atlas on average.
+    /// Factor on the size of the texture on the surface. At 1, texels of the texture and of the atlas cover the same
+    /// area on average.
     #[arg(long, value_name = "X", default_value_t = AtlasOptions::default().texture_scale)]
     pub texture_scale: f64,
     /// Make new texture coordinates instead of taking the mesh's own.

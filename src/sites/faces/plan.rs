@@ -65,7 +65,7 @@ impl FacePlan {
         let base_faces = match (options.base_faces, texel) {
             (Some(faces), Some(texel)) => {
                 let found = format!("{texel} beside --base-faces {faces}");
-                let expected = "one of the two: both say how large a face is";
+                let expected = "one of the two: both set the size of a face";
                 return Err(Error::option("texel", found, expected));
             }
             (Some(faces), None) if faces < of_sample => {

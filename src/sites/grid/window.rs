@@ -38,7 +38,7 @@ pub struct GridWindow {
     /// How often their rows and columns are halved on the grid that is sampled.
     halvings: u32,
     sampled: SiteGrid,
-    /// Samples a site.
+    /// Samples per site.
     samples: usize,
     rows: SideKinds,
     cols: SideKinds,
@@ -120,7 +120,7 @@ impl GridWindow {
         }
     }
 
-    /// Samples a site.
+    /// Samples per site.
     pub fn samples_per_site(&self) -> usize {
         self.samples
     }

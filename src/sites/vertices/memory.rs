@@ -15,9 +15,9 @@ use crate::sites::vertices::surface_options::SurfaceOptions;
 
 /// Bytes a retiled vertex needs at the most, all working lists counted.
 const RETILED_VERTEX: u64 = 2500;
-/// Bytes a vertex of a prepared level needs beside samples and neighbours: mesh, frames, parents.
+/// Bytes per vertex that a prepared level needs beside samples and neighbours: mesh, frames, parents.
 const PREPARED_VERTEX: u64 = 220;
-/// Bytes a vertex of the finest level needs while its rings, field and hierarchy are made.
+/// Bytes per vertex that the finest level needs while its rings, field and hierarchy are made.
 const WORKED_VERTEX: u64 = 700;
 /// Bytes of a packed sample, of a neighbour, and of an arc of a circle or a vertex near one.
 const SAMPLE: u64 = 8;

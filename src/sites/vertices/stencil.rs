@@ -50,7 +50,7 @@ impl PackedSample {
 /// The samples of every vertex of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PatchStencils {
-    /// Samples a site.
+    /// Samples per site.
     pub samples_per_site: usize,
     /// The sites of each cell, on the level that is sampled.
     pub cells: Vec<[u32; 3]>,

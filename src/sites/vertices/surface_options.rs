@@ -25,14 +25,14 @@ pub struct SurfaceOptions {
     /// Width of the parent level's neighbourhood in texels, odd. Set by the neighbour table.
     #[arg(skip = SurfaceOptions::default().coarse_neighborhood)]
     pub coarse_neighborhood: u32,
-    /// Mesh units that a texel of the finest level covers. Default: √(area / referenced vertices).
+    /// Mesh units that a texel of the finest level covers. [default: √(area / referenced vertices)]
     #[arg(long)]
     pub texel: Option<f64>,
     /// Edges with a larger angle between their triangles, in degrees, are creases, which retiled levels keep.
     #[arg(long, default_value_t = SurfaceOptions::default().crease)]
     pub crease: f64,
     /// Directions that the orientation field takes exactly: a JSON file `{"guides": [{"vertex": 7, "direction":
-    /// [x,y,z]}, {"point": [x,y,z], "direction": [x,y,z]}]}`. The mesh's own sx, sy, sz (PLY) count as well.
+    /// [x,y,z]}, {"point": [x,y,z], "direction": [x,y,z]}]}`. The mesh's own sx, sy, sz (PLY) are used as well.
     #[arg(long, value_name = "FIELD.json")]
     pub guide: Option<PathBuf>,
     /// Transition and direction of a progressively-variant texture at some vertices: a JSON file `{"keys":
@@ -147,7 +147,7 @@ pub fn texel_on(mesh: &TriangleMesh, asked: Option<f64>) -> Result<f64> {
         texel.to_string(),
         format!(
             "at most {largest}, the diagonal of the mesh's box, and no less than {LEAST_TEXEL:e} of it; with \
-             --texel {:.3e} each vertex stands for a texel",
+             --texel {:.3e} each vertex covers one texel",
             (area / mesh.referenced_count() as f64).sqrt()
         ),
     ))
@@ -169,22 +169,22 @@ fn check_crease(degrees: f64) -> Result<()> {
 }
 
 /// Vertices per texel, and texels per vertex, beyond which a texel is hardly meant.
-const VERTICES_A_TEXEL: f64 = 16.0;
-const TEXELS_A_VERTEX: f64 = 64.0;
+const VERTICES_PER_TEXEL: f64 = 16.0;
+const TEXELS_PER_VERTEX: f64 = 64.0;
 
 /// Says so when the texel hardly fits the mesh, before work is wasted.
 pub fn warn_of_texel(mesh: &TriangleMesh, texel: f64, progress: Progress<'_>) {
     let share = mesh.area() / mesh.referenced_count() as f64;
-    if texel * texel > VERTICES_A_TEXEL * share {
+    if texel * texel > VERTICES_PER_TEXEL * share {
         progress.warn(format!(
             "a texel of {texel} covers {:.0} vertices: patches are large and slow, and detail below it is lost; \
              ask for a smaller --texel or fewer vertices",
             texel * texel / share
         ));
     }
-    if texel * texel * TEXELS_A_VERTEX < share {
+    if texel * texel * TEXELS_PER_VERTEX < share {
         progress.warn(format!(
-            "a vertex stands for {:.0} texels of {texel}: the texture is undersampled; retile the mesh \
+            "each vertex covers {:.0} texels of {texel}: the texture is undersampled; retile the mesh \
              with mesotex mesh --vertices {:.0}, or ask for a larger --texel",
             share / (texel * texel),
             (mesh.area() / (texel * texel)).ceil()

@@ -144,7 +144,7 @@ impl CandidateList {
     }
 
     /// The coordinate a listed texel brings along: where in the texel the proposals of its source lie
-    /// on average, so that a copied patch keeps its pace between texel centres. The centre of a
+    /// on average, so that rounding to texel centres does not accumulate in a copied patch. The centre of a
     /// texel that is not listed.
     pub fn place(&self, grid: TexelGrid, texel: u32) -> TexCoord {
         let listed = self.list.iter().position(|listed| listed.texel == texel);

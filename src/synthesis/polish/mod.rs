@@ -47,7 +47,7 @@ use crate::synthesis::polish::seam_cost::SeamCost;
 /// thread.
 pub const SITE_BYTES: u64 = 12 * MOST_LINKS as u64 + 64;
 
-/// Polishes what the sites of level 0 hold, with so much effort. Patches are laid at real coordinates; at the end every
+/// Polishes the coordinates of the sites of level 0, in as many rounds as the effort asks for. Patches are laid at real coordinates; at the end every
 /// site holds the centre of its texel.
 /// Returns what the map costs per site, before the first round and after each.
 pub fn polish<const N: usize, S: Sites<N>>(

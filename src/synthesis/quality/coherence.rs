@@ -239,7 +239,7 @@ mod tests {
                 assert!((found - expected).abs() < 1e-5, "{row:?}");
             }
         }
-        // At one pace everywhere, the right half runs at half of it: 0.75 over the edges of both.
+        // With one scale everywhere, the right half has half the drift: 0.75 over the edges of both.
         target.scale = None;
         let found = Coherence::measure(TILE, &coords, &target.edges());
         assert!((found.drift[0][0] - 0.75).abs() < 1e-5, "{found:?}");

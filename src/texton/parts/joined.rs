@@ -67,9 +67,11 @@ impl Parts {
     fn check(&self, study: &Study<'_>) -> Result<()> {
         let work = Work::of(study)?;
         if self.job != Job::of(study, &work)? {
-            return Err(Error::data("meta.json", "routes that do not go together")
-                .expected("what `mesotex textons --shard` writes for this sample")
-                .in_file(&self.parts[0].path));
+            return Err(
+                Error::data("meta.json", "routes that do not match each other")
+                    .expected("what `mesotex textons --shard` writes for this sample")
+                    .in_file(&self.parts[0].path),
+            );
         }
         let shard = self.parts[0].meta.shard;
         shard

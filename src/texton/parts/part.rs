@@ -49,7 +49,9 @@ impl Part {
             false => Err(self
                 .file
                 .fault(name, format!("shape {:?}", stored.shape()))
-                .expected(format!("{shape:?}, as the sample and the options say"))),
+                .expected(format!(
+                    "{shape:?}, as the sample and the options determine"
+                ))),
         }
     }
 }

@@ -29,7 +29,7 @@ const LOOKED_AT: usize = 64;
 /// Whether highlights are widened to the spacing of the directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AngularFilter {
-    /// Where the material is glossier than the sets of directions can hold.
+    /// Only if the material is glossier than the sets of directions can represent.
     Auto,
     /// Wherever a lobe is narrower than the spacing.
     On,

@@ -45,17 +45,17 @@ const DEFAULT_DEPTH: f64 = 0.05;
 pub enum Tiling {
     /// Opposite borders continue each other.
     Wrap,
-    /// They do not: beyond a border the material is mirrored, and the sample is not tileable.
+    /// Beyond a border the material is mirrored, and the sample is not tileable.
     Mirror,
 }
 
 /// What to do about the steps of an 8-bit height map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Terraces {
-    /// Leave them.
+    /// Keep the steps.
     #[default]
     Keep,
-    /// Smooth the map within half a step of what it says.
+    /// Smooth the map, each value by at most half a step.
     Smooth,
 }
 
@@ -84,15 +84,14 @@ pub struct MapOptions {
     /// What to do about the steps of an 8-bit height map.
     #[arg(long, value_enum, default_value_t = MapOptions::default().terraces)]
     pub terraces: Terraces,
-    /// How the albedo map stands for light, whatever its file says. [default: as the material says, else
-    /// the file]
+    /// How the albedo map encodes light, whatever its file states. [default: as the material states, otherwise as the
+    /// file states]
     #[arg(long, value_enum)]
     pub albedo_encoding: Option<SourceEncoding>,
-    /// What becomes of texels of the albedo map that are not opaque.
+    /// What to do with texels of the albedo map that are not opaque.
     #[arg(long, value_enum, default_value_t = MapOptions::default().alpha)]
     pub alpha: Alpha,
-    /// The layer, part or channel of OpenEXR maps that have several; maps without layers are read as they
-    /// are.
+    /// The layer, part, view or channel to read from an OpenEXR file that has several; `mesotex info IMAGE` lists them.
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
 }
@@ -113,7 +112,7 @@ impl MapOptions {
             return Err(Error::option(
                 "depth",
                 "given with --height-mm",
-                "one of both",
+                "one of the two",
             ));
         }
         Ok(())
@@ -143,7 +142,7 @@ impl MapOptions {
             Some((option, _)) if only_normals => Err(Error::option(
                 option,
                 "given for a normal map",
-                "no depth: normals say how steep the surface is",
+                "no depth: normals determine the slopes",
             )),
             Some(("height-mm", _)) if recipe.width_of(1)?.is_none() => Err(Error::option(
                 "height-mm",

@@ -27,7 +27,7 @@ const FEW: f64 = 0.05;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum NormalKind {
-    /// As its numbers show.
+    /// Recognised by its numbers.
     #[default]
     Auto,
     /// x, y and z, each as (n + 1)/2.
@@ -104,7 +104,7 @@ pub(super) fn normals(
         (NormalKind::Dxt5nm, None) => {
             return Err(
                 Error::data("alpha", "opaque everywhere, or no such channel")
-                    .expected("x of the normals, as normal-kind dxt5nm says"),
+                    .expected("x of the normals, as normal-kind dxt5nm states"),
             );
         }
         (_, Some(_)) => {

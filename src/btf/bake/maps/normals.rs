@@ -22,7 +22,7 @@ const CLEARLY_LESS: f64 = 0.7;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum NormalY {
-    /// Whichever makes the slopes those of a surface.
+    /// Whichever makes the slopes fit a surface.
     #[default]
     Auto,
     /// Up the image (OpenGL).

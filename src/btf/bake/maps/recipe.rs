@@ -250,7 +250,7 @@ impl Recipe {
     pub(super) fn width_of(&self, columns: u32) -> Result<Option<f64>> {
         match (self.relief.width_mm, self.relief.texel_mm) {
             (Some(_), Some(_)) => {
-                Err(Error::data("width-mm", "given with texel-mm").expected("one of both"))
+                Err(Error::data("width-mm", "given with texel-mm").expected("one of the two"))
             }
             (Some(width), None) => Ok(Some(width)),
             (None, texel) => Ok(texel.map(|mm| mm * f64::from(columns))),
@@ -271,11 +271,11 @@ impl Recipe {
         }
         // Check that no two say the same.
         if self.relief.depth.is_some() && self.relief.height_mm.is_some() {
-            return Err(Error::data("depth", "given with height-mm").expected("one of both"));
+            return Err(Error::data("depth", "given with height-mm").expected("one of the two"));
         }
         if self.relief.height.is_some() && self.relief.normal.is_some() {
             return Err(Error::data("normal", "given with height")
-                .expected("one of both: normals follow from heights"));
+                .expected("one of the two: normals follow from heights"));
         }
         self.check_packed()?;
         // Check the numbers of the surface.
@@ -308,7 +308,7 @@ impl Recipe {
     fn check_packed(&self) -> Result<()> {
         if self.surface.roughness.is_some() && self.surface.gloss.is_some() {
             return Err(Error::data("gloss", "given with roughness")
-                .expected("one of both: gloss is 1 − roughness"));
+                .expected("one of the two: gloss is 1 − roughness"));
         }
         if self.surface.packed.is_some() && !self.rough_is_packed() && !self.metal_is_packed() {
             return Err(Error::data("packed", "none of its channels is used")

@@ -97,7 +97,7 @@ fn depth(recipe: &Recipe, columns: u32, progress: Progress<'_>) -> Result<f64> {
             .expected("width-mm or texel-mm as well")),
         (None, _) => Ok(recipe.relief.depth.unwrap_or_else(|| {
             progress.warn(format!(
-                "the material does not say how deep it is; taken as {DEFAULT_DEPTH} of its width \
+                "the material does not state its depth; {DEFAULT_DEPTH} of its width is assumed \
                  (--depth, or --height-mm with --width-mm)"
             ));
             DEFAULT_DEPTH
@@ -143,7 +143,7 @@ fn from_normals(
 ) -> Result<Relief> {
     if recipe.relief.height_mm.is_some() || recipe.relief.depth.is_some() {
         return Err(Error::data("height-mm or depth", "given for a normal map")
-            .expected("neither: normals say how steep the surface is"));
+            .expected("neither: normals determine the slopes"));
     }
     let (width, height) = (map.width as usize, map.height as usize);
     let normals = normals(map, alpha, recipe.relief.normal_kind)?;

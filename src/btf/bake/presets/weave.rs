@@ -42,7 +42,7 @@ struct Thread {
     across: f32,
     /// In pitches along it, whole numbers at the crossings.
     along: f32,
-    /// −½ to ½, one a thread.
+    /// −½ to ½, one per thread.
     tint: f32,
     /// −1 to 1, the twist of its fibres.
     fibre: f32,

@@ -46,7 +46,7 @@ pub(super) fn find(listed: &[Listed], folder: &Path) -> Result<Found> {
         return Err(
             Error::data(format!("line {}", nameless.line), "no file name")
                 .expected("file x y z")
-                .advice("for a list without names, say where the images are: --images FOLDER|GLOB"),
+                .advice("for a list without names, give the images: --images FOLDER|GLOB"),
         );
     }
     let paths: Vec<PathBuf> = listed
@@ -73,7 +73,7 @@ pub(super) fn find(listed: &[Listed], folder: &Path) -> Result<Found> {
             ),
         )
         .expected("one folder that holds them")
-        .advice("say which: --images FOLDER")),
+        .advice("choose one: --images FOLDER")),
     }
 }
 
@@ -93,7 +93,7 @@ pub(super) fn by_last_names(
         .map(|image| format!("`{}` (line {})", image.file, image.line))
         .collect();
     Err(
-        Error::data("images", format!("not there: {}", told.join(", ")))
+        Error::data("images", format!("missing: {}", told.join(", ")))
             .expected("a file for each line"),
     )
 }

@@ -9,7 +9,7 @@ const STEPS: usize = 50;
 /// What bends the lines of photographs.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct LensOptions {
-    /// Distortion of the lens, as OpenCV's calibration has it: radial k1, k2 and tangential p1, p2.
+    /// Distortion of the lens by OpenCV's model: radial k1, k2 and tangential p1, p2.
     #[arg(
         long,
         value_name = "K1,K2[,P1,P2]",
@@ -17,10 +17,10 @@ pub struct LensOptions {
         allow_hyphen_values = true
     )]
     pub distortion: Vec<f64>,
-    /// Focal length of the lens in pixels; for --distortion.
+    /// Focal length of the lens in pixels; needed with --distortion.
     #[arg(long, value_name = "PIXELS")]
     pub focal: Option<f64>,
-    /// The lens's centre in pixels from the picture's left and top border; its middle by default.
+    /// The lens's centre in pixels from the picture's left and top border. [default: the middle of the picture]
     #[arg(long, value_name = "X,Y", value_delimiter = ',')]
     pub center: Vec<f64>,
 }

@@ -25,13 +25,13 @@ const MOST_SIDE: u32 = 16384;
 /// How photographs become images of the patch alone.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct PhotographOptions {
-    /// The images are photographs of a patch; a table with the columns file, x1, y1, … x4, y4 says where the
-    /// patch's top left, top right, bottom right and bottom left corner lie in each: pixels from the picture's
-    /// left and top border, (0.5, 0.5) at the middle of the first pixel.
+    /// The images are photographs of a patch, and this table locates its corners in each. Its columns are file, x1, y1,
+    /// … x4, y4: top left, top right, bottom right, bottom left, in pixels from the left and top border of the picture;
+    /// (0.5, 0.5) is the middle of the first pixel.
     #[arg(long, value_name = "FILE.csv")]
     pub corners: Option<PathBuf>,
-    /// Texels of the rectified patch: N of both sides, or WxH. Default: as many as the longest sides of the patch
-    /// have pixels.
+    /// Size of the rectified patch in texels: N for both sides, or WxH. [default: as many as the longest sides of the
+    /// patch have pixels]
     #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// The lens that took the photographs.

@@ -35,27 +35,27 @@ pub struct Preparation {
     /// The part of every image that is used, in pixels from the top left corner, as 256x256+40+60.
     #[arg(long, value_name = "WxH+X+Y")]
     pub crop: Option<Region>,
-    /// Takes the mean of blocks of N × N pixels as a texel.
+    /// Average blocks of N × N pixels to one texel.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub downsample: Option<u32>,
     /// Views that are used: numbers from 0 and ranges, as 0,4-11, or theta:60 in degrees.
     #[arg(long, value_name = "VIEWS")]
     pub keep_views: Option<Selection>,
-    /// Lights that are used, in the same form.
+    /// Lights that are used, in the form of --keep-views.
     #[arg(long, value_name = "LIGHTS")]
     pub keep_lights: Option<Selection>,
     /// A grey card in the plane of the patch: its rectangle, and its reflectance (0.18). It sets exposure and white
     /// balance of every image.
     #[arg(long, value_name = "WxH+X+Y[:R]")]
     pub grey_card: Option<GreyCard>,
-    /// Replaces pixels that are more than FACTOR (3) times as bright as each neighbour in three of four images. For
-    /// images of a fixed camera.
+    /// Replace pixels that are more than FACTOR times as bright as each neighbour in three of four images; for images
+    /// of a fixed camera. [default without FACTOR: 3]
     #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "3")]
     pub hot_pixels: Option<f32>,
-    /// Interpolates missing images from those of the nearest directions, and marks them in btf.json.
+    /// Interpolate missing images from those of the nearest directions, and mark them in btf.json.
     #[arg(long)]
     pub fill: bool,
-    /// Imports the images as scattered pairs of view and light if some are missing.
+    /// Import the images as scattered pairs of view and light if some are missing.
     #[arg(long, conflicts_with = "fill")]
     pub scattered: bool,
 }

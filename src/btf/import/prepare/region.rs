@@ -37,7 +37,7 @@ impl Region {
         }
     }
 
-    /// The rows of a region in an image of `width` texels a row, each as a range of texels.
+    /// The rows of a region in an image of `width` texels per row, each as a range of texels.
     pub(crate) fn rows(self, width: u32) -> impl Iterator<Item = std::ops::Range<usize>> {
         let (left, width) = (self.left as usize, width as usize);
         let rows = self.top as usize..(self.top + self.height) as usize;

@@ -23,7 +23,7 @@ pub(super) fn find(listing: &Listing) -> Result<Option<&Path>> {
         lists => {
             let names: Vec<_> = lists.iter().map(|path| path.to_string_lossy()).collect();
             Err(Error::data("lists", names.join(", "))
-                .expected("just one in an archive whose images' names say no angles")
+                .expected("exactly one, in an archive whose images do not have their angles in their names")
                 .advice("unpack the archive and name the list"))
         }
     }

@@ -44,7 +44,7 @@ struct Sorted<'a> {
     left_out: Vec<&'a str>,
 }
 
-/// Whether a folder holds images whose names say their angles.
+/// Whether a folder holds images whose names state their angles.
 pub fn is_set(folder: &Path) -> bool {
     Listing::of(&[folder]).is_ok_and(|listing| listing.says_angles())
 }
@@ -111,7 +111,7 @@ fn sort<'a>(listing: &'a Listing, options: &SetOptions) -> Result<Sorted<'a>> {
             false => Ok(sorted),
             true => Err(Error::option(
                 "pattern",
-                format!("`{text}` fits none of {} names", listing.images.len()),
+                format!("`{text}` matches none of {} names", listing.images.len()),
                 format!("a pattern of names such as `{}`", listing.example()),
             )),
         };
@@ -188,7 +188,7 @@ fn without_angles(listing: &Listing) -> Error {
          `tv30.0_pv0.0_tl15.0_pl60.0` (SPECTRAL), or the 205 images of CUReT",
     )
     .advice(
-        "say where the angles are (--pattern \"…tl{tl}_pl{pl}_tv{tv}_pv{pv}\"), or write a table of angles (.csv)",
+        "name the angles' places (--pattern \"…tl{tl}_pl{pl}_tv{tv}_pv{pv}\"), or write a table of angles (.csv)",
     )
 }
 

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use serde::Serialize;
 
-/// How the images of a set say their directions.
+/// How the images of a set state their directions.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, clap::Args)]
 #[serde(rename_all = "kebab-case")]
 pub struct SetOptions {

@@ -63,7 +63,7 @@ impl Lists {
     /// Opens a file that should have the seal begun.
     pub fn open(path: &Path, seal: Seal) -> Result<Self> {
         if !path.is_file() {
-            return Err(Error::data("cache", "no plain file").in_file(path));
+            return Err(Error::data("cache", "not a regular file").in_file(path));
         }
         Ok(Self {
             reader: npz::Reader::open(path)?,

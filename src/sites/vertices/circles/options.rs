@@ -16,8 +16,8 @@ pub struct RoundOptions {
     pub rings: u32,
     /// Levels, 1 to 12; level l has circles of 2^l times the radius (Chen 2008 §6.2).
     pub levels: u32,
-    /// Mesh units per texel of the finest level, the radius of its first circle. Default: √(area /
-    /// referenced vertices).
+    /// Mesh units per texel of the finest level, the radius of its first circle. By default √(area / referenced
+    /// vertices).
     pub texel: Option<f64>,
     /// What guides the orientation field.
     pub guides: GuideOptions,

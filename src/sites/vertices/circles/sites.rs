@@ -1,6 +1,6 @@
 //! The vertices of a mesh as sites with round neighbourhoods, the same at every level (Chen 2008 §6.2).
 //!
-//! In: a mesh, its orientation field and the options. Out: a [`SiteHierarchy`] of today's types.
+//! In: a mesh, its orientation field and the options. Out: a [`SiteHierarchy`].
 
 use std::path::Path;
 

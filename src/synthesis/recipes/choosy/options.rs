@@ -13,11 +13,11 @@ const MOST_ITERATIONS: u32 = 1000;
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Method choosy")]
 pub struct ChoosyOptions {
-    /// How often the faces of every level are visited, from the coarsest level on; the last number stands for all
-    /// finer levels too (§3.13)
+    /// How often the faces of each level are visited, from the coarsest level on; the last number is repeated for all
+    /// finer levels (§3.13)
     #[arg(long, value_name = "N,N…", value_delimiter = ',', default_values_t = Self::default().iterations)]
     pub iterations: Vec<u32>,
-    /// Principal components of a neighbourhood that are compared; no more than it has numbers (§6.2)
+    /// Principal components of a neighbourhood that are compared, at most as many as it has numbers (§6.2)
     #[arg(long, value_name = "N", default_value_t = Self::default().dimensions)]
     pub dimensions: usize,
     /// The seed of all random numbers. Set by synthesis.

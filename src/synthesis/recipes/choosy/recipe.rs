@@ -230,8 +230,8 @@ fn distance_ratios(surface: &FacePyramid, progress: Progress<'_>) -> Vec<f64> {
         let ratio = distance_ratio(level);
         if ratio > LARGEST_RATIO {
             progress.warn(format!(
-                "level {number}: adjacent faces are up to {ratio:.1} times as far apart as the mean, and kernels are as wide \
-                 as for {LARGEST_RATIO} times; more --base-faces, or --crease 90 so that no edges are kept, make faces even"
+                "level {number}: adjacent faces are up to {ratio:.1} times as far apart as the mean; kernels are widened for \
+                 {LARGEST_RATIO} times at most. More --base-faces make faces more even, and so does --crease 90, which keeps no edges"
             ));
         }
         ratio.min(LARGEST_RATIO)

@@ -21,13 +21,13 @@ pub struct MultiscaleOptions {
     /// Width of the window on the level itself, in texels
     #[arg(long, default_value_t = Self::default().window)]
     pub window: u32,
-    /// Width of the window on the coarser level, in its texels; the first pass of a level compares it alone
+    /// Width of the window on the coarser level, in its texels; the first pass of a level compares only this window
     #[arg(long, default_value_t = Self::default().parent_window)]
     pub parent_window: u32,
     /// Nearest texels among which one is drawn at random, on all levels but the coarsest
     #[arg(long, default_value_t = Self::default().matches)]
     pub matches: u32,
-    /// A match is not drawn when its distance is larger than the smallest by more than this share of it
+    /// Matches are drawn only if their distance is at most 1 + MATCH_MARGIN times the smallest
     #[arg(long, default_value_t = Self::default().match_margin)]
     pub match_margin: f64,
 }

@@ -81,13 +81,13 @@ pub struct ProgressiveOptions {
     /// 0 and of 1, with those between in proportion
     #[arg(long, default_value_t = Self::default().mask_window, value_name = "N|A,B")]
     pub mask_window: Widths,
-    /// Width of the window in which colours and masks are compared to choose a texel, likewise
+    /// Width of the window in which colours and masks are compared to choose a texel; two widths as for --mask-window
     #[arg(long, default_value_t = Self::default().color_window, value_name = "N|A,B")]
     pub color_window: Widths,
     /// Weight of a difference of masks relative to one of colours, each divided by its variance; 0 leaves masks out
     #[arg(long, default_value_t = Self::default().mask_weight, value_name = "X")]
     pub mask_weight: f64,
-    /// Width of the window of the last pass over the finest level; 0 for no such pass
+    /// Width of the window of the last pass over the finest level; 0 leaves this pass out
     #[arg(long, default_value_t = Self::default().refine_window, value_name = "N")]
     pub refine_window: u32,
 }

@@ -32,28 +32,28 @@ pub struct KCoherenceOptions {
     /// Which texels are tried at a site
     #[arg(long, value_enum, default_value_t = Self::default().search)]
     pub search: CandidateSearch,
-    /// Preference for coherent texels: the distances of others are multiplied by this (1 as in the paper)
+    /// Preference for coherent texels: the distances of all others are multiplied by this; 1 as in the paper
     #[arg(long, default_value_t = Self::default().coherence)]
     pub coherence: f64,
-    /// Constant added to all distances, as a share of the mean distance of random texels, so that differences between
-    /// tiny distances do not outweigh coherence; four times as large on each coarser level; 0 as in the paper
+    /// Constant added to all distances, as a share of the mean distance of random texels. It keeps differences between
+    /// tiny distances from outweighing coherence, and is four times as large on each coarser level. 0 as in the paper
     #[arg(long, default_value_t = Self::default().distance_floor)]
     pub distance_floor: f64,
-    /// Rounds at the end in which the sites with distances far above the mean are searched in full; then all sites
-    /// above the mean choose once more; 0 as in the paper. Not with --search full
+    /// Rounds of repair after synthesis: a full search at sites whose distances are far above the mean, then a new
+    /// choice at all sites above the mean. 0 as in the paper. Not with --search full
     #[arg(long, default_value_t = Self::default().repair_rounds)]
     pub repair_rounds: u32,
-    /// Rounds at the very end in which whole regions take one copied patch, if that makes seams less visible and the
-    /// use of the exemplar more even. auto: one round where texels are repeated, if the sample does not tile, else 0,
-    /// as in the paper
+    /// Rounds of polishing after synthesis: whole regions take one copied patch where that hides seams and uses the
+    /// exemplar more evenly. auto: one round over regions with repeated texels if the sample does not tile, otherwise
+    /// none. 0 as in the paper
     #[arg(long, value_name = "ROUNDS", default_value_t = Self::default().polish)]
     pub polish: Effort,
     /// Sweeps over the coarsest level after its random start
     #[arg(long, default_value_t = Self::default().start_passes)]
     pub start_passes: u32,
-    /// Penalty on texels that the coarsest level uses too often, and on textons that finer levels use too often: the
-    /// distance of one used n times as often as in the sample is multiplied by 1 + PENALTY·(n − 1); 0 as in the
-    /// paper. Not with --search full
+    /// Penalty on texels (coarsest level) and textons (finer levels) that are used too often: if one is used n times as
+    /// often as in the sample, its distance is multiplied by 1 + PENALTY·(n − 1). 0 as in the paper. Not with --search
+    /// full
     #[arg(long, default_value_t = Self::default().reuse_penalty)]
     pub reuse_penalty: f64,
     /// The order in which the coarsest level, or the only one, is visited; finer levels are refined in parallel by

@@ -84,7 +84,7 @@ impl Candidate {
     fn inferior_to(&self, best: &Self) -> String {
         let than = best.file.display();
         if self.told.map(|told| told.rank) != best.told.map(|told| told.rank) {
-            format!("{than} says more plainly what it is")
+            format!("the name of {than} is more specific")
         } else if self.variant != best.variant {
             format!("another variant; {than} is the first")
         } else if self.resolution != best.resolution {
@@ -211,7 +211,7 @@ fn use_of(candidate: Candidate, decided: Option<(bool, String)>) -> FileUse {
             None if candidate.is_nameless => {
                 "its name is the asset's alone: it seems to be a preview"
             }
-            None => "its name does not say what it shows",
+            None => "its name does not state what it shows",
         };
         (false, why.to_owned())
     });

@@ -95,7 +95,8 @@ impl Found {
                 );
                 self.others.push(unused(file, "unknown", why));
             } else {
-                self.others.push(unused(file, "no image", "it is no image"));
+                self.others
+                    .push(unused(file, "no image", "it is not an image"));
             }
             if self.images.len() + self.others.len() > MOST_FILES {
                 return Err(

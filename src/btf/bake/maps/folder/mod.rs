@@ -145,7 +145,7 @@ fn recipe(folder: &Path, name: &str, ranking: &mut Ranking) -> Result<Recipe> {
     let gloss = match &roughness {
         None => ranking.take("roughness = 1 − gloss", |told| told.role == Role::Gloss)?,
         Some(_) => {
-            ranking.pass_over("the roughness map goes first", |told| {
+            ranking.pass_over("the roughness map takes precedence", |told| {
                 told.role == Role::Gloss
             });
             None
@@ -192,7 +192,7 @@ fn recipe(folder: &Path, name: &str, ranking: &mut Ranking) -> Result<Recipe> {
 fn no_relief(ranking: &Ranking) -> String {
     let known = ranking.known();
     match known.is_empty() {
-        true => "no map in it whose name says what it shows".into(),
+        true => "no map in it whose name states what it shows".into(),
         false => format!("no relief among its maps: {}", known.join(", ")),
     }
 }

@@ -204,13 +204,14 @@ fn other(word: &str) -> Option<Role> {
         "specular" | "spec" | "spc" | "refl" | "reflection" | "reflectance" | "reflectivity"
         | "specularlevel" | "speclevel" | "specularcolor" | "ior" | "f0" => (
             "specular",
-            "the coat has one reflectance everywhere (`reflectance` of a material.toml), metals are told by a metalness map",
+            "the coat has one reflectance everywhere (`reflectance` of a material.toml), metals are marked by a metalness map",
         ),
         "opacity" | "opac" | "alpha" | "transparency" | "mask" | "alphamask" | "opacitymask"
         | "alphamasked" | "cutout" => (OPACITY, "the surface is opaque"),
-        "id" | "idmap" | "idmask" | "matid" | "materialid" | "colorid" => {
-            ("id mask", "it names parts and shows no property of theirs")
-        }
+        "id" | "idmap" | "idmask" | "matid" | "materialid" | "colorid" => (
+            "id mask",
+            "it identifies parts and is not a property of the material",
+        ),
         "cavity" | "cav" | "cavitymap" => ("cavity", "the relief has its own cavities"),
         "edge" | "edges" | "curvature" | "curv" | "convexity" | "concavity" | "edgemask" => {
             ("edge", "the relief has its own edges")
@@ -231,7 +232,7 @@ fn other(word: &str) -> Option<Role> {
         | "subsurfacescattering" => ("translucency", "the bake lets no light through the surface"),
         "preview" | "previews" | "thumb" | "thumbnail" | "thumbs" | "sphere" | "ball"
         | "render" | "renders" | "rendered" | "icon" | "promo" | "cover" | "screenshot" => {
-            (PREVIEW, "it shows the material and is no map of it")
+            (PREVIEW, "it shows the material and is not a map of it")
         }
         "fuzz" | "sheen" | "anisotropy" | "aniso" | "anisotropyangle" | "anisotropylevel"
         | "clearcoat" | "coat" | "clearcoatroughness" | "coatroughness" | "direction" | "flow"

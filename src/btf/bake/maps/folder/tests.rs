@@ -127,7 +127,7 @@ fn the_larger_and_the_more_precise_file_go_first() {
         "x_Bump.jpg",
     ]);
     let set = words.survey();
-    assert!(why(&set, "x_Diffuse.jpg").contains("says more plainly"));
+    assert!(why(&set, "x_Diffuse.jpg").contains("is more specific"));
     assert!(why(&set, "x_Bump.jpg").starts_with("false height"));
     let variants = Folder::with(&["W_COL_VAR2_3K.jpg", "W_COL_VAR1_3K.jpg", "W_DISP_3K.jpg"]);
     let set = variants.survey();
