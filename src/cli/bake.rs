@@ -16,11 +16,11 @@ use crate::btf::bake::{BakeOptions, Baked, bake, bake_part, join};
 use crate::btf::direction_set::DirectionSet;
 use crate::btf::sample::{self, Sample};
 use crate::btf::writer::SAMPLE_FOLDER;
-use crate::cli::STAGE_IF_INTERRUPTED;
 use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::{STAGE_IF_INTERRUPTED, Subcommand};
 use crate::error::{Error, Result};
 use crate::format::ours::Format;
 use crate::shard::Shard;
@@ -88,9 +88,41 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
+        self.maps.validate()?;
+        self.options.validate()
+    }
+
+    fn files(&self) -> Result<Files> {
+        let maps = match &self.material {
+            Some(path) => read_recipe(path)?.files(),
+            None => Vec::new(),
+        };
+        let tables = [&self.options.views, &self.options.lights];
+        let parts = self.reduce.iter().flat_map(|part| sample::files_of(part));
+        Ok(Files::default()
+            .read(&parts.collect::<Vec<_>>())
+            .read(&self.material)
+            .read(&maps)
+            .read(tables.into_iter().filter_map(DirectionSet::file))
+            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER))
+            .write("preview", &self.preview, Product::File(Format::Picture))
+            .write("surface", &self.surface, Product::File(Format::Archive)))
+    }
+
+    fn if_interrupted(&self) -> &'static str {
+        match self.reduce.is_empty() {
+            true => IF_INTERRUPTED,
+            false => STAGE_IF_INTERRUPTED,
+        }
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
         let options = BakeOptions {
             seed: session.seed(),
             ..self.options.clone()
@@ -123,15 +155,9 @@ impl Arguments {
         }
         Ok(outcome)
     }
+}
 
-    /// What a user types to continue after an interruption.
-    pub fn if_interrupted(&self) -> &'static str {
-        match self.reduce.is_empty() {
-            true => IF_INTERRUPTED,
-            false => STAGE_IF_INTERRUPTED,
-        }
-    }
-
+impl Arguments {
     /// Refuses a seed that the parts were not made with: it would have no effect.
     fn check_seed(&self, session: &Session) -> Result<()> {
         let (Some(given), Some(part)) = (session.given_seed(), self.reduce.first()) else {
@@ -193,30 +219,6 @@ impl Arguments {
     pub fn draw_relief(&self, sample: &Sample, path: &Path, session: &Session) -> Result<()> {
         let (material, _) = self.material(session)?;
         write_preview(&self.options.applied_to(material)?, sample, path)
-    }
-
-    /// What the command reads and writes.
-    pub fn files(&self) -> Result<Files> {
-        let maps = match &self.material {
-            Some(path) => read_recipe(path)?.files(),
-            None => Vec::new(),
-        };
-        let tables = [&self.options.views, &self.options.lights];
-        let parts = self.reduce.iter().flat_map(|part| sample::files_of(part));
-        Ok(Files::default()
-            .read(&parts.collect::<Vec<_>>())
-            .read(&self.material)
-            .read(&maps)
-            .read(tables.into_iter().filter_map(DirectionSet::file))
-            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER))
-            .write("preview", &self.preview, Product::File(Format::Picture))
-            .write("surface", &self.surface, Product::File(Format::Archive)))
-    }
-
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
-        self.maps.validate()?;
-        self.options.validate()
     }
 
     /// The material, at the size it is baked, and a report of how it was made.

@@ -17,10 +17,10 @@ use crate::btf::import::{
 use crate::btf::parts::WrittenSample;
 use crate::btf::sample::{self, Description};
 use crate::btf::writer::SAMPLE_FOLDER;
-use crate::cli::STAGE_IF_INTERRUPTED;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::{STAGE_IF_INTERRUPTED, Subcommand};
 use crate::error::{Error, Result};
 use crate::shard::Shard;
 
@@ -79,9 +79,24 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Result<Files> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
+        let (Some(path), Some(part)) = (self.paths.first(), self.reduce.first()) else {
+            return Ok(());
+        };
+        let (path, part) = (path.display(), part.display());
+        Err(Error::option(
+            "reduce",
+            format!("{part}, given with {path}"),
+            "the parts of a sample and no source (--downsample N takes means of blocks of pixels)",
+        ))
+    }
+
+    fn files(&self) -> Result<Files> {
         let files = Files::default().read(&self.paths).write(
             "output",
             [&self.output],
@@ -107,41 +122,14 @@ impl Arguments {
         })
     }
 
-    /// What the paths are.
-    fn source(&self) -> Result<Source> {
-        source_of(&self.paths, &self.set)
-    }
-
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
-        let (Some(path), Some(part)) = (self.paths.first(), self.reduce.first()) else {
-            return Ok(());
-        };
-        let (path, part) = (path.display(), part.display());
-        Err(Error::option(
-            "reduce",
-            format!("{part}, given with {path}"),
-            "the parts of a sample and no source (--downsample N takes means of blocks of pixels)",
-        ))
-    }
-
-    /// Refuses options that say nothing of a source.
-    fn check_source(&self, source: &Source) -> Result<()> {
-        match source {
-            Source::List(_) | Source::ImageSet(_) | Source::Bonn(_) => check_unused(
-                self.directions.given(),
-                "an array (.npy) or a fit (.ptm, .rti)",
-            ),
-            Source::Ptm(_) | Source::Hsh(_) => {
-                check_unused(self.directions.given_views(), "an array (.npy)")?;
-                self.refuse_options_of_images()
-            }
-            Source::Array(_) => self.refuse_options_of_images(),
+    fn if_interrupted(&self) -> &'static str {
+        match self.shard {
+            Some(_) => SHARD_IF_INTERRUPTED,
+            None => STAGE_IF_INTERRUPTED,
         }
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+    fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
         if !self.reduce.is_empty() {
             return self.join(session);
@@ -157,6 +145,28 @@ impl Arguments {
             Source::Bonn(path) => return self.import_bonn(&path, session),
         };
         Ok(self.outcome(&written))
+    }
+}
+
+impl Arguments {
+    /// What the paths are.
+    fn source(&self) -> Result<Source> {
+        source_of(&self.paths, &self.set)
+    }
+
+    /// Refuses options that say nothing of a source.
+    fn check_source(&self, source: &Source) -> Result<()> {
+        match source {
+            Source::List(_) | Source::ImageSet(_) | Source::Bonn(_) => check_unused(
+                self.directions.given(),
+                "an array (.npy) or a fit (.ptm, .rti)",
+            ),
+            Source::Ptm(_) | Source::Hsh(_) => {
+                check_unused(self.directions.given_views(), "an array (.npy)")?;
+                self.refuse_options_of_images()
+            }
+            Source::Array(_) => self.refuse_options_of_images(),
+        }
     }
 
     /// Where the run writes to.
@@ -176,14 +186,6 @@ impl Arguments {
             .figure("parts", parts)
             .wrote(&self.output)
             .next(self.next_command()))
-    }
-
-    /// What a user types to continue after an interruption.
-    pub fn if_interrupted(&self) -> &'static str {
-        match self.shard {
-            Some(_) => SHARD_IF_INTERRUPTED,
-            None => STAGE_IF_INTERRUPTED,
-        }
     }
 
     /// What the sample of images will be, as far as one of them tells it, and the pixels of that image; `None` for other

@@ -11,6 +11,7 @@ use crate::cli::machine::{self, Need};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::json;
 use crate::format::ours::Format;
@@ -59,23 +60,29 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
+        self.options.validate()
+    }
+
+    fn files(&self) -> Result<Files> {
         let picture = Product::File(Format::Picture);
-        Files::default()
+        Ok(Files::default()
             .read_as(&[Kind::Sample], &self.sample)
             .read(&sample::files_of(&self.sample))
             .read(&self.reduce)
             .write("output", [&self.output], Product::File(Format::Archive))
             .write("report", &self.report, Product::File(Format::Json))
             .write("montage", &self.montage, picture)
-            .write("label-map", &self.label_map, picture)
+            .write("label-map", &self.label_map, picture))
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let sample = Sample::open(&self.sample)?;
         if !self.reduce.is_empty() {
             return self.join(&sample, session);
@@ -109,7 +116,9 @@ impl Arguments {
             }
         }
     }
+}
 
+impl Arguments {
     /// Joins parts.
     fn join(&self, sample: &Sample, session: &Session) -> Result<Outcome> {
         let parts = Parts::open(&self.reduce, sample)?;

@@ -7,6 +7,7 @@ use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::draft::path_word;
 use crate::cli::run::sizes::Sizes;
+use crate::cli::subcommand::Subcommand;
 use crate::cli::{Command, bake, import, machine, render, textons};
 use crate::error::Result;
 use crate::render::plan::frame_range;
