@@ -17,11 +17,12 @@ use crate::btf::direction_set::DirectionSet;
 use crate::btf::sample::{self, Sample};
 use crate::btf::writer::SAMPLE_FOLDER;
 use crate::cli::machine::Need;
-use crate::cli::outcome::Outcome;
+use crate::cli::outcome::{Outcome, next_textons};
 use crate::cli::outputs::{Files, Product};
+use crate::cli::parts::{InShards, outcome_of_kept, refuse_other_seed};
 use crate::cli::session::{Common, Session};
 use crate::cli::subcommand::{STAGE_IF_INTERRUPTED, Subcommand};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::format::ours::Format;
 use crate::shard::Shard;
 
@@ -141,7 +142,8 @@ impl Subcommand for Arguments {
             None => bake(&material, &options, output, progress)?,
         };
         if let Some(shard) = self.shard.filter(|_| baked.is_kept) {
-            return Ok(self.outcome_of_kept(shard, &baked));
+            let kept = outcome_of_kept(output, shard, "material");
+            return Ok(kept.figure("resumed", baked.resumed));
         }
         let seconds = started.elapsed().as_secs_f64();
         let mut outcome = self.outcome(found, &material, &baked, seconds);
@@ -157,26 +159,18 @@ impl Subcommand for Arguments {
     }
 }
 
-impl Arguments {
-    /// Refuses a seed that the parts were not made with: it would have no effect.
-    fn check_seed(&self, session: &Session) -> Result<()> {
-        let (Some(given), Some(part)) = (session.given_seed(), self.reduce.first()) else {
-            return Ok(());
-        };
-        let part = Sample::open(part)?;
-        match part.description().source["seed"].as_u64() {
-            Some(seed) if seed != given => Err(Error::option(
-                "seed",
-                format!("{given}, of parts made with {seed}"),
-                format!("{seed}, or no --seed"),
-            )),
-            _ => Ok(()),
-        }
+impl InShards for Arguments {
+    fn parts(&self) -> &[PathBuf] {
+        &self.reduce
     }
+}
 
+impl Arguments {
     /// Joins parts.
     fn join(&self, session: &Session) -> Result<Outcome> {
-        self.check_seed(session)?;
+        if let Some(seed) = self.seed_of_parts()? {
+            refuse_other_seed(session, seed)?;
+        }
         let description = join(&self.reduce, &self.output, session.progress())?;
         let (views, lights) = (description.views.len(), description.lights.len());
         Ok(Outcome::default()
@@ -193,26 +187,16 @@ impl Arguments {
             .figure("lights", lights)
             .figure("id", description.id.to_string())
             .wrote(&self.output)
-            .next(self.next_command()))
+            .next(next_textons(&self.output)))
     }
 
-    fn next_command(&self) -> String {
-        format!(
-            "mesotex textons {} -o {}",
-            self.output.display(),
-            self.output.with_extension("textons.npz").display()
-        )
-    }
-
-    fn outcome_of_kept(&self, shard: Shard, baked: &Baked) -> Outcome {
-        Outcome::default()
-            .line(format!(
-                "{} is there already: shard {shard} of this material and these options",
-                self.output.display()
-            ))
-            .figure("shard", shard.to_string())
-            .figure("kept", true)
-            .figure("resumed", baked.resumed)
+    /// The seed that the first part states.
+    fn seed_of_parts(&self) -> Result<Option<u64>> {
+        let Some(part) = self.reduce.first() else {
+            return Ok(None);
+        };
+        let part = Sample::open(part)?;
+        Ok(part.description().source["seed"].as_u64())
     }
 
     /// Draws the relief that `sample` was baked from.
@@ -286,7 +270,7 @@ impl Arguments {
             .wrote(&self.output)
             .next(match self.shard {
                 Some(_) => "mesotex bake --reduce PART... -o NAME.sample".into(),
-                None => self.next_command(),
+                None => next_textons(&self.output),
             })
     }
 }

@@ -11,7 +11,7 @@ use crate::btf::sample::{self, DType, Description, Sample};
 use crate::btf::writer::SAMPLE_FOLDER;
 use crate::cli::info::kind::Kind;
 use crate::cli::machine::Need;
-use crate::cli::outcome::Outcome;
+use crate::cli::outcome::{Outcome, next_textons};
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
 use crate::cli::subcommand::Subcommand;
@@ -127,10 +127,6 @@ impl Arguments {
             )
             .figure("id", made.id.to_string())
             .wrote(&self.output)
-            .next(format!(
-                "mesotex textons {0} -o {1}",
-                self.output.display(),
-                self.output.with_extension("textons.npz").display()
-            ))
+            .next(next_textons(&self.output))
     }
 }

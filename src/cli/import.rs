@@ -17,8 +17,9 @@ use crate::btf::import::{
 use crate::btf::parts::WrittenSample;
 use crate::btf::sample::{self, Description};
 use crate::btf::writer::SAMPLE_FOLDER;
-use crate::cli::outcome::Outcome;
+use crate::cli::outcome::{Outcome, next_textons};
 use crate::cli::outputs::{Files, Product};
+use crate::cli::parts::{InShards, outcome_of_kept};
 use crate::cli::session::{Common, Session};
 use crate::cli::subcommand::{STAGE_IF_INTERRUPTED, Subcommand};
 use crate::error::{Error, Result};
@@ -148,6 +149,12 @@ impl Subcommand for Arguments {
     }
 }
 
+impl InShards for Arguments {
+    fn parts(&self) -> &[PathBuf] {
+        &self.reduce
+    }
+}
+
 impl Arguments {
     /// What the paths are.
     fn source(&self) -> Result<Source> {
@@ -185,7 +192,7 @@ impl Arguments {
             .line(format!("joined from {parts} parts"))
             .figure("parts", parts)
             .wrote(&self.output)
-            .next(self.next_command()))
+            .next(next_textons(&self.output)))
     }
 
     /// What the sample of images will be, as far as one of them tells it, and the pixels of that image; `None` for other
@@ -283,35 +290,21 @@ impl Arguments {
     fn outcome(&self, written: &WrittenSample) -> Outcome {
         let outcome = match (self.shard, written.is_kept, written.resumed) {
             (Some(shard), true, _) => {
-                let output = self.output.display();
-                return Outcome::default()
-                    .line(format!(
-                        "{output} is there already: shard {shard} of this source and these options"
-                    ))
-                    .figure("shard", shard.to_string())
-                    .figure("kept", true)
-                    .figure("resumed", written.resumed);
+                let kept = outcome_of_kept(&self.output, shard, "source");
+                return kept.figure("resumed", written.resumed);
             }
             (_, _, 0) => Outcome::default(),
             (_, _, images) => Outcome::default().line(format!("went on after {images} images")),
         };
         let outcome = described(outcome, &written.description).wrote(&self.output);
         match self.shard {
-            None => outcome.next(self.next_command()),
+            None => outcome.next(next_textons(&self.output)),
             Some(shard) => outcome
                 .figure("shard", shard.to_string())
                 .figure("kept", false)
                 .figure("resumed", written.resumed)
                 .next("mesotex import --reduce PART... -o NAME.sample"),
         }
-    }
-
-    fn next_command(&self) -> String {
-        format!(
-            "mesotex textons {} -o {}",
-            self.output.display(),
-            self.output.with_extension("textons.npz").display()
-        )
     }
 }
 

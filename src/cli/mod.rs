@@ -29,6 +29,7 @@ mod mesh;
 mod once;
 mod outcome;
 mod outputs;
+mod parts;
 mod plan;
 mod render;
 mod report;
@@ -111,7 +112,7 @@ Sets of directions (--views, --lights):
 /// Makes the list of commands; each row is the name of a command and the type of its arguments.
 macro_rules! commands {
     ($($command:ident($arguments:ty),)+) => {
-        /// A command with its arguments.
+        // A doc comment here would replace the program's description on the help page.
         #[derive(Debug, clap::Subcommand)]
         pub(in crate::cli) enum Command {
             $($command($arguments),)+

@@ -10,6 +10,7 @@ use crate::cli::info::kind::Kind;
 use crate::cli::machine::{self, Need};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
+use crate::cli::parts::{InShards, outcome_of_kept, refuse_other_seed};
 use crate::cli::session::{Common, Session};
 use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
@@ -118,19 +119,17 @@ impl Subcommand for Arguments {
     }
 }
 
+impl InShards for Arguments {
+    fn parts(&self) -> &[PathBuf] {
+        &self.reduce
+    }
+}
+
 impl Arguments {
     /// Joins parts.
     fn join(&self, sample: &Sample, session: &Session) -> Result<Outcome> {
         let parts = Parts::open(&self.reduce, sample)?;
-        let seed = parts.options.seed;
-        if let Some(given) = session.given_seed().filter(|given| *given != seed) {
-            let found = format!("{given}, of parts made with {seed}");
-            return Err(Error::option(
-                "seed",
-                found,
-                format!("{seed}, or no --seed"),
-            ));
-        }
+        refuse_other_seed(session, parts.options.seed)?;
         let options = parts.options.clone();
         let study = parts.study(sample, &options, machine::quarter_of_memory())?;
         let need = Need {
@@ -158,17 +157,15 @@ impl Arguments {
     fn outcome_of_part(&self, shard: Shard, report: &PartReport) -> Outcome {
         let PartReport { images, is_kept } = report;
         let outcome = match is_kept {
-            true => Outcome::default().line(format!(
-                "{} is there already: shard {shard} of this sample and these options",
-                self.output.display()
-            )),
-            false => Outcome::default().wrote(&self.output),
+            true => outcome_of_kept(&self.output, shard, "sample"),
+            false => Outcome::default()
+                .wrote(&self.output)
+                .figure("shard", shard.to_string())
+                .figure("kept", false),
         };
         outcome
             .line(format!("images {} to {}", images.start, images.end - 1))
-            .figure("shard", shard.to_string())
             .figure("images", images.len())
-            .figure("kept", *is_kept)
             .figure("peak_bytes", machine::peak_memory().map(|size| size.0))
     }
 

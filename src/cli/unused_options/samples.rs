@@ -1,5 +1,6 @@
 //! Samples, textons and neighbour tables.
 
+use crate::cli::parts::InShards;
 use crate::cli::unused_options::rule::{Rule, found};
 use crate::cli::{bake, exemplar, import, textons};
 use crate::exemplar::KnnOptions;
@@ -20,35 +21,36 @@ const OF_MAPS: &[&str] = &[
     "layer",
 ];
 
+/// Options that have no effect with --reduce: the parts state them.
+const fn stated_by_parts<A: InShards>(options: &'static [&'static str]) -> Rule<A> {
+    Rule {
+        options,
+        unused: |arguments| found(!arguments.parts().is_empty(), "given with --reduce"),
+        expected: "parts made with it: they say all options",
+    }
+}
+
 pub(super) const BAKE: &[Rule<bake::Arguments>] = &[
     Rule {
         options: OF_MAPS,
         unused: |arguments| found(arguments.preset.is_some(), "given with --preset"),
         expected: "a material with maps; a preset is as it is",
     },
-    Rule {
-        options: OF_MAPS,
-        unused: given_with_reduce,
-        expected: PARTS_SAY_IT,
-    },
-    Rule {
-        options: &[
-            "preset",
-            "size",
-            "views",
-            "lights",
-            "dtype",
-            "samples",
-            "error",
-            "bounces",
-            "light-diameter",
-            "min-roughness",
-            "angular-filter",
-            "clamp",
-        ],
-        unused: given_with_reduce,
-        expected: PARTS_SAY_IT,
-    },
+    stated_by_parts(OF_MAPS),
+    stated_by_parts(&[
+        "preset",
+        "size",
+        "views",
+        "lights",
+        "dtype",
+        "samples",
+        "error",
+        "bounces",
+        "light-diameter",
+        "min-roughness",
+        "angular-filter",
+        "clamp",
+    ]),
     Rule {
         options: &["preview", "surface"],
         unused: |arguments| {
@@ -59,54 +61,43 @@ pub(super) const BAKE: &[Rule<bake::Arguments>] = &[
     },
 ];
 
-/// What parts are asked to be made with.
-const PARTS_SAY_IT: &str = "parts baked with it: they say all options";
-
-fn given_with_reduce(arguments: &bake::Arguments) -> Option<String> {
-    found(!arguments.reduce.is_empty(), "given with --reduce")
-}
-
-pub(super) const IMPORT: &[Rule<import::Arguments>] = &[Rule {
-    options: &[
-        "images",
-        "handedness",
-        "patch-mm",
-        "near-field",
-        "collocated",
-        "pattern",
-        "directions",
-        "views",
-        "lights",
-        "values",
-        "encoding",
-        "illuminant",
-        "size-line",
-        "orientation",
-        "alpha",
-        "layer",
-        "tileable",
-        "texel-mm",
-        "name",
-        "dtype",
-        "crop",
-        "downsample",
-        "keep-views",
-        "keep-lights",
-        "grey-card",
-        "hot-pixels",
-        "fill",
-        "scattered",
-        "corners",
-        "size",
-        "distortion",
-        "focal",
-        "center",
-        "expand",
-        "rank",
-    ],
-    unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
-    expected: "parts imported with it: they say all options",
-}];
+pub(super) const IMPORT: &[Rule<import::Arguments>] = &[stated_by_parts(&[
+    "images",
+    "handedness",
+    "patch-mm",
+    "near-field",
+    "collocated",
+    "pattern",
+    "directions",
+    "views",
+    "lights",
+    "values",
+    "encoding",
+    "illuminant",
+    "size-line",
+    "orientation",
+    "alpha",
+    "layer",
+    "tileable",
+    "texel-mm",
+    "name",
+    "dtype",
+    "crop",
+    "downsample",
+    "keep-views",
+    "keep-lights",
+    "grey-card",
+    "hot-pixels",
+    "fill",
+    "scattered",
+    "corners",
+    "size",
+    "distortion",
+    "focal",
+    "center",
+    "expand",
+    "rank",
+])];
 
 pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
     Rule {
@@ -117,21 +108,17 @@ pub(super) const TEXTONS: &[Rule<textons::Arguments>] = &[
         },
         expected: "--images N: representatives are chosen on that grid",
     },
-    Rule {
-        options: &[
-            "textons",
-            "images",
-            "levels",
-            "luminance",
-            "no-tile",
-            "restarts",
-            "max-iterations",
-            "image-grid",
-            "memory",
-        ],
-        unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
-        expected: "parts made with it: they say all options",
-    },
+    stated_by_parts(&[
+        "textons",
+        "images",
+        "levels",
+        "luminance",
+        "no-tile",
+        "restarts",
+        "max-iterations",
+        "image-grid",
+        "memory",
+    ]),
     Rule {
         options: &["report", "montage", "label-map"],
         unused: |arguments| found(arguments.shard.is_some(), "given with --shard"),
