@@ -74,8 +74,8 @@ pub struct Arguments {
     /// Also write the surface as it is baked: heights in texels, albedo, roughness, metallic.
     #[arg(long, value_name = "FILE.npz")]
     pub surface: Option<PathBuf>,
-    /// Bake the i-th of n shares of the views, from 0, into a part; all parts are joined by --reduce. A part that is
-    /// there already, of the same material and options, is kept.
+    /// Bake only shard i of n (counted from 0) of the views and write it as a part; --reduce joins the parts. An
+    /// existing part of the same material and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
     /// Join the parts of all shards to the sample that one run without --shard bakes, byte for byte.

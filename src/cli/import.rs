@@ -58,8 +58,8 @@ pub struct Arguments {
     /// The sample to write, NAME.sample; with --shard, the folder of a part, as felt.0of3.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Import the i-th of n shares of the images, from 0, into a part; all parts are joined by --reduce. A part that is
-    /// there already, of the same source and options, is kept.
+    /// Import only shard i of n (counted from 0) of the images and write it as a part; --reduce joins the parts. An
+    /// existing part of the same source and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
     /// Join the parts of all shards to the sample that one run without --shard imports, byte for byte. The options are

@@ -47,8 +47,8 @@ pub struct Arguments {
     /// Write a picture of the finest texton map, each label in a colour of its own that is the same in every picture.
     #[arg(long, value_name = "FILE.png")]
     pub label_map: Option<PathBuf>,
-    /// Do the i-th of n shares of the work on the images, from 0, and write a part; all parts are joined by
-    /// --reduce. A part that is there already, made from the same sample and options, is kept.
+    /// Analyse only shard i of n (counted from 0) of the images and write it as a part; --reduce joins the parts. An
+    /// existing part of the same sample and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
     /// Join the parts of all shards to the vocabulary that one run without --shard finds, byte for byte. The options

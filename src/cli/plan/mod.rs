@@ -3,14 +3,14 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`graph`] | the tasks of all scenes, and which come before which |
-//! | [`pieces`] | a stage as one task, or as the tasks it is split into |
+//! | [`stage_tasks`] | a stage as one task, or as the tasks it is split into |
 //! | [`json`], [`shell`], [`snakefile`] | the graph as text |
 
 mod graph;
 mod json;
-mod pieces;
 mod shell;
 mod snakefile;
+mod stage_tasks;
 
 use std::io::Write;
 use std::path::PathBuf;
