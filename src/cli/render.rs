@@ -11,6 +11,7 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::btf::sample::{self, Sample};
+use crate::byte_size::ByteSize;
 use crate::cli::atlas::{self, Look};
 use crate::cli::clipped_colors::describe_clipped;
 use crate::cli::info::kind::Kind;
@@ -28,7 +29,6 @@ use crate::render::memory;
 use crate::render::option_values::Sweep;
 use crate::render::options::RenderOptions;
 use crate::render::sequence::{self, Inputs, Report};
-use crate::texton::options::ByteSize;
 use crate::textures::model::ModelOptions;
 use crate::textures::surface_color::SurfaceColor;
 
