@@ -274,5 +274,5 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
         .figure("replaced", *replaced)
         .figure("seconds", seconds)
         .figure("vertices", map.mesh.positions.len())
-        .figure("table-bytes", report.table_bytes)
+        .figure("table_bytes", report.table_bytes)
 }
