@@ -149,6 +149,7 @@
 //! # }
 //! ```
 
+pub mod byte_size;
 pub mod error;
 pub(crate) mod false_color;
 pub mod grid;

@@ -5,6 +5,7 @@
 
 mod image_set_files;
 mod program;
+mod shard_parts;
 
 use std::fmt::Write;
 use std::fs;
@@ -12,21 +13,13 @@ use std::path::Path;
 
 use image::{Rgb, RgbImage};
 use image_set_files::{bitmap, compressed, spectral, zip};
-use mesotex::format::{ContentId, OutputLock};
-use program::{files, refuse, succeed, words};
+use program::files;
 use serde_json::Value;
+use shard_parts::{
+    make_parts, refused, refuses_damaged_part, refuses_other_shards, refuses_second_run,
+    refuses_what_is_no_part, run, tear,
+};
 use tempfile::TempDir;
-
-/// Runs a line that must succeed; returns its stdout.
-fn run(folder: &Path, line: &str) -> String {
-    succeed(folder, &words(line))
-}
-
-/// Runs a line that must be refused; returns its stderr in one line.
-fn refused(folder: &Path, line: &str, code: i32) -> String {
-    let error = refuse(folder, &words(line), code);
-    error.split_whitespace().collect::<Vec<_>>().join(" ")
-}
 
 /// A picture of 8 × 6 pixels that no other has, with a hot pixel.
 fn picture(path: &Path, number: u32) {
@@ -75,24 +68,12 @@ fn set(folder: &Path) {
     zip(&folder.join("odd.zip"), &odd, true);
 }
 
-/// Imports all parts of a line's sample, the last first; their names.
-fn parts(folder: &Path, line: &str, count: usize) -> String {
-    let name = |shard: usize| format!("p{shard}of{count}");
-    for shard in (0..count).rev() {
-        run(
-            folder,
-            &format!("import {line} --shard {shard}/{count} -o {}", name(shard)),
-        );
-    }
-    (0..count).map(name).collect::<Vec<_>>().join(" ")
-}
-
 /// Compares the sample of parts with that of one run.
 fn compare(folder: &Path, line: &str) {
     run(folder, &format!("import {line} -o whole.sample"));
     let whole = files(&folder.join("whole.sample"));
     for count in [1, 2, 3, 7] {
-        let parts = parts(folder, line, count);
+        let parts = make_parts(folder, &format!("import {line}"), count, "");
         run(folder, &format!("import --reduce {parts} -o joined.sample"));
         assert!(
             whole == files(&folder.join("joined.sample")),
@@ -273,25 +254,6 @@ fn a_part_that_is_whole_is_kept_and_any_other_is_made_anew() {
     assert!(refusal.contains("one.txt"), "{refusal}");
 }
 
-/// Turns a part into what a killed run leaves: some whole images and a torn one.
-fn tear(folder: &Path) {
-    let text = fs::read_to_string(folder.join("part/btf.json")).unwrap();
-    let description: Value = serde_json::from_str(&text).unwrap();
-    let id = description["id"].as_str().unwrap();
-    let no_id = ContentId::of_bytes(b"").to_string();
-    let partial = folder.join(".part.partial");
-    fs::rename(folder.join("part"), &partial).unwrap();
-    fs::write(
-        partial.join("unfinished.json"),
-        text.replace(id, &no_id).trim_end(),
-    )
-    .unwrap();
-    fs::remove_file(partial.join("btf.json")).unwrap();
-    let array = fs::read(partial.join("radiance.npy")).unwrap();
-    let torn = &array[..array.len() * 6 / 10];
-    fs::write(partial.join("radiance.npy"), torn).unwrap();
-}
-
 #[test]
 fn an_interrupted_part_is_continued() {
     let folder = tempfile::tempdir().unwrap();
@@ -384,20 +346,8 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     ] {
         assert!(others.contains(says), "{says}: {others}");
     }
-    for (parts, code, says) in [
-        ("a0", 2, "no part of shard 1/2"),
-        ("a0 a1 a1", 2, "a1 and a1 are shard 1/2"),
-        ("a0 a1 c2", 2, "c2 is shard 2/3"),
-        (
-            "a0 whole.sample",
-            1,
-            "a part, as `mesotex import --shard` writes it",
-        ),
-        ("a0 nothing", 1, "nothing"),
-    ] {
-        let error = joined(parts, code);
-        assert!(error.contains(says), "{error}");
-    }
+    refuses_other_shards("", joined);
+    refuses_what_is_no_part("import", joined);
     // Parts of a bake.
     let bake = "bake --preset weave --size 16 --samples 1 --views fibonacci:2 --lights fibonacci:2";
     for shard in [0, 1] {
@@ -416,16 +366,7 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     part(&format!("{} --shard 1/2", path.display()), "o1");
     let images = joined("a0 o1", 1);
     assert!(images.contains("o1 has source \""), "{images}");
-    // Damage.
-    let array = folder.join("a1/radiance.npy");
-    let mut damaged = fs::read(&array).unwrap();
-    *damaged.last_mut().unwrap() ^= 1;
-    fs::write(&array, damaged).unwrap();
-    let damaged = joined("a0 a1", 1);
-    assert!(
-        damaged.contains("a1/radiance.npy: hash") && damaged.contains("damaged"),
-        "{damaged}"
-    );
+    refuses_damaged_part(folder, joined);
     assert!(!folder.join("x.sample").exists());
 }
 
@@ -464,7 +405,7 @@ fn shards_that_cannot_be_are_refused() {
         }
     }
     for count in [2, 3] {
-        let parts = parts(folder, "mixed --illuminant a", count);
+        let parts = make_parts(folder, "import mixed --illuminant a", count, "");
         run(folder, &format!("import --reduce {parts} -o joined.sample"));
     }
     run(folder, "import mixed --illuminant a -o whole.sample");
@@ -476,12 +417,5 @@ fn a_second_run_of_a_shard_is_refused_while_the_first_is_at_it() {
     let folder: TempDir = tempfile::tempdir().unwrap();
     let folder = folder.path();
     table(folder);
-    let line = "import angles.csv --shard 0/2 -o part";
-    let held = OutputLock::acquire(&folder.join("part")).unwrap();
-    let error = refused(folder, line, 1);
-    assert!(error.contains("another run is writing it"), "{error}");
-    assert!(!folder.join("part").exists());
-    drop(held);
-    run(folder, line);
-    assert!(run(folder, line).contains("is there already"));
+    refuses_second_run(folder, "import angles.csv --shard 0/2 -o part", "part");
 }

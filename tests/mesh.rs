@@ -229,7 +229,7 @@ fn strict_refuses_what_repair_would_mend() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n";
     fs::write(folder.path().join("fan.obj"), text).unwrap();
     let figures = report(&["mesh", "fan.obj", "-o", "a.ply"], folder.path());
-    assert_eq!(figures["repairs"]["cut-edges"], 1);
+    assert_eq!(figures["repairs"]["cut_edges"], 1);
     let said = refusal(
         &["mesh", "fan.obj", "-o", "b.ply", "--strict"],
         1,

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod program;
+mod shard_parts;
 
 use std::fs;
 use std::path::Path;
@@ -11,8 +12,11 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use mesotex::format::OutputLock;
-use program::{files, mesotex, refuse, succeed};
+use program::{files, mesotex};
+use shard_parts::{
+    make_parts, refused, refuses_damaged_part, refuses_other_shards, refuses_second_run,
+    refuses_what_is_no_part, run, tear,
+};
 use tempfile::TempDir;
 
 /// Sixty-four images of 16 × 16 texels, in eight blocks.
@@ -23,32 +27,8 @@ fn sample() -> TempDir {
     folder
 }
 
-/// Runs a line that must succeed; returns its stdout.
-fn run(folder: &Path, line: &str) -> String {
-    succeed(folder, &line.split_whitespace().collect::<Vec<_>>())
-}
-
-/// Runs a line that must be refused; returns its stderr in one line.
-fn refused(folder: &Path, line: &str, code: i32) -> String {
-    let error = refuse(folder, &line.split_whitespace().collect::<Vec<_>>(), code);
-    error.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 fn bytes(folder: &Path, name: &str) -> Vec<u8> {
     fs::read(folder.join(name)).unwrap()
-}
-
-/// The names of all parts, once they are made; each by its own run, the last shard first.
-fn parts(folder: &Path, options: &str, count: usize) -> String {
-    let name = |shard: usize| format!("p{shard}of{count}.npz");
-    for shard in (0..count).rev() {
-        let output = name(shard);
-        run(
-            folder,
-            &format!("textons a.sample {options} --shard {shard}/{count} -o {output}"),
-        );
-    }
-    (0..count).map(name).collect::<Vec<_>>().join(" ")
 }
 
 #[test]
@@ -66,7 +46,8 @@ fn textons_of_parts_are_those_of_one_run() {
         );
         let whole = bytes(folder, "whole.textons.npz");
         for count in [1, 2, 3, 7] {
-            let parts = parts(folder, options, count);
+            let line = format!("textons a.sample {options}");
+            let parts = make_parts(folder, &line, count, ".npz");
             let montage = "--montage m.png --report r.json --threads 1";
             run(
                 folder,
@@ -154,14 +135,7 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     ] {
         assert!(others.contains(says), "{others}");
     }
-    for (parts, says) in [
-        ("a0.npz", "no part of shard 1/2"),
-        ("a0.npz a1.npz a0.npz", "a0.npz and a0.npz are shard 0/2"),
-        ("a0.npz a1.npz c2.npz", "c2.npz is shard 2/3"),
-    ] {
-        let error = joined(parts, 2);
-        assert!(error.contains(says), "{error}");
-    }
+    refuses_other_shards(".npz", joined);
     let whole = bytes(folder, "a1.npz");
     fs::write(folder.join("cut.npz"), &whole[..whole.len() / 2]).unwrap();
     let cut = joined("a0.npz cut.npz", 1);
@@ -245,18 +219,6 @@ fn shards_that_cannot_be_are_refused() {
     assert!(mesotex(folder, &["info", "b0.npz"]).status.success());
 }
 
-/// Bakes all parts of a line's sample; their names.
-fn baked_parts(folder: &Path, line: &str, count: usize) -> String {
-    let name = |shard: usize| format!("bake.{shard}of{count}");
-    for shard in (0..count).rev() {
-        run(
-            folder,
-            &format!("{line} --shard {shard}/{count} -o {}", name(shard)),
-        );
-    }
-    (0..count).map(name).collect::<Vec<_>>().join(" ")
-}
-
 const GLOSSY: &str = "bake --preset scales --size 16 --views fibonacci:7 --lights fibonacci:6";
 
 #[test]
@@ -272,13 +234,13 @@ fn a_bake_of_parts_is_that_of_one_run() {
         let whole = files(&folder.join("whole.sample"));
         assert_eq!(whole.len(), 3);
         for count in [1, 2, 3, 7] {
-            let parts = baked_parts(folder, &line, count);
+            let parts = make_parts(folder, &line, count, "");
             run(folder, &format!("bake --reduce {parts} -o joined.sample"));
             let joined = files(&folder.join("joined.sample"));
             assert!(whole == joined, "{options}: {count} shards");
         }
     }
-    assert!(run(folder, "info bake.1of3").contains("shard 1/3"));
+    assert!(run(folder, "info p1of3").contains("shard 1/3"));
 }
 
 #[test]
@@ -297,26 +259,14 @@ fn a_baked_part_is_kept_or_gone_on_with() {
     fs::write(&array, damaged).unwrap();
     assert!(run(folder, &line).contains("wrote part"));
     assert_eq!(files(&folder.join("part")), made);
-    // What a killed run leaves: some whole images and a torn one.
-    let description = String::from_utf8(fs::read(folder.join("part/btf.json")).unwrap()).unwrap();
-    let id = description.split("\"id\": \"").nth(1).unwrap()[..32].to_owned();
-    let no_id = mesotex::format::ContentId::of_bytes(b"").to_string();
-    let partial = folder.join(".part.partial");
-    fs::rename(folder.join("part"), &partial).unwrap();
-    fs::write(
-        partial.join("unfinished.json"),
-        description.replace(&id, &no_id).trim_end(),
-    )
-    .unwrap();
-    fs::remove_file(partial.join("btf.json")).unwrap();
-    let array = &made[Path::new("radiance.npy")];
-    fs::write(partial.join("radiance.npy"), &array[..array.len() / 2]).unwrap();
+    // A killed run is continued.
+    tear(folder);
     let gone_on = run(folder, &format!("{line} --json"));
     let report: serde_json::Value = serde_json::from_str(&gone_on).unwrap();
     let resumed = report["resumed"].as_u64().unwrap();
     assert!((1..24).contains(&resumed), "{gone_on}");
     assert_eq!(files(&folder.join("part")), made);
-    assert!(!partial.exists());
+    assert!(!folder.join(".part.partial").exists());
     // A folder of the user is not replaced.
     fs::create_dir(folder.join("letters")).unwrap();
     fs::write(folder.join("letters/one.txt"), "dear").unwrap();
@@ -345,34 +295,16 @@ fn baked_parts_that_do_not_belong_together_are_refused_by_name() {
     for says in ["b1 has bounces 1, not 0", "seed 4, not 0", "as a0"] {
         assert!(others.contains(says), "{others}");
     }
-    for (parts, code, says) in [
-        ("a0", 2, "no part of shard 1/2"),
-        ("a0 a1 a1", 2, "a1 and a1 are shard 1/2"),
-        ("a0 a1 c2", 2, "c2 is shard 2/3"),
-        (
-            "a0 whole.sample",
-            1,
-            "a part, as `mesotex bake --shard` writes it",
-        ),
-        ("a0 a1 --seed 3", 2, "--seed: 3, of parts made with 0"),
-        ("a0 nothing", 1, "nothing"),
-    ] {
-        let error = joined(parts, code);
-        assert!(error.contains(says), "{error}");
-    }
+    refuses_other_shards("", joined);
+    refuses_what_is_no_part("bake", joined);
+    let seed = joined("a0 a1 --seed 3", 2);
+    assert!(seed.contains("--seed: 3, of parts made with 0"), "{seed}");
+    refuses_damaged_part(folder, joined);
     let array = folder.join("a1/radiance.npy");
     let sound = fs::read(&array).unwrap();
     fs::write(&array, &sound[..sound.len() - 7]).unwrap();
     let cut = joined("a0 a1", 1);
     assert!(cut.contains("a1/radiance.npy"), "{cut}");
-    let mut damaged = sound.clone();
-    *damaged.last_mut().unwrap() ^= 1;
-    fs::write(&array, damaged).unwrap();
-    let damaged = joined("a0 a1", 1);
-    assert!(
-        damaged.contains("a1/radiance.npy: hash") && damaged.contains("damaged"),
-        "{damaged}"
-    );
     assert!(!folder.join("x.sample").exists());
     let many = refused(folder, &format!("{line} --shard 0/8 -o p"), 2);
     assert!(many.contains("at most 7 shards"), "{many}");
@@ -420,20 +352,14 @@ fn a_second_run_of_a_shard_is_refused_while_the_first_is_at_it() {
         "textons a.sample -o a.textons.npz --textons 8 --levels 2",
     );
     let bake = format!("{GLOSSY} --samples 1 --shard 0/2 -o part");
-    for (line, lock) in [
+    for (line, part) in [
         (
             "textons a.sample --textons 8 --levels 2 --shard 0/2 -o p.npz",
             "p.npz",
         ),
         (&bake, "part"),
     ] {
-        let held = OutputLock::acquire(&folder.join(lock)).unwrap();
-        let error = refused(folder, line, 1);
-        assert!(error.contains("another run is writing it"), "{error}");
-        assert!(!folder.join(lock).exists());
-        drop(held);
-        run(folder, line);
-        assert!(run(folder, line).contains("is there already"));
+        refuses_second_run(folder, line, part);
     }
 }
 

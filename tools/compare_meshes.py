@@ -105,8 +105,8 @@ def by_mesotex(program, path):
         "bounds": told["bounds"],
         "area": told["area"],
         "volume": told["volume"],
-        "corners": told["vertices"] - repairs["unused-vertices"] - repairs["split-vertices"],
-        "repairs": {name: value for name, value in repairs.items() if value and name not in ("unused", "welded-vertices", "notes")},
+        "corners": told["vertices"] - repairs["unused_vertices"] - repairs["split_vertices"],
+        "repairs": {name: value for name, value in repairs.items() if value and name not in ("unused", "welded_vertices", "notes")},
     }
 
 

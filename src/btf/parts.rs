@@ -1,8 +1,8 @@
 //! Parts of a sample: some of its images, made by one of several runs, and how they are joined to the sample of all.
 //!
-//! In: the description of a whole sample and the slice of a shard, or the folders of all parts. Out: the description of
-//! a part, or the sample that one run makes, byte for byte. A part is a sample folder with the directions of the whole
-//! sample and the list of its own images; its `source` has one field more, `part`, which is a [`Record`].
+//! In: the description of a whole sample and what a shard makes of it, or the folders of all parts. Out: the
+//! description of a part, or the sample that one run makes, byte for byte. A part is a sample folder with the directions
+//! of the whole sample and the list of its own images; its `source` has one field more, `part`, which is a [`Record`].
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -40,9 +40,9 @@ impl Maker {
     }
 }
 
-/// The images of a sample that a shard makes, and what from.
+/// The part that a shard makes: its images, and what they are made from.
 #[derive(Clone, Debug)]
-pub(super) struct Slice {
+pub(super) struct NewPart {
     pub(super) maker: Maker,
     pub(super) shard: Shard,
     /// The images, of those of the whole sample.
@@ -73,9 +73,9 @@ struct Record {
     own: Option<ContentId>,
 }
 
-impl Slice {
+impl NewPart {
     /// The description of the part, from that of the whole sample.
-    pub(super) fn part_of(&self, whole: &Description) -> Description {
+    pub(super) fn described_in(&self, whole: &Description) -> Description {
         let pair = |image: usize| {
             let (view, light) = whole.view_and_light(image);
             [view as u32, light as u32]
@@ -129,30 +129,30 @@ impl WrittenSample {
     }
 }
 
-/// Writes a sample, or the part of a slice of it. `write` adds the images of a range of the whole sample. A part that is
+/// Writes a sample, or the part `new_part` of it. `write` adds the images of a range of the whole sample. A part that is
 /// there already is kept, and one that was interrupted is continued.
-pub(super) fn write_share(
+pub(super) fn write_sample_or_part(
     target: &Path,
     whole: Description,
-    slice: Option<&Slice>,
+    new_part: Option<&NewPart>,
     heights: Option<HeightMap>,
     write: impl FnOnce(&mut SampleWriter, Range<usize>) -> Result<()>,
 ) -> Result<WrittenSample> {
-    let Some(slice) = slice else {
+    let Some(new_part) = new_part else {
         let images = 0..whole.image_count();
         let mut writer = SampleWriter::create(target, whole)?;
         writer.set_heights(heights);
         write(&mut writer, images)?;
         return writer.finish().map(WrittenSample::anew);
     };
-    let part = slice.part_of(&whole);
+    let part = new_part.described_in(&whole);
     if let Some(found) = find(target, |_| part.clone(), heights.as_ref()) {
         return Ok(WrittenSample::kept(found));
     }
     let mut writer = SampleWriter::resume(target, part)?;
     writer.set_heights(heights);
     let resumed = writer.images_written();
-    let images = slice.images.start + resumed..slice.images.end;
+    let images = new_part.images.start + resumed..new_part.images.end;
     let written = write(&mut writer, images);
     finish(writer, written, resumed)
 }

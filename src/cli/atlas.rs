@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::byte_size::ByteSize;
 use crate::cli::machine::available_memory;
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
@@ -11,7 +12,6 @@ use crate::maps::atlas_map::{ATLAS_FOLDER, AtlasMap, Description};
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::progress::Progress;
 use crate::render::cover::Cover;
-use crate::texton::options::ByteSize;
 use crate::textures::atlas_surface::texel_of;
 use crate::textures::decorated::{Decorated, Shape, decorated};
 use crate::textures::folder::read_channel;

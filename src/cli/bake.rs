@@ -16,12 +16,13 @@ use crate::btf::bake::{BakeOptions, Baked, bake, bake_part, join};
 use crate::btf::direction_set::DirectionSet;
 use crate::btf::sample::{self, Sample};
 use crate::btf::writer::SAMPLE_FOLDER;
-use crate::cli::STAGE_IF_INTERRUPTED;
 use crate::cli::machine::Need;
-use crate::cli::outcome::Outcome;
+use crate::cli::outcome::{Outcome, next_textons};
 use crate::cli::outputs::{Files, Product};
+use crate::cli::parts::{InShards, outcome_of_kept, refuse_other_seed};
 use crate::cli::session::{Common, Session};
-use crate::error::{Error, Result};
+use crate::cli::subcommand::{STAGE_IF_INTERRUPTED, Subcommand};
+use crate::error::Result;
 use crate::format::ours::Format;
 use crate::shard::Shard;
 
@@ -73,8 +74,8 @@ pub struct Arguments {
     /// Also write the surface as it is baked: heights in texels, albedo, roughness, metallic.
     #[arg(long, value_name = "FILE.npz")]
     pub surface: Option<PathBuf>,
-    /// Bake only share i of n of the views, i counted from 0, into a part; --reduce joins all parts. An existing part
-    /// of the same material and options is kept.
+    /// Bake only shard i of n (counted from 0) of the views and write it as a part; --reduce joins the parts. An
+    /// existing part of the same material and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
     /// Join the parts of all shards to the sample that one run without --shard bakes, byte for byte.
@@ -88,9 +89,41 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
+        self.maps.validate()?;
+        self.options.validate()
+    }
+
+    fn files(&self) -> Result<Files> {
+        let maps = match &self.material {
+            Some(path) => read_recipe(path)?.files(),
+            None => Vec::new(),
+        };
+        let tables = [&self.options.views, &self.options.lights];
+        let parts = self.reduce.iter().flat_map(|part| sample::files_of(part));
+        Ok(Files::default()
+            .read(&parts.collect::<Vec<_>>())
+            .read(&self.material)
+            .read(&maps)
+            .read(tables.into_iter().filter_map(DirectionSet::file))
+            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER))
+            .write("preview", &self.preview, Product::File(Format::Picture))
+            .write("surface", &self.surface, Product::File(Format::Archive)))
+    }
+
+    fn if_interrupted(&self) -> &'static str {
+        match self.reduce.is_empty() {
+            true => IF_INTERRUPTED,
+            false => STAGE_IF_INTERRUPTED,
+        }
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
         let options = BakeOptions {
             seed: session.seed(),
             ..self.options.clone()
@@ -108,7 +141,8 @@ impl Arguments {
             None => bake(&material, &options, output, progress)?,
         };
         if let Some(shard) = self.shard.filter(|_| baked.is_kept) {
-            return Ok(self.outcome_of_kept(shard, &baked));
+            let kept = outcome_of_kept(output, shard, "material");
+            return Ok(kept.figure("resumed", baked.resumed));
         }
         let seconds = started.elapsed().as_secs_f64();
         let mut outcome = self.outcome(found, &material, &baked, seconds);
@@ -122,34 +156,20 @@ impl Arguments {
         }
         Ok(outcome)
     }
+}
 
-    /// What a user types to continue after an interruption.
-    pub fn if_interrupted(&self) -> &'static str {
-        match self.reduce.is_empty() {
-            true => IF_INTERRUPTED,
-            false => STAGE_IF_INTERRUPTED,
-        }
+impl InShards for Arguments {
+    fn parts(&self) -> &[PathBuf] {
+        &self.reduce
     }
+}
 
-    /// Refuses a seed that the parts were not made with: it would have no effect.
-    fn check_seed(&self, session: &Session) -> Result<()> {
-        let (Some(given), Some(part)) = (session.given_seed(), self.reduce.first()) else {
-            return Ok(());
-        };
-        let part = Sample::open(part)?;
-        match part.description().source["seed"].as_u64() {
-            Some(seed) if seed != given => Err(Error::option(
-                "seed",
-                format!("{given}, of parts made with {seed}"),
-                format!("{seed}, or no --seed"),
-            )),
-            _ => Ok(()),
-        }
-    }
-
+impl Arguments {
     /// Joins parts.
     fn join(&self, session: &Session) -> Result<Outcome> {
-        self.check_seed(session)?;
+        if let Some(seed) = self.seed_of_parts()? {
+            refuse_other_seed(session, seed)?;
+        }
         let description = join(&self.reduce, &self.output, session.progress())?;
         let (views, lights) = (description.views.len(), description.lights.len());
         Ok(Outcome::default()
@@ -166,56 +186,22 @@ impl Arguments {
             .figure("lights", lights)
             .figure("id", description.id.to_string())
             .wrote(&self.output)
-            .next(self.next_command()))
+            .next(next_textons(&self.output)))
     }
 
-    fn next_command(&self) -> String {
-        format!(
-            "mesotex textons {} -o {}",
-            self.output.display(),
-            self.output.with_extension("textons.npz").display()
-        )
-    }
-
-    fn outcome_of_kept(&self, shard: Shard, baked: &Baked) -> Outcome {
-        Outcome::default()
-            .line(format!(
-                "{} is there already: shard {shard} of this material and these options",
-                self.output.display()
-            ))
-            .figure("shard", shard.to_string())
-            .figure("kept", true)
-            .figure("resumed", baked.resumed)
+    /// The seed that the first part states.
+    fn seed_of_parts(&self) -> Result<Option<u64>> {
+        let Some(part) = self.reduce.first() else {
+            return Ok(None);
+        };
+        let part = Sample::open(part)?;
+        Ok(part.description().source["seed"].as_u64())
     }
 
     /// Draws the relief that `sample` was baked from.
     pub fn draw_relief(&self, sample: &Sample, path: &Path, session: &Session) -> Result<()> {
         let (material, _) = self.material(session)?;
         write_preview(&self.options.applied_to(material)?, sample, path)
-    }
-
-    /// What the command reads and writes.
-    pub fn files(&self) -> Result<Files> {
-        let maps = match &self.material {
-            Some(path) => read_recipe(path)?.files(),
-            None => Vec::new(),
-        };
-        let tables = [&self.options.views, &self.options.lights];
-        let parts = self.reduce.iter().flat_map(|part| sample::files_of(part));
-        Ok(Files::default()
-            .read(&parts.collect::<Vec<_>>())
-            .read(&self.material)
-            .read(&maps)
-            .read(tables.into_iter().filter_map(DirectionSet::file))
-            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER))
-            .write("preview", &self.preview, Product::File(Format::Picture))
-            .write("surface", &self.surface, Product::File(Format::Archive)))
-    }
-
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
-        self.maps.validate()?;
-        self.options.validate()
     }
 
     /// The material, at the size it is baked, and a report of how it was made.
@@ -283,7 +269,7 @@ impl Arguments {
             .wrote(&self.output)
             .next(match self.shard {
                 Some(_) => "mesotex bake --reduce PART... -o NAME.sample".into(),
-                None => self.next_command(),
+                None => next_textons(&self.output),
             })
     }
 }

@@ -5,7 +5,9 @@ use clap_complete::Shell;
 
 use crate::cli::CommandLine;
 use crate::cli::outcome::Outcome;
-use crate::cli::session::Common;
+use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
+use crate::error::Result;
 
 /// Print a script that completes commands and options in a shell.
 #[derive(Debug, Args)]
@@ -21,9 +23,12 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Runs the command.
-    pub fn run(&self) -> Outcome {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn run(&self, _session: &Session) -> Result<Outcome> {
         let mut script = Vec::new();
         clap_complete::generate(
             self.shell,
@@ -31,6 +36,7 @@ impl Arguments {
             "mesotex",
             &mut script,
         );
-        Outcome::default().line(String::from_utf8_lossy(&script).trim_end())
+        let script = String::from_utf8_lossy(&script);
+        Ok(Outcome::default().line(script.trim_end()))
     }
 }

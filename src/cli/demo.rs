@@ -11,6 +11,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::run;
 use crate::cli::run::quality::Quality;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::{CHAIN_IF_INTERRUPTED, Subcommand};
 use crate::error::{Error, Result};
 use crate::format::atomic;
 use crate::mesh::builtin::kettlebell;
@@ -36,14 +37,21 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
     /// Refuses the name of a file.
-    pub fn check(&self) -> Result<()> {
+    fn check(&self) -> Result<()> {
         check_folder("output", &self.output, None)
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+    fn if_interrupted(&self) -> &'static str {
+        CHAIN_IF_INTERRUPTED
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
         fs::create_dir_all(&self.output).map_err(Error::io(&self.output, "create"))?;
         let scene = self.output.join("scene.toml");
         write_if_missing(&scene)?;

@@ -24,7 +24,8 @@ use crate::btf::writer::{SAMPLE_FOLDER, SampleWriter};
 use crate::cli::endings::check_stem;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
-use crate::cli::session::Session;
+use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table;
 use crate::exemplar::plain_images::space_of_images;
@@ -35,24 +36,39 @@ use crate::format::ours::Format;
 /// What is written: NAME with each of these endings.
 const PRODUCTS: [&str; 3] = ["sample", "space.npz", "knn.npz"];
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
+        check_stem("output", &self.output, &PRODUCTS)?;
+        self.check_kinds()?;
+        if let Some(side) = self
+            .texel_mm
+            .filter(|side| !(*side > 0.0 && side.is_finite()))
+        {
+            return Err(Error::option(
+                "texel-mm",
+                side.to_string(),
+                "a length above 0",
+            ));
+        }
+        weights::check(&self.weights, self.images.len())?;
+        self.knn.validate()
+    }
+
+    fn files(&self) -> Result<Files> {
         let [sample, space, table] = self.outputs();
-        Files::default()
+        Ok(Files::default()
             .read(&self.images)
             .read(self.control_files())
             .write("output", [&sample], Product::Folder(&SAMPLE_FOLDER))
-            .write("output", [&space, &table], Product::File(Format::Archive))
+            .write("output", [&space, &table], Product::File(Format::Archive)))
     }
 
-    fn outputs(&self) -> [PathBuf; 3] {
-        PRODUCTS.map(|kind| with_kind(&self.output, kind))
-    }
-
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let outputs = self.outputs();
         let [sample_path, space_path, table_path] = &outputs;
         let mut reader = self.reading.reader();
@@ -97,23 +113,11 @@ impl Arguments {
             .iter()
             .fold(outcome, |outcome, path| outcome.wrote(path)))
     }
+}
 
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
-        check_stem("output", &self.output, &PRODUCTS)?;
-        self.check_kinds()?;
-        if let Some(side) = self
-            .texel_mm
-            .filter(|side| !(*side > 0.0 && side.is_finite()))
-        {
-            return Err(Error::option(
-                "texel-mm",
-                side.to_string(),
-                "a length above 0",
-            ));
-        }
-        weights::check(&self.weights, self.images.len())?;
-        self.knn.validate()
+impl Arguments {
+    fn outputs(&self) -> [PathBuf; 3] {
+        PRODUCTS.map(|kind| with_kind(&self.output, kind))
     }
 }
 

@@ -19,6 +19,7 @@ use crate::cli::info::kind::Kind as Input;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::Result;
 use crate::format::ours::Format;
 use crate::textures::vertex_model::ModelFormat;
@@ -120,9 +121,12 @@ impl ExportFormat {
     }
 }
 
-impl Arguments {
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
         match self.to.kind() {
             Kind::Bonn(format) => self.bonn.validate(Some(format))?,
             Kind::ImageSet(_) | Kind::Ptm | Kind::Model(_) => self.bonn.validate(None)?,
@@ -130,8 +134,7 @@ impl Arguments {
         self.fit.validate(matches!(self.to, ExportFormat::Ptm))
     }
 
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
+    fn files(&self) -> Result<Files> {
         let product = match self.to.kind() {
             Kind::Bonn(_) => Product::File(Format::Btf),
             Kind::Ptm => Product::File(Format::Ptm),
@@ -146,7 +149,7 @@ impl Arguments {
             _ => Files::default().read_as(&[Input::Sample], &self.input),
         };
         let sample = self.colors.sample.iter();
-        files
+        Ok(files
             .read(&files_of(&self.input))
             .read(
                 sample
@@ -154,12 +157,11 @@ impl Arguments {
                     .collect::<Vec<_>>()
                     .iter(),
             )
-            .write("output", [&self.output], product)
+            .write("output", [&self.output], product))
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let (input, output) = (&self.input, &self.output);
         let outcome = match self.to.kind() {
             Kind::ImageSet(set) => image_set::run(input, set, output, session)?,
@@ -172,7 +174,9 @@ impl Arguments {
             None => outcome,
         })
     }
+}
 
+impl Arguments {
     /// Why a sample's heights are not in the file; `None` where they are, or where it has none.
     fn heights_left_out(&self) -> Result<Option<&'static str>> {
         let sample = Sample::open(&self.input)?;

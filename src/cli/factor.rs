@@ -11,9 +11,10 @@ use crate::btf::sample::{self, DType, Description, Sample};
 use crate::btf::writer::SAMPLE_FOLDER;
 use crate::cli::info::kind::Kind;
 use crate::cli::machine::Need;
-use crate::cli::outcome::Outcome;
+use crate::cli::outcome::{Outcome, next_textons};
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 
 /// Store a BTF sample as factors: every image is a sum of a few eigentextures.
@@ -45,18 +46,20 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
-        Files::default()
-            .read_as(&[Kind::Sample], &self.sample)
-            .read(&sample::files_of(&self.sample))
-            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER))
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn files(&self) -> Result<Files> {
+        Ok(Files::default()
+            .read_as(&[Kind::Sample], &self.sample)
+            .read(&sample::files_of(&self.sample))
+            .write("output", [&self.output], Product::Folder(&SAMPLE_FOLDER)))
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let sample = Sample::open(&self.sample)?;
         let options = FactorOptions {
             accuracy: match (self.rank, self.error) {
@@ -82,7 +85,9 @@ impl Arguments {
         let (made, left) = factorize(&sample, &options, origin, &self.output, session.progress())?;
         Ok(self.outcome(&made, &left))
     }
+}
 
+impl Arguments {
     fn outcome(&self, made: &Description, left: &Residual) -> Outcome {
         // Find where the worst errors are.
         let rank = made.factors().map_or(0, |factors| factors.rank);
@@ -122,10 +127,6 @@ impl Arguments {
             )
             .figure("id", made.id.to_string())
             .wrote(&self.output)
-            .next(format!(
-                "mesotex textons {0} -o {1}",
-                self.output.display(),
-                self.output.with_extension("textons.npz").display()
-            ))
+            .next(next_textons(&self.output))
     }
 }

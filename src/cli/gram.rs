@@ -9,6 +9,7 @@ use crate::cli::info::kind::Kind;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::Result;
 use crate::exemplar::space::{Features, space_of_vocabulary};
 use crate::format::ours::Format;
@@ -29,18 +30,20 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
-        let archive = Product::File(Format::Archive);
-        Files::default()
-            .read_as(&[Kind::Archive], &self.textons)
-            .write("output", [&self.output], archive)
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
     }
 
-    /// Runs the command.
-    pub fn run(&self, _session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn files(&self) -> Result<Files> {
+        let archive = Product::File(Format::Archive);
+        Ok(Files::default()
+            .read_as(&[Kind::Archive], &self.textons)
+            .write("output", [&self.output], archive))
+    }
+
+    fn run(&self, _session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let vocabulary = StoredVocabulary::open(&self.textons)?;
         let mut space =
             space_of_vocabulary(&vocabulary).map_err(|error| error.in_file(&self.textons))?;

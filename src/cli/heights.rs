@@ -11,6 +11,7 @@ use crate::btf::sample::{self, Sample};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::lock::OutputLock;
 use crate::render::nearest::Weighting;
@@ -43,16 +44,23 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads; what it writes lies among it.
-    pub fn files(&self) -> Files {
-        Files::default()
-            .read([&self.sample])
-            .read(&sample::files_of(&self.sample))
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+    /// What the command reads; what it writes lies among it.
+    fn check(&self) -> Result<()> {
+        self.options.validate()
+    }
+
+    fn files(&self) -> Result<Files> {
+        Ok(Files::default()
+            .read([&self.sample])
+            .read(&sample::files_of(&self.sample)))
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
         // Refuse what cannot be done before the work begins.
         let _lock = OutputLock::acquire(&self.sample)?;
         let sample = Sample::open(&self.sample)?;

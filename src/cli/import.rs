@@ -17,10 +17,11 @@ use crate::btf::import::{
 use crate::btf::parts::WrittenSample;
 use crate::btf::sample::{self, Description};
 use crate::btf::writer::SAMPLE_FOLDER;
-use crate::cli::STAGE_IF_INTERRUPTED;
-use crate::cli::outcome::Outcome;
+use crate::cli::outcome::{Outcome, next_textons};
 use crate::cli::outputs::{Files, Product};
+use crate::cli::parts::{InShards, outcome_of_kept};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::{STAGE_IF_INTERRUPTED, Subcommand};
 use crate::error::{Error, Result};
 use crate::shard::Shard;
 
@@ -57,8 +58,8 @@ pub struct Arguments {
     /// The sample to write, NAME.sample; with --shard, the folder of a part, as felt.0of3.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Import only share i of n of the images, i counted from 0, into a part; --reduce joins all parts. An existing
-    /// part of the same source and options is kept.
+    /// Import only shard i of n (counted from 0) of the images and write it as a part; --reduce joins the parts. An
+    /// existing part of the same source and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
     /// Join the parts of all shards to the sample that one run without --shard imports, byte for byte. The options are
@@ -79,9 +80,24 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Result<Files> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
+        let (Some(path), Some(part)) = (self.paths.first(), self.reduce.first()) else {
+            return Ok(());
+        };
+        let (path, part) = (path.display(), part.display());
+        Err(Error::option(
+            "reduce",
+            format!("{part}, given with {path}"),
+            "the parts of a sample, without a source (to average blocks of pixels: --downsample N)",
+        ))
+    }
+
+    fn files(&self) -> Result<Files> {
         let files = Files::default().read(&self.paths).write(
             "output",
             [&self.output],
@@ -107,41 +123,14 @@ impl Arguments {
         })
     }
 
-    /// What the paths are.
-    fn source(&self) -> Result<Source> {
-        source_of(&self.paths, &self.set)
-    }
-
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
-        let (Some(path), Some(part)) = (self.paths.first(), self.reduce.first()) else {
-            return Ok(());
-        };
-        let (path, part) = (path.display(), part.display());
-        Err(Error::option(
-            "reduce",
-            format!("{part}, given with {path}"),
-            "the parts of a sample, without a source (to average blocks of pixels: --downsample N)",
-        ))
-    }
-
-    /// Refuses options that say nothing of a source.
-    fn check_source(&self, source: &Source) -> Result<()> {
-        match source {
-            Source::List(_) | Source::ImageSet(_) | Source::Bonn(_) => check_unused(
-                self.directions.given(),
-                "an array (.npy) or a fit (.ptm, .rti)",
-            ),
-            Source::Ptm(_) | Source::Hsh(_) => {
-                check_unused(self.directions.given_views(), "an array (.npy)")?;
-                self.refuse_options_of_images()
-            }
-            Source::Array(_) => self.refuse_options_of_images(),
+    fn if_interrupted(&self) -> &'static str {
+        match self.shard {
+            Some(_) => SHARD_IF_INTERRUPTED,
+            None => STAGE_IF_INTERRUPTED,
         }
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+    fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
         if !self.reduce.is_empty() {
             return self.join(session);
@@ -157,6 +146,34 @@ impl Arguments {
             Source::Bonn(path) => return self.import_bonn(&path, session),
         };
         Ok(self.outcome(&written))
+    }
+}
+
+impl InShards for Arguments {
+    fn parts(&self) -> &[PathBuf] {
+        &self.reduce
+    }
+}
+
+impl Arguments {
+    /// What the paths are.
+    fn source(&self) -> Result<Source> {
+        source_of(&self.paths, &self.set)
+    }
+
+    /// Refuses options that say nothing of a source.
+    fn check_source(&self, source: &Source) -> Result<()> {
+        match source {
+            Source::List(_) | Source::ImageSet(_) | Source::Bonn(_) => check_unused(
+                self.directions.given(),
+                "an array (.npy) or a fit (.ptm, .rti)",
+            ),
+            Source::Ptm(_) | Source::Hsh(_) => {
+                check_unused(self.directions.given_views(), "an array (.npy)")?;
+                self.refuse_options_of_images()
+            }
+            Source::Array(_) => self.refuse_options_of_images(),
+        }
     }
 
     /// Where the run writes to.
@@ -175,15 +192,7 @@ impl Arguments {
             .line(format!("joined from {parts} parts"))
             .figure("parts", parts)
             .wrote(&self.output)
-            .next(self.next_command()))
-    }
-
-    /// What a user types to continue after an interruption.
-    pub fn if_interrupted(&self) -> &'static str {
-        match self.shard {
-            Some(_) => SHARD_IF_INTERRUPTED,
-            None => STAGE_IF_INTERRUPTED,
-        }
+            .next(next_textons(&self.output)))
     }
 
     /// What the sample of images will be, as far as one of them tells it, and the pixels of that image; `None` for other
@@ -284,35 +293,21 @@ impl Arguments {
     fn outcome(&self, written: &WrittenSample) -> Outcome {
         let outcome = match (self.shard, written.is_kept, written.resumed) {
             (Some(shard), true, _) => {
-                let output = self.output.display();
-                return Outcome::default()
-                    .line(format!(
-                        "{output} is there already: shard {shard} of this source and these options"
-                    ))
-                    .figure("shard", shard.to_string())
-                    .figure("kept", true)
-                    .figure("resumed", written.resumed);
+                let kept = outcome_of_kept(&self.output, shard, "source");
+                return kept.figure("resumed", written.resumed);
             }
             (_, _, 0) => Outcome::default(),
             (_, _, images) => Outcome::default().line(format!("resumed after {images} images")),
         };
         let outcome = described(outcome, &written.description).wrote(&self.output);
         match self.shard {
-            None => outcome.next(self.next_command()),
+            None => outcome.next(next_textons(&self.output)),
             Some(shard) => outcome
                 .figure("shard", shard.to_string())
                 .figure("kept", false)
                 .figure("resumed", written.resumed)
                 .next("mesotex import --reduce PART... -o NAME.sample"),
         }
-    }
-
-    fn next_command(&self) -> String {
-        format!(
-            "mesotex textons {} -o {}",
-            self.output.display(),
-            self.output.with_extension("textons.npz").display()
-        )
     }
 }
 

@@ -10,6 +10,7 @@ use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::Result;
 use crate::exemplar::KnnOptions;
 use crate::exemplar::knn_options::NeighborSearch;
@@ -35,18 +36,24 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
-        let archive = Product::File(Format::Archive);
-        Files::default()
-            .read_as(&[Kind::Archive], &self.space)
-            .write("output", [&self.output], archive)
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn check(&self) -> Result<()> {
+        self.options.validate()
+    }
+
+    fn files(&self) -> Result<Files> {
+        let archive = Product::File(Format::Archive);
+        Ok(Files::default()
+            .read_as(&[Kind::Archive], &self.space)
+            .write("output", [&self.output], archive))
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let space = Space::read(&self.space)?;
         let need = Need {
             bytes: bytes_to_build(&space, &self.options, rayon::current_num_threads()),
@@ -60,7 +67,9 @@ impl Arguments {
         table.write(&self.output, &self.options)?;
         Ok(self.outcome(&space, &table, &searches))
     }
+}
 
+impl Arguments {
     fn outcome(&self, space: &Space, table: &NeighborTable, searches: &[LevelSearch]) -> Outcome {
         let mut outcome = Outcome::default();
         let mut levels = Vec::new();

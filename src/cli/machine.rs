@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use crate::byte_size::ByteSize;
 use crate::error::{Error, Result};
-use crate::texton::options::ByteSize;
 
 /// Where Linux shows the control groups, which limit containers and services.
 const GROUPS: &str = "/sys/fs/cgroup";

@@ -8,7 +8,8 @@ use clap_mangen::Man;
 use crate::cli::CommandLine;
 use crate::cli::failure::likely_names::suggestion;
 use crate::cli::outcome::Outcome;
-use crate::cli::session::Common;
+use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 
 /// Print a manual page.
@@ -23,9 +24,12 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Runs the command.
-    pub fn run(&self) -> Result<Outcome> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn run(&self, _session: &Session) -> Result<Outcome> {
         let mut root = CommandLine::command();
         root.build();
         let explained = match &self.command {

@@ -17,6 +17,7 @@ use crate::cli::mask::picks::PickOption;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::exemplar::controls::MASK_LABELS;
 use crate::format::image::{FloatImage, Orientation, SourceEncoding, write_png};
@@ -71,19 +72,12 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
-        let picture = Product::File(Format::Picture);
-        Files::default()
-            .read(&files_of(&self.image))
-            .read(&self.painted)
-            .write("output", [&self.output], picture)
-            .write("overlay", &self.overlay, picture)
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
     }
 
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
+    fn check(&self) -> Result<()> {
         if self.pick.is_empty() && self.painted.is_none() {
             let expected = "a colour that marks features, or --painted FILE";
             return Err(Error::option("pick", "not given", expected));
@@ -91,9 +85,17 @@ impl Arguments {
         Ok(())
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn files(&self) -> Result<Files> {
+        let picture = Product::File(Format::Picture);
+        Ok(Files::default()
+            .read(&files_of(&self.image))
+            .read(&self.painted)
+            .write("output", [&self.output], picture)
+            .write("overlay", &self.overlay, picture))
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let mut reader =
             ImageReader::new(self.orientation, AlphaOption::Ignore, self.layer.clone());
         let image = self.texture(&mut reader, session)?;
@@ -118,7 +120,9 @@ impl Arguments {
         write_mask(&self.output, &mask)?;
         Ok(self.outcome(&mask, &features))
     }
+}
 
+impl Arguments {
     /// The image; of a sample the mean of its images.
     fn texture(&self, reader: &mut ImageReader, session: &Session) -> Result<FloatImage> {
         if !self.image.is_dir() {

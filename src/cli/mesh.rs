@@ -18,6 +18,7 @@ use crate::cli::machine::{self, Need};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::json as json_file;
 use crate::format::mesh_formats::{companions, listed_extensions};
@@ -141,9 +142,57 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
+        self.options.validate()?;
+        self.surface_options(0).validate()?;
+        writing::check_name(&self.output)?;
+        let as_ply = self
+            .output
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("ply"));
+        if self.options.orient && !as_ply {
+            return Err(Error::option(
+                "orient",
+                self.output.display().to_string(),
+                "an output that ends in .ply",
+            ));
+        }
+        Ok(())
+    }
+
+    fn files(&self) -> Result<Files> {
+        let mesh = Product::File(Format::Mesh);
+        let mut files = Files::default()
+            .read_as(&MESHES, &self.input)
+            .read(&companions(&self.input)?)
+            .read(&self.surface.guide)
+            .read(&self.surface.keys)
+            .write("output", [&self.output], mesh)
+            .write("report", &self.options.report, Product::File(Format::Json));
+        for folder in self
+            .options
+            .pictures
+            .iter()
+            .filter(|folder| folder.is_dir())
+        {
+            for name in picture_names(self.options.levels) {
+                let [ply, png] = picture_files(folder, &name);
+                files = files.write("pictures", [&ply], mesh).write(
+                    "pictures",
+                    [&png],
+                    Product::File(Format::Picture),
+                );
+            }
+        }
+        Ok(files)
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
         // Claim the outputs.
         let surface_options = self.surface_options(session.seed());
         let _locks = self.files()?.claim()?;
@@ -181,60 +230,15 @@ impl Arguments {
         );
         Ok(outcome.wrote(&self.output).next(next))
     }
+}
 
-    /// What the command reads and writes.
-    pub fn files(&self) -> Result<Files> {
-        let mesh = Product::File(Format::Mesh);
-        let mut files = Files::default()
-            .read_as(&MESHES, &self.input)
-            .read(&companions(&self.input)?)
-            .read(&self.surface.guide)
-            .read(&self.surface.keys)
-            .write("output", [&self.output], mesh)
-            .write("report", &self.options.report, Product::File(Format::Json));
-        for folder in self
-            .options
-            .pictures
-            .iter()
-            .filter(|folder| folder.is_dir())
-        {
-            for name in picture_names(self.options.levels) {
-                let [ply, png] = picture_files(folder, &name);
-                files = files.write("pictures", [&ply], mesh).write(
-                    "pictures",
-                    [&png],
-                    Product::File(Format::Picture),
-                );
-            }
-        }
-        Ok(files)
-    }
-
+impl Arguments {
     fn surface_options(&self, seed: u64) -> SurfaceOptions {
         SurfaceOptions {
             levels: self.options.levels,
             seed,
             ..self.surface.clone()
         }
-    }
-
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
-        self.options.validate()?;
-        self.surface_options(0).validate()?;
-        writing::check_name(&self.output)?;
-        let as_ply = self
-            .output
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("ply"));
-        if self.options.orient && !as_ply {
-            return Err(Error::option(
-                "orient",
-                self.output.display().to_string(),
-                "an output that ends in .ply",
-            ));
-        }
-        Ok(())
     }
 
     /// Whether the surface is measured or drawn.

@@ -29,11 +29,13 @@ mod mesh;
 mod once;
 mod outcome;
 mod outputs;
+mod parts;
 mod plan;
 mod render;
 mod report;
 pub mod run;
 mod session;
+mod subcommand;
 mod synth;
 mod terminal;
 mod textons;
@@ -45,11 +47,12 @@ mod view;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser};
 
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::guard;
 
@@ -106,8 +109,40 @@ Sets of directions (--views, --lights):
 
 `mesotex COMMAND --help` explains a command. `mesotex man COMMAND` prints its manual page.";
 
-#[derive(Debug, Subcommand)]
-pub(in crate::cli) enum Command {
+/// Makes the list of commands; each row is the name of a command and the type of its arguments.
+macro_rules! commands {
+    ($($command:ident($arguments:ty),)+) => {
+        // A doc comment here would replace the program's description on the help page.
+        #[derive(Debug, clap::Subcommand)]
+        pub(in crate::cli) enum Command {
+            $($command($arguments),)+
+        }
+
+        impl Subcommand for Command {
+            fn common(&self) -> &Common {
+                match self { $(Self::$command(arguments) => arguments.common(),)+ }
+            }
+
+            fn check(&self) -> Result<()> {
+                match self { $(Self::$command(arguments) => arguments.check(),)+ }
+            }
+
+            fn files(&self) -> Result<Files> {
+                match self { $(Self::$command(arguments) => arguments.files(),)+ }
+            }
+
+            fn if_interrupted(&self) -> &'static str {
+                match self { $(Self::$command(arguments) => arguments.if_interrupted(),)+ }
+            }
+
+            fn run(&self, session: &Session) -> Result<Outcome> {
+                match self { $(Self::$command(arguments) => arguments.run(session),)+ }
+            }
+        }
+    };
+}
+
+commands! {
     Demo(demo::Arguments),
     Bake(bake::Arguments),
     Import(import::Arguments),
@@ -133,165 +168,6 @@ pub(in crate::cli) enum Command {
     Plan(plan::Arguments),
     Completions(completions::Arguments),
     Man(manual::Arguments),
-}
-
-/// How to continue with a chain of stages after an interruption.
-const CHAIN_IF_INTERRUPTED: &str = "type the same command to continue: finished stages are skipped, \
-    an unfinished bake continues after its last complete image, any other stage starts over";
-/// How to continue after an interruption of a command that keeps nothing unfinished.
-const STAGE_IF_INTERRUPTED: &str =
-    "type the same command to start over; this command keeps no unfinished work";
-
-impl Command {
-    fn common(&self) -> &Common {
-        match self {
-            Self::Demo(arguments) => &arguments.common,
-            Self::Bake(arguments) => &arguments.common,
-            Self::Import(arguments) => &arguments.common,
-            Self::Factor(arguments) => &arguments.common,
-            Self::Export(arguments) => &arguments.common,
-            Self::Heights(arguments) => &arguments.common,
-            Self::Init(arguments) => &arguments.common,
-            Self::Info(arguments) => &arguments.common,
-            Self::Textons(arguments) => &arguments.common,
-            Self::Gram(arguments) => &arguments.common,
-            Self::Knn(arguments) => &arguments.common,
-            Self::Exemplar(arguments) => &arguments.common,
-            Self::Mask(arguments) => &arguments.common,
-            Self::Vary(arguments) => arguments.common(),
-            Self::Mesh(arguments) => &arguments.common,
-            Self::Synth(arguments) => &arguments.common,
-            Self::Render(arguments) => &arguments.common,
-            Self::BakeMaps(arguments) => &arguments.common,
-            Self::Transfer(arguments) => &arguments.common,
-            Self::View(arguments) => &arguments.common,
-            Self::Report(arguments) => &arguments.common,
-            Self::Run(arguments) => &arguments.common,
-            Self::Plan(arguments) => &arguments.common,
-            Self::Completions(arguments) => &arguments.common,
-            Self::Man(arguments) => &arguments.common,
-        }
-    }
-
-    /// Refuses options that no input could satisfy.
-    fn check(&self) -> Result<()> {
-        match self {
-            Self::Bake(arguments) => arguments.check(),
-            Self::Export(arguments) => arguments.check(),
-            Self::Heights(arguments) => arguments.options.validate(),
-            Self::Textons(arguments) => arguments.options.validate(),
-            Self::Knn(arguments) => arguments.options.validate(),
-            Self::Exemplar(arguments) => arguments.check(),
-            Self::Mask(arguments) => arguments.check(),
-            Self::Vary(arguments) => arguments.check(),
-            Self::Mesh(arguments) => arguments.check(),
-            Self::Synth(arguments) => arguments.check(),
-            Self::Render(arguments) => arguments.check(),
-            Self::BakeMaps(arguments) => arguments.check(),
-            Self::Transfer(arguments) => arguments.check(),
-            Self::View(arguments) => arguments.check(),
-            Self::Report(arguments) => arguments.check(),
-            Self::Demo(arguments) => arguments.check(),
-            Self::Plan(arguments) => arguments.check(),
-            Self::Import(arguments) => arguments.check(),
-            Self::Factor(_)
-            | Self::Info(_)
-            | Self::Init(_)
-            | Self::Gram(_)
-            | Self::Run(_)
-            | Self::Completions(_)
-            | Self::Man(_) => Ok(()),
-        }
-    }
-
-    /// What the command reads and writes.
-    fn files(&self) -> Result<Files> {
-        match self {
-            Self::Bake(arguments) => arguments.files(),
-            Self::Import(arguments) => arguments.files(),
-            Self::Factor(arguments) => Ok(arguments.files()),
-            Self::Export(arguments) => Ok(arguments.files()),
-            Self::Heights(arguments) => Ok(arguments.files()),
-            Self::Init(arguments) => arguments.files(),
-            Self::Textons(arguments) => Ok(arguments.files()),
-            Self::Gram(arguments) => Ok(arguments.files()),
-            Self::Knn(arguments) => Ok(arguments.files()),
-            Self::Exemplar(arguments) => Ok(arguments.files()),
-            Self::Mask(arguments) => Ok(arguments.files()),
-            Self::Vary(arguments) => Ok(arguments.files()),
-            Self::Mesh(arguments) => arguments.files(),
-            Self::Synth(arguments) => arguments.files(),
-            Self::Render(arguments) => Ok(arguments.files()),
-            Self::BakeMaps(arguments) => arguments.files(),
-            Self::Transfer(arguments) => Ok(arguments.files()),
-            Self::View(arguments) => Ok(arguments.files()),
-            Self::Report(arguments) => Ok(arguments.files()),
-            Self::Plan(arguments) => Ok(arguments.files()),
-            Self::Demo(_) | Self::Info(_) | Self::Run(_) | Self::Completions(_) | Self::Man(_) => {
-                Ok(Files::default())
-            }
-        }
-    }
-
-    /// What a user types to continue after an interruption.
-    fn if_interrupted(&self) -> &'static str {
-        match self {
-            Self::Bake(arguments) => arguments.if_interrupted(),
-            Self::Import(arguments) => arguments.if_interrupted(),
-            Self::Synth(arguments) => arguments.if_interrupted(),
-            Self::Render(_) => render::IF_INTERRUPTED,
-            Self::Run(_) | Self::Demo(_) => CHAIN_IF_INTERRUPTED,
-            Self::Factor(_)
-            | Self::Export(_)
-            | Self::Heights(_)
-            | Self::Info(_)
-            | Self::Init(_)
-            | Self::Textons(_)
-            | Self::Gram(_)
-            | Self::Knn(_)
-            | Self::Exemplar(_)
-            | Self::Mask(_)
-            | Self::Vary(_)
-            | Self::Mesh(_)
-            | Self::BakeMaps(_)
-            | Self::Transfer(_)
-            | Self::View(_)
-            | Self::Report(_)
-            | Self::Plan(_)
-            | Self::Completions(_)
-            | Self::Man(_) => STAGE_IF_INTERRUPTED,
-        }
-    }
-
-    fn run(&self, session: &Session) -> Result<Outcome> {
-        match self {
-            Self::Demo(arguments) => arguments.run(session),
-            Self::Bake(arguments) => arguments.run(session),
-            Self::Import(arguments) => arguments.run(session),
-            Self::Factor(arguments) => arguments.run(session),
-            Self::Export(arguments) => arguments.run(session),
-            Self::Heights(arguments) => arguments.run(session),
-            Self::Init(arguments) => arguments.run(session),
-            Self::Info(arguments) => arguments.run(session),
-            Self::Textons(arguments) => arguments.run(session),
-            Self::Gram(arguments) => arguments.run(session),
-            Self::Knn(arguments) => arguments.run(session),
-            Self::Exemplar(arguments) => arguments.run(session),
-            Self::Mask(arguments) => arguments.run(session),
-            Self::Vary(arguments) => arguments.run(session),
-            Self::Mesh(arguments) => arguments.run(session),
-            Self::Synth(arguments) => arguments.run(session),
-            Self::Render(arguments) => arguments.run(session),
-            Self::BakeMaps(arguments) => arguments.run(session),
-            Self::Transfer(arguments) => arguments.run(session),
-            Self::View(arguments) => arguments.run(session),
-            Self::Report(arguments) => arguments.run(session),
-            Self::Run(arguments) => arguments.run(session),
-            Self::Plan(arguments) => arguments.run(session),
-            Self::Completions(arguments) => Ok(arguments.run()),
-            Self::Man(arguments) => arguments.run(),
-        }
-    }
 }
 
 /// Runs the command line of this process.

@@ -11,6 +11,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::run::record::Record;
 use crate::cli::session::Session;
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::ours::Format;
 

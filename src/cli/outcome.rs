@@ -84,3 +84,12 @@ impl Outcome {
         Value::Object(report)
     }
 }
+
+/// The command that finds the textons of a whole sample.
+pub fn next_textons(sample: &Path) -> String {
+    format!(
+        "mesotex textons {} -o {}",
+        sample.display(),
+        sample.with_extension("textons.npz").display()
+    )
+}

@@ -11,6 +11,7 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::btf::sample::{self, Sample};
+use crate::byte_size::ByteSize;
 use crate::cli::atlas::{self, Look};
 use crate::cli::clipped_colors::describe_clipped;
 use crate::cli::info::kind::Kind;
@@ -20,6 +21,7 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::render::overviews::Overviews;
 use crate::cli::render::surface::DrawnSurface;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::ours::Format;
 use crate::maps::vertex_map::SurfaceTextonMap;
@@ -27,12 +29,11 @@ use crate::render::memory;
 use crate::render::option_values::Sweep;
 use crate::render::options::RenderOptions;
 use crate::render::sequence::{self, Inputs, Report};
-use crate::texton::options::ByteSize;
 use crate::textures::model::ModelOptions;
 use crate::textures::surface_color::SurfaceColor;
 
 /// How to continue after an interruption.
-pub const IF_INTERRUPTED: &str =
+const IF_INTERRUPTED: &str =
     "type the same command with --skip-existing to keep the finished frames";
 
 /// Render a decorated mesh to OpenEXR frames.
@@ -85,9 +86,12 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
         self.options.validate()?;
         let model = ModelOptions {
             displace: self.displace,
@@ -96,16 +100,43 @@ impl Arguments {
         model.validate()
     }
 
-    fn look(&self) -> Look {
-        Look {
-            displace: self.displace,
-            surface_color: self.surface_color,
+    fn files(&self) -> Result<Files> {
+        let table = match &self.options.sweep.kind {
+            Sweep::File(path) => Some(path),
+            _ => None,
+        };
+        let mut files = Files::default()
+            .read_as(&[Kind::Sample], &self.sample)
+            .read(&sample::files_of(&self.sample))
+            .read_as(&[Kind::Map, Kind::Atlas, Kind::FaceMap], &self.map)
+            .read(&atlas::files(&self.map))
+            .read(table)
+            .read(&self.options.camera.camera_path)
+            .read(&self.options.lights.environment)
+            .write("output", [&self.output], Product::Frames)
+            .write(
+                "vertex-colors",
+                &self.vertex_colors,
+                Product::File(Format::Ply),
+            );
+        if let Some(shard) = self.options.files.shard {
+            // Shards of one sweep write one folder side by side; any other two runs may not.
+            let mut name = self.output.clone().into_os_string();
+            name.push(format!(".shard-{}-of-{}", shard.index, shard.count));
+            files.writes[0].lock = Some(name.into());
+            files.writes[1..]
+                .iter_mut()
+                .for_each(|colors| colors.lock = None);
         }
+        Ok(files)
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn if_interrupted(&self) -> &'static str {
+        IF_INTERRUPTED
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let overviews = Overviews::new(&self.output, self.options.files.animation)?;
         let sample = Sample::open(&self.sample)?;
         let drawn_as = (self.look(), self.options.image.shading);
@@ -130,6 +161,15 @@ impl Arguments {
             .wrote(&self.output)
             .put_inside(frames.flat_map(|file| [file.frame.clone(), file.preview.clone()]));
         overviews.add(outcome, &report.files, session.progress())
+    }
+}
+
+impl Arguments {
+    fn look(&self) -> Look {
+        Look {
+            displace: self.displace,
+            surface_color: self.surface_color,
+        }
     }
 
     /// Refuses frames, lights and tables that this machine has too little memory for.
@@ -159,38 +199,6 @@ impl Arguments {
                     .into(),
         };
         need.check()
-    }
-
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
-        let table = match &self.options.sweep.kind {
-            Sweep::File(path) => Some(path),
-            _ => None,
-        };
-        let mut files = Files::default()
-            .read_as(&[Kind::Sample], &self.sample)
-            .read(&sample::files_of(&self.sample))
-            .read_as(&[Kind::Map, Kind::Atlas, Kind::FaceMap], &self.map)
-            .read(&atlas::files(&self.map))
-            .read(table)
-            .read(&self.options.camera.camera_path)
-            .read(&self.options.lights.environment)
-            .write("output", [&self.output], Product::Frames)
-            .write(
-                "vertex-colors",
-                &self.vertex_colors,
-                Product::File(Format::Ply),
-            );
-        if let Some(shard) = self.options.files.shard {
-            // Shards of one sweep write one folder side by side; any other two runs may not.
-            let mut name = self.output.clone().into_os_string();
-            name.push(format!(".shard-{}-of-{}", shard.index, shard.count));
-            files.writes[0].lock = Some(name.into());
-            files.writes[1..]
-                .iter_mut()
-                .for_each(|colors| colors.lock = None);
-        }
-        files
     }
 
     fn write_vertex_colors(
@@ -265,5 +273,5 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
         .figure("replaced", *replaced)
         .figure("seconds", seconds)
         .figure("vertices", map.mesh.positions.len())
-        .figure("table-bytes", report.table_bytes)
+        .figure("table_bytes", report.table_bytes)
 }

@@ -18,6 +18,7 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::report::products::Products;
 use crate::cli::run::quality::Quality;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::ours::Format;
 use crate::report::page;
@@ -48,24 +49,25 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
         page::check_ending(&self.output)
     }
 
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
-        Files::default().read([&self.input]).write(
+    fn files(&self) -> Result<Files> {
+        Ok(Files::default().read([&self.input]).write(
             "output",
             [&self.output],
             Product::File(Format::Page),
-        )
+        ))
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         // A scene's paths are relative to its folder, which is entered.
         let output = std::path::absolute(&self.output).map_err(Error::io(&self.output, "find"))?;
         let products = Products::find(&self.input, (self.quality, self.only.as_deref()), session)?;

@@ -21,6 +21,7 @@ use crate::cli::info::kind::{Kind, MESHES};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::cli::synth::faces::{FaceOutputs, Request};
 use crate::cli::synth::physical_scale::PhysicalTexel;
 use crate::cli::synth::pictures::{PictureArguments, Plane};
@@ -54,7 +55,7 @@ use crate::textures::channel::SampleChannel;
 use crate::textures::model::ModelOptions;
 
 /// How to continue after an interruption.
-pub const IF_INTERRUPTED: &str =
+const IF_INTERRUPTED: &str =
     "type the same command with --resume to continue after the last finished level";
 
 /// Synthesize the surface texton map.
@@ -106,9 +107,51 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
+        self.renamed.refuse()?;
+        if let Some(name) = &self.pictures.pictures {
+            check_stem(
+                "pictures",
+                name,
+                &["coordinate.png", "label.png", "energy.png"],
+            )?;
+        }
+        self.options.validate()?;
+        self.target.check(self.options.method)?;
+        product::check(&self.output, self.target.is_atlas(), &self.model)?;
+        self.target.surface.validate()
+    }
+
+    fn files(&self) -> Result<Files> {
+        if !self.is_onto_faces() {
+            self.check_table_is_given()?;
+        }
+        let mut files = Files::default()
+            .read_as(&[Kind::Archive], &self.space)
+            .read(self.table_path())
+            .read(&self.target.surface.guide)
+            .read(&self.target.surface.keys)
+            .write("output", [&self.output], product::product_at(&self.output))
+            .write("report", &self.report, Product::File(Format::Json));
+        if let Some(mesh) = self.mesh_path() {
+            files = files.read_as(&MESHES, mesh).read(&companions(mesh)?);
+        }
+        Ok(self.faces.files(self.pictures.files(files)))
+    }
+
+    fn if_interrupted(&self) -> &'static str {
+        match self.is_onto_faces() {
+            true => faces::IF_INTERRUPTED,
+            false => IF_INTERRUPTED,
+        }
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
         if self.is_onto_faces() {
             return self.run_on_faces(session);
@@ -173,7 +216,9 @@ impl Arguments {
         let outcome = self.outcome(&report, done.seconds, &drawn);
         Ok(describe_texel(physical, outcome).next(next))
     }
+}
 
+impl Arguments {
     fn run_on_faces(&self, session: &Session) -> Result<Outcome> {
         let space = Space::read(&self.space)?;
         self.read_table(&space)?;
@@ -208,48 +253,6 @@ impl Arguments {
             || self.pictures.draw(done.plane, done.map, done.energies),
         );
         written.and(drawn)
-    }
-
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
-        self.renamed.refuse()?;
-        if let Some(name) = &self.pictures.pictures {
-            check_stem(
-                "pictures",
-                name,
-                &["coordinate.png", "label.png", "energy.png"],
-            )?;
-        }
-        self.options.validate()?;
-        self.target.check(self.options.method)?;
-        product::check(&self.output, self.target.is_atlas(), &self.model)?;
-        self.target.surface.validate()
-    }
-
-    /// What the command reads and writes.
-    pub fn files(&self) -> Result<Files> {
-        if !self.is_onto_faces() {
-            self.check_table_is_given()?;
-        }
-        let mut files = Files::default()
-            .read_as(&[Kind::Archive], &self.space)
-            .read(self.table_path())
-            .read(&self.target.surface.guide)
-            .read(&self.target.surface.keys)
-            .write("output", [&self.output], product::product_at(&self.output))
-            .write("report", &self.report, Product::File(Format::Json));
-        if let Some(mesh) = self.mesh_path() {
-            files = files.read_as(&MESHES, mesh).read(&companions(mesh)?);
-        }
-        Ok(self.faces.files(self.pictures.files(files)))
-    }
-
-    /// How to continue after an interruption.
-    pub fn if_interrupted(&self) -> &'static str {
-        match self.is_onto_faces() {
-            true => faces::IF_INTERRUPTED,
-            false => IF_INTERRUPTED,
-        }
     }
 
     /// Whether sites are faces.

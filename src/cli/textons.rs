@@ -10,7 +10,9 @@ use crate::cli::info::kind::Kind;
 use crate::cli::machine::{self, Need};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
+use crate::cli::parts::{InShards, outcome_of_kept, refuse_other_seed};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::json;
 use crate::format::ours::Format;
@@ -45,7 +47,7 @@ pub struct Arguments {
     /// Write a picture of the finest texton map. A label has the same colour in every picture.
     #[arg(long, value_name = "FILE.png")]
     pub label_map: Option<PathBuf>,
-    /// Process only share i of n of the images, i counted from 0, and write a part; --reduce joins all parts. An
+    /// Analyse only shard i of n (counted from 0) of the images and write it as a part; --reduce joins the parts. An
     /// existing part of the same sample and options is kept.
     #[arg(long, value_name = "I/N", conflicts_with = "reduce")]
     pub shard: Option<Shard>,
@@ -59,23 +61,29 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
+        self.options.validate()
+    }
+
+    fn files(&self) -> Result<Files> {
         let picture = Product::File(Format::Picture);
-        Files::default()
+        Ok(Files::default()
             .read_as(&[Kind::Sample], &self.sample)
             .read(&sample::files_of(&self.sample))
             .read(&self.reduce)
             .write("output", [&self.output], Product::File(Format::Archive))
             .write("report", &self.report, Product::File(Format::Json))
             .write("montage", &self.montage, picture)
-            .write("label-map", &self.label_map, picture)
+            .write("label-map", &self.label_map, picture))
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let sample = Sample::open(&self.sample)?;
         if !self.reduce.is_empty() {
             return self.join(&sample, session);
@@ -109,19 +117,19 @@ impl Arguments {
             }
         }
     }
+}
 
+impl InShards for Arguments {
+    fn parts(&self) -> &[PathBuf] {
+        &self.reduce
+    }
+}
+
+impl Arguments {
     /// Joins parts.
     fn join(&self, sample: &Sample, session: &Session) -> Result<Outcome> {
         let parts = Parts::open(&self.reduce, sample)?;
-        let seed = parts.options.seed;
-        if let Some(given) = session.given_seed().filter(|given| *given != seed) {
-            let found = format!("{given}, of parts made with {seed}");
-            return Err(Error::option(
-                "seed",
-                found,
-                format!("{seed}, or no --seed"),
-            ));
-        }
+        refuse_other_seed(session, parts.options.seed)?;
         let options = parts.options.clone();
         let study = parts.study(sample, &options, machine::quarter_of_memory())?;
         let need = Need {
@@ -149,17 +157,15 @@ impl Arguments {
     fn outcome_of_part(&self, shard: Shard, report: &PartReport) -> Outcome {
         let PartReport { images, is_kept } = report;
         let outcome = match is_kept {
-            true => Outcome::default().line(format!(
-                "{} is there already: shard {shard} of this sample and these options",
-                self.output.display()
-            )),
-            false => Outcome::default().wrote(&self.output),
+            true => outcome_of_kept(&self.output, shard, "sample"),
+            false => Outcome::default()
+                .wrote(&self.output)
+                .figure("shard", shard.to_string())
+                .figure("kept", false),
         };
         outcome
             .line(format!("images {} to {}", images.start, images.end - 1))
-            .figure("shard", shard.to_string())
             .figure("images", images.len())
-            .figure("kept", *is_kept)
             .figure("peak_bytes", machine::peak_memory().map(|size| size.0))
     }
 

@@ -11,6 +11,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::render::surface;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::id::check_same;
 use crate::format::ours::Format;
@@ -59,35 +60,28 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    fn options(&self) -> ViewerOptions {
-        ViewerOptions {
-            error: self.error,
-            up: self.up,
-            front: self.front,
-        }
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
     }
 
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
+    fn check(&self) -> Result<()> {
         page::check_ending(&self.output)?;
         self.options().validate()
     }
 
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
-        Files::default()
+    fn files(&self) -> Result<Files> {
+        Ok(Files::default()
             .read([&self.sample])
             .read(&sample::files_of(&self.sample))
             .read([&self.map])
             .read(&atlas::files(&self.map))
-            .write("output", [&self.output], Product::File(Format::Page))
+            .write("output", [&self.output], Product::File(Format::Page)))
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+    fn run(&self, session: &Session) -> Result<Outcome> {
         // Claim the output, and read sample and map.
-        let _locks = self.files().claim()?;
+        let _locks = self.files()?.claim()?;
         let begun = Instant::now();
         let sample = Sample::open(&self.sample)?;
         let drawn_as = (Look::default(), Shading::Pixel);
@@ -118,6 +112,16 @@ impl Arguments {
             .figure("notes", made.notes)
             .figure("seconds", begun.elapsed().as_secs_f64())
             .wrote(&self.output))
+    }
+}
+
+impl Arguments {
+    fn options(&self) -> ViewerOptions {
+        ViewerOptions {
+            error: self.error,
+            up: self.up,
+            front: self.front,
+        }
     }
 
     /// Refuses a map that was made from another sample.

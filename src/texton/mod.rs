@@ -58,7 +58,7 @@ pub use filter_bank::leung_malik;
 pub use filter_eigenbasis::FilterEigenbasis;
 pub use gram::gram_matrix;
 pub use gram_kmeans::cluster;
-pub use options::{ByteSize, TextonOptions};
+pub use options::TextonOptions;
 pub use parts::{PartFile, PartReport, Parts, write_part};
 pub use point_filters::PointFilters;
 pub use report::{AnalysisReport, LevelReport};

@@ -3,11 +3,11 @@
 //! In: sizes and a memory limit. Out: one route per level, and how images are held; or the least
 //! memory that would do. Figures are of the arrays that dominate, with a margin for the rest.
 
+use crate::byte_size::ByteSize;
 use crate::error::{Error, Result};
 use crate::grid::TexelGrid;
 use crate::texton::fft_filters::FftFilters;
 use crate::texton::filter_bank::FILTERS;
-use crate::texton::options::ByteSize;
 use crate::texton::representatives::ImageVectors;
 use crate::texton::sketch::COORDINATES;
 use crate::texton::texel_gram;

@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use crate::btf::factored::Factors;
 use crate::btf::sample::Sample;
+use crate::byte_size::ByteSize;
 use crate::error::{Error, Result};
 use crate::random::{Stream, stream};
 use crate::texton::eigenplanes::Eigenplanes;
@@ -12,7 +13,7 @@ use crate::texton::filter_bank::FILTERS;
 use crate::texton::image_batches::PlaneSource;
 use crate::texton::image_blocks::ImageBlocks;
 use crate::texton::image_stack::{Channels, ImageStack};
-use crate::texton::options::{ByteSize, TextonOptions};
+use crate::texton::options::TextonOptions;
 use crate::texton::plan::{Plan, Sizes};
 use crate::texton::point_filters::PointFilters;
 use crate::texton::representatives::{ImageAppearance, ImageVectors};

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 use mesotex::btf::{Direction, DirectionSet};
+use mesotex::byte_size::ByteSize;
 use mesotex::format::gltf::GltfMesh;
 use mesotex::format::obj::ObjMesh;
 use mesotex::format::ply::Column;
@@ -15,7 +16,6 @@ use mesotex::maps::{MapHeader, SurfaceTextonMap};
 use mesotex::mesh::TriangleMesh;
 use mesotex::random;
 use mesotex::render::{FileOptions, LightSpec, Point, RenderOptions, SweepOptions};
-use mesotex::texton::ByteSize;
 use ndarray::Array1;
 use rand::Rng;
 use serde::{Deserialize, Serialize};

@@ -10,7 +10,8 @@ mod source;
 use source::Source;
 
 /// What every room may use.
-const GROUND: [&str; 12] = [
+const GROUND: [&str; 13] = [
+    "byte_size",
     "error",
     "false_color",
     "format",

@@ -52,7 +52,7 @@ use crate::btf::bake::shade::BakeScene;
 use crate::btf::bake::slabs::write_images;
 use crate::btf::direction::Direction;
 use crate::btf::height_map::HeightMap;
-use crate::btf::parts::{self, Maker, Slice};
+use crate::btf::parts::{self, Maker, NewPart};
 use crate::btf::sample::{DType, Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
@@ -121,7 +121,7 @@ pub fn bake(
     target: &Path,
     progress: Progress<'_>,
 ) -> Result<Baked> {
-    bake_share(material, options, None, target, progress)
+    bake_views(material, options, None, target, progress)
 }
 
 /// Bakes the views of a shard into the part `target`, as [`bake`] does those of a whole sample; [`join`] makes a
@@ -133,7 +133,7 @@ pub fn bake_part(
     target: &Path,
     progress: Progress<'_>,
 ) -> Result<Baked> {
-    bake_share(material, options, Some(shard), target, progress)
+    bake_views(material, options, Some(shard), target, progress)
 }
 
 /// Joins the parts of all shards to the sample `target`, as one run bakes it; returns its description. Refuses parts of
@@ -142,7 +142,8 @@ pub fn join(parts: &[PathBuf], target: &Path, progress: Progress<'_>) -> Result<
     parts::join(parts, Maker::Bake, target, progress)
 }
 
-fn bake_share(
+/// Bakes all views, or those of a shard.
+fn bake_views(
     material: &Material,
     options: &BakeOptions,
     shard: Option<Shard>,
@@ -164,7 +165,7 @@ fn bake_share(
     if let Some(shard) = shard {
         shard.check(views.len(), "views")?;
         views = shard.range(views.len());
-        description = slice(shard, &views, directions.lights.len()).part_of(&description);
+        description = new_part(shard, &views, directions.lights.len()).described_in(&description);
         if let Some(found) = parts::find(target, |_| description.clone(), Some(&heights)) {
             return Ok(Baked::kept(found));
         }
@@ -250,9 +251,9 @@ fn render(
     }
 }
 
-/// The images of a shard: those of its views. All that they depend on is in the description.
-fn slice(shard: Shard, views: &Range<usize>, lights: usize) -> Slice {
-    Slice {
+/// The part of a shard has the images of its views. All that they depend on is in the description.
+fn new_part(shard: Shard, views: &Range<usize>, lights: usize) -> NewPart {
+    NewPart {
         maker: Maker::Bake,
         shard,
         images: views.start * lights..views.end * lights,

@@ -9,7 +9,7 @@ use crate::btf::bonn::images::BonnImages;
 use crate::btf::bonn::local_frames::TexelFrames;
 use crate::btf::description::Description;
 use crate::btf::image_source::ImageSource;
-use crate::btf::parts::{Slice, WrittenSample, write_share};
+use crate::btf::parts::{NewPart, WrittenSample, write_sample_or_part};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
 use crate::format::atomic::parent;
@@ -19,15 +19,15 @@ use crate::progress::Progress;
 /// Bytes of a block of texels while local frames are undone.
 const BLOCK: usize = 64 << 20;
 
-/// Writes all images to `target`, or those of a slice.
+/// Writes all images to `target`, or those of one part.
 pub(super) fn expand(
     images: &BonnImages,
     target: &Path,
-    slice: Option<&Slice>,
+    part: Option<&NewPart>,
     progress: Progress<'_>,
 ) -> Result<WrittenSample> {
     let (whole, heights) = (images.description.clone(), images.heights.clone());
-    write_share(target, whole, slice, heights, |writer, range| {
+    write_sample_or_part(target, whole, part, heights, |writer, range| {
         each_image(images, range, progress, |image| writer.push(image))
     })
 }

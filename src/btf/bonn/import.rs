@@ -22,7 +22,7 @@ use crate::btf::factored::factorize::{Accuracy, FactorOptions, factorize};
 use crate::btf::height_map::HeightMap;
 use crate::btf::import::destination::{Destination, InputIds};
 use crate::btf::import::{Handedness, ImportOptions, Preparation, SizeLine, Values};
-use crate::btf::parts::{Slice, WrittenSample};
+use crate::btf::parts::{NewPart, WrittenSample};
 use crate::error::{Error, Result};
 use crate::format::atomic::parent;
 use crate::format::id::ContentId;
@@ -132,9 +132,9 @@ impl BonnImport<'_> {
                 Ok((WrittenSample::anew(sample), told_of(&images)))
             }
             _ => {
-                let slice = self.slice(&images.description)?;
+                let part = self.part(&images.description)?;
                 let target = self.destination.path;
-                let sample = expand(&images, target, slice.as_ref(), self.progress)?;
+                let sample = expand(&images, target, part.as_ref(), self.progress)?;
                 Ok((sample, told_of(&images)))
             }
         }
@@ -179,10 +179,10 @@ impl BonnImport<'_> {
         ))
     }
 
-    /// The images of the run's shard.
-    fn slice(&self, whole: &Description) -> Result<Option<Slice>> {
+    /// The part that the run makes; `None` where it makes the whole sample.
+    fn part(&self, whole: &Description) -> Result<Option<NewPart>> {
         let count = whole.image_count();
-        self.destination.slice(count, self.options, |_| {
+        self.destination.part(count, self.options, |_| {
             Ok(InputIds {
                 source: ContentId::of_file(self.path)?,
                 own: None,

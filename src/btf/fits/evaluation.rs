@@ -10,7 +10,7 @@ use crate::btf::fits::fit::{Colors, Fit};
 use crate::btf::import::curve::curve;
 use crate::btf::import::destination::{Destination, InputIds};
 use crate::btf::import::{Family, ImportOptions};
-use crate::btf::parts::{WrittenSample, write_share};
+use crate::btf::parts::{WrittenSample, write_sample_or_part};
 use crate::btf::sample::{Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::Result;
@@ -31,7 +31,7 @@ pub fn evaluate<'a>(
     let linear = curve(options.encoding, decode_srgb)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let description = describe(fit, (&name, kind), lights, options);
-    let slice = destination.slice(lights.len(), options, |_| {
+    let part = destination.part(lights.len(), options, |_| {
         Ok(InputIds {
             source: ContentId::of_file(path)?,
             own: None,
@@ -52,13 +52,7 @@ pub fn evaluate<'a>(
         progress.end();
         Ok(())
     };
-    write_share(
-        destination.path,
-        description,
-        slice.as_ref(),
-        None,
-        evaluate,
-    )
+    write_sample_or_part(destination.path, description, part.as_ref(), None, evaluate)
 }
 
 fn describe(

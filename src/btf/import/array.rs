@@ -15,7 +15,7 @@ use crate::btf::import::destination::{Destination, InputIds};
 use crate::btf::import::family::Family;
 use crate::btf::import::options::ImportOptions;
 use crate::btf::import::prepare::inspected;
-use crate::btf::parts::{WrittenSample, write_share};
+use crate::btf::parts::{WrittenSample, write_sample_or_part};
 use crate::btf::sample::{Description, FORMAT, Layout, VERSION};
 use crate::btf::writer::SampleWriter;
 use crate::error::{Error, Result};
@@ -80,11 +80,11 @@ pub fn import<'a>(
         sides(&header.shape, views.len(), lights.len()).map_err(|error| error.in_file(path))?;
     let numbers = Numbers::open(path, &header)?;
     let linear = curve(options.encoding, |number| number)?;
-    // Take a share of its images.
+    // Take the images of the shard.
     let destination = destination.into();
     let description = describe(path, sides, (views, lights), options);
     let (count, length) = (description.image_count(), 3 * description.grid().len());
-    let slice = destination.slice(count, options, |own| {
+    let part = destination.part(count, options, |own| {
         progress.begin("comparing numbers", own.len() as u64);
         let source = ids(&numbers, length, &header, inspected(count), progress)?;
         let own = ids(&numbers, length, &header, own, progress)?;
@@ -111,7 +111,7 @@ pub fn import<'a>(
         progress.end();
         Ok(())
     };
-    write_share(destination.path, description, slice.as_ref(), None, convert)
+    write_sample_or_part(destination.path, description, part.as_ref(), None, convert)
 }
 
 /// The id of the shape of an array and of some of its images.

@@ -16,7 +16,7 @@ use crate::btf::import::image_reader::ImageReader;
 use crate::btf::import::options::{ImportOptions, Values};
 use crate::btf::import::prepare::{Preparation, Steps};
 use crate::btf::import::reading_faults::ReadingFaults;
-use crate::btf::import::share::Share;
+use crate::btf::import::shard_images::ShardImages;
 use crate::btf::import::stations::{NearField, Patch, Resampler};
 use crate::btf::import::subject::Subject;
 use crate::btf::parts::{self, WrittenSample};
@@ -45,7 +45,7 @@ pub fn assemble<'a>(
     preparation.check()?;
     check_grey_card(list, options)?;
     check_resampling(list, options)?;
-    // Arrange the images by direction, and take a share of them.
+    // Arrange the images by direction, and take those of the shard.
     let arrangement = Arrangement::of(list, preparation)?;
     let subject = Subject {
         list,
@@ -62,8 +62,8 @@ pub fn assemble<'a>(
         let path = |&image: &usize| list.images[image].path.as_path();
         rectification.check(&used.iter().map(path).collect::<Vec<_>>())?;
     }
-    let share = Share::of(&subject, destination, progress)?;
-    if let Some(found) = share.find(&subject, destination) {
+    let shard = ShardImages::of(&subject, destination, progress)?;
+    if let Some(found) = shard.find(&subject, destination) {
         return Ok(WrittenSample::kept(found));
     }
     // Prepare the steps that every image goes through.
@@ -74,7 +74,7 @@ pub fn assemble<'a>(
     })?;
     let work = Work {
         subject,
-        share: &share,
+        shard: &shard,
         reader: &reader,
         steps: &steps,
     };
@@ -144,7 +144,7 @@ fn check_resampling(list: &ImageList, options: &ImportOptions) -> Result<()> {
 /// All that is needed to make the images of a sample.
 struct Work<'a> {
     subject: Subject<'a>,
-    share: &'a Share,
+    shard: &'a ShardImages,
     reader: &'a ImageReader<'a>,
     steps: &'a Steps<'a>,
 }
@@ -221,7 +221,7 @@ impl<'a> Writing<'a> {
 impl Work<'_> {
     /// Writes all images; refuses the set after the last one, where any could not be used.
     fn write(&self, writing: &mut Writing<'_>, progress: Progress<'_>) -> Result<()> {
-        let places = &self.share.prepared;
+        let places = &self.shard.prepared;
         progress.begin("importing images", places.len() as u64);
         let mut next = 0;
         while next < places.len() {
@@ -256,7 +256,7 @@ impl Work<'_> {
         let Some(resampler) = output.resampler.take() else {
             return Ok(());
         };
-        let images = &self.share.images;
+        let images = &self.shard.images;
         let left = images.start + output.resumed..images.end;
         resampler.finish(left, progress, |image| output.writer.push(image))
     }
@@ -275,7 +275,7 @@ impl Work<'_> {
             options,
             arrangement,
         } = self.subject;
-        if let Slot::Read(image) = arrangement.slots[self.share.prepared[at]] {
+        if let Slot::Read(image) = arrangement.slots[self.shard.prepared[at]] {
             let path = &list.images[image].path;
             // Photographs may be of any size: what counts is the patch.
             writing.is_sound &=
@@ -304,9 +304,9 @@ impl Work<'_> {
     fn begun(&self, target: &Path, image: &FloatImage) -> Result<Output> {
         let size = (image.width, image.height);
         let whole = self.subject.describe(size, self.steps.hot_pixels());
-        let writer = match &self.share.slice {
+        let writer = match &self.shard.part {
             None => SampleWriter::create(target, whole)?,
-            Some(slice) => SampleWriter::resume(target, slice.part_of(&whole))?,
+            Some(part) => SampleWriter::resume(target, part.described_in(&whole))?,
         };
         let resampler = |near_field: &NearField| {
             let near_field = NearField {
@@ -317,19 +317,19 @@ impl Work<'_> {
                 },
                 ..near_field.clone()
             };
-            Resampler::new(near_field, self.share.prepared.clone(), parent(target))
+            Resampler::new(near_field, self.shard.prepared.clone(), parent(target))
         };
         Ok(Output {
             resumed: writer.images_written(),
             writer,
-            resampler: self.share.near_field.as_ref().map(resampler).transpose()?,
+            resampler: self.shard.near_field.as_ref().map(resampler).transpose()?,
         })
     }
 
     /// Refuses options that no image has use for. Where a shard's own images have none, others may: they are read until
     /// one has.
     fn check_options_used(&self, progress: Progress<'_>) -> Result<()> {
-        if self.share.slice.is_some() {
+        if self.shard.part.is_some() {
             for image in self.subject.arrangement.read_images() {
                 if self.reader.check_options_used().is_ok() {
                     break;

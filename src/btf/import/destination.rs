@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use crate::btf::import::options::ImportOptions;
 use crate::btf::import::photographs::PhotographOptions;
-use crate::btf::parts::{Maker, Slice};
+use crate::btf::parts::{Maker, NewPart};
 use crate::error::Result;
 use crate::format::id::ContentId;
 use crate::shard::Shard;
@@ -46,14 +46,14 @@ pub(in crate::btf) struct InputIds {
 }
 
 impl Destination<'_> {
-    /// The slice of `count` images that the run makes of a sample; `None` where it makes the whole. `ids` is asked with
-    /// the images of the slice.
-    pub(in crate::btf) fn slice(
+    /// The part that the run makes of a sample of `count` images; `None` where it makes the whole. `ids` is asked with
+    /// the images of the part.
+    pub(in crate::btf) fn part(
         &self,
         count: usize,
         options: &ImportOptions,
         ids: impl FnOnce(Range<usize>) -> Result<InputIds>,
-    ) -> Result<Option<Slice>> {
+    ) -> Result<Option<NewPart>> {
         let Some(shard) = self.shard else {
             return Ok(None);
         };
@@ -62,7 +62,7 @@ impl Destination<'_> {
         let InputIds { source, own } = ids(images.clone())?;
         let mut made_from = stated(options)?;
         made_from.insert(SOURCE.into(), json!(source));
-        Ok(Some(Slice {
+        Ok(Some(NewPart {
             maker: Maker::Import,
             shard,
             images,
@@ -140,8 +140,8 @@ mod tests {
             shard: Some("1/2".parse().unwrap()),
         };
         let id = ContentId::of_bytes(b"set");
-        let slice = |count| {
-            destination.slice(count, &ImportOptions::default(), |images| {
+        let part = |count| {
+            destination.part(count, &ImportOptions::default(), |images| {
                 assert_eq!(images, 2..5);
                 Ok(InputIds {
                     source: id.clone(),
@@ -149,15 +149,15 @@ mod tests {
                 })
             })
         };
-        let found = slice(5).unwrap().unwrap();
+        let found = part(5).unwrap().unwrap();
         assert_eq!(
             (found.images, &found.made_from["source"]),
             (2..5, &json!(id))
         );
-        let few = slice(1).unwrap_err().to_string();
+        let few = part(1).unwrap_err().to_string();
         assert!(few.contains("1/2, of 1 images"), "{few}");
         let whole = Destination::from(Path::new("a.sample"));
-        let none = whole.slice(5, &ImportOptions::default(), |_| unreachable!());
+        let none = whole.part(5, &ImportOptions::default(), |_| unreachable!());
         assert!(none.unwrap().is_none());
     }
 }

@@ -15,7 +15,7 @@
 //! | [`stations`] | images of near cameras and lamps, resampled |
 //! | [`mod@array`], [`stated_directions`], [`curve`] | arrays, and what the user says of sources without image files |
 //! | [`arrangement`], [`fill`], [`subject`], [`assemble`], [`reading_faults`] | the sample |
-//! | [`destination`], [`share`], [`list_ids`] | the part of a sample that one of several runs makes |
+//! | [`destination`], [`shard_images`], [`list_ids`] | the part of a sample that one of several runs makes |
 
 mod arrangement;
 pub mod array;
@@ -41,7 +41,7 @@ mod prepare;
 mod reading_faults;
 pub(crate) mod recognize;
 mod sets;
-mod share;
+mod shard_images;
 mod size_line;
 mod spectrum;
 pub(crate) mod stated_directions;

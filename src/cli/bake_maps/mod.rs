@@ -16,6 +16,7 @@ use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::exemplar::channels::ChannelKind;
 use crate::format::image::Precision;
@@ -111,9 +112,12 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
         self.options.validate()?;
         if is_atlas(&self.map) {
             return Ok(());
@@ -136,12 +140,7 @@ impl Arguments {
         }
     }
 
-    fn resolution(&self) -> u32 {
-        self.resolution.unwrap_or(RESOLUTION)
-    }
-
-    /// What the command reads and writes.
-    pub fn files(&self) -> Result<Files> {
+    fn files(&self) -> Result<Files> {
         let mut files = Files::default()
             .read_as(&[Kind::Sample], &self.sample)
             .read(&sample::files_of(&self.sample))
@@ -155,8 +154,7 @@ impl Arguments {
         Ok(files)
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+    fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
         let started = Instant::now();
         let sample = Sample::open(&self.sample)?;
@@ -166,6 +164,12 @@ impl Arguments {
         };
         let seconds = started.elapsed().as_secs_f64();
         Ok(outcome.figure("seconds", seconds).wrote(&self.output))
+    }
+}
+
+impl Arguments {
+    fn resolution(&self) -> u32 {
+        self.resolution.unwrap_or(RESOLUTION)
     }
 
     /// The options of one frame, shaded as pixels are.

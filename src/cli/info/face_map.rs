@@ -51,7 +51,7 @@ pub fn describe(path: &Path, against: Option<&Path>) -> Result<Outcome> {
         .figure("square", vec![left, top, side])
         .figure("sources", sources.len())
         .figure("phases", phases.to_vec())
-        .figure("has-colors", map.colors.is_some())
+        .figure("has_colors", map.colors.is_some())
         .figure("channels", names);
     let mut outcome = with_header(outcome, &map.header);
     // Check whether it belongs to the other file.

@@ -24,6 +24,7 @@ use crate::cli::info::kind::{Kind, frames_in, unknown};
 use crate::cli::outcome::Outcome;
 use crate::cli::run;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::atomic::folder::{is_set_aside, repair};
 use crate::format::lock::OutputLock;
@@ -61,9 +62,12 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
         self.repair(session)?;
         let kind = Kind::of(&self.path)?;
         // Refuse options that this kind of file has no use for.
@@ -104,7 +108,9 @@ impl Arguments {
             Kind::Frames => frames(&self.path),
         }
     }
+}
 
+impl Arguments {
     fn sample(&self, session: &Session) -> Result<Outcome> {
         let outcome = sample::describe(&self.path, session.progress())?;
         match self.leave_out {
@@ -118,9 +124,7 @@ impl Arguments {
             ),
         }
     }
-}
 
-impl Arguments {
     /// Puts a sample back that an interrupted replacement left aside.
     fn repair(&self, session: &Session) -> Result<()> {
         if self.path.exists() || !is_set_aside(&self.path) {

@@ -10,11 +10,11 @@ use crate::btf::HeightMap;
 use crate::btf::direction::Direction;
 use crate::btf::factored::products::Values as Multiplied;
 use crate::btf::sample::{Description, Pixels, RADIANCE, Sample, files_of};
+use crate::byte_size::ByteSize;
 use crate::cli::outcome::Outcome;
 use crate::error::{Error, Result};
 use crate::format::id::check_same;
 use crate::progress::Progress;
-use crate::texton::options::ByteSize;
 
 /// Reads a whole sample and describes its content.
 pub fn describe(path: &Path, progress: Progress<'_>) -> Result<Outcome> {

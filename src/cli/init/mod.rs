@@ -25,6 +25,7 @@ use crate::cli::init::text::{Fitted, scene_text};
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::Result;
 use crate::format::atomic;
 use crate::format::mesh_formats::{companions, listed_extensions};
@@ -59,9 +60,12 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// What the command reads and writes.
-    pub fn files(&self) -> Result<Files> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn files(&self) -> Result<Files> {
         Ok(Files::default()
             .read([&self.material])
             .read_as(&MESHES, &self.mesh)
@@ -69,8 +73,7 @@ impl Arguments {
             .write("output", [&self.output], Product::File(Format::Scene)))
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+    fn run(&self, session: &Session) -> Result<Outcome> {
         let _locks = self.files()?.claim()?;
         let progress = session.progress();
         let material = Material::read(&self.material, progress)?;
@@ -100,7 +103,9 @@ impl Arguments {
             .wrote(&self.output)
             .next(format!("mesotex run {scene} --plan")))
     }
+}
 
+impl Arguments {
     /// `MATERIAL-on-MESH`, of letters and digits.
     fn name(&self) -> String {
         let stem = |path: &Path| {

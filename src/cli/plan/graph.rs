@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use crate::cli::plan::pieces::{Made, Piece, joined, pieces};
+use crate::cli::plan::stage_tasks::{Made, StageTask, joined, stage_tasks};
 use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::overview::{Opened, enter, opened, read_text};
@@ -112,32 +112,35 @@ impl Graph {
         let mut sizes = Sizes::new(session.progress(), false);
         for stage in &stages.list {
             session.progress().check()?;
-            for mut piece in pieces(stage, &mut sizes, wanted.shards)? {
-                piece
-                    .words
+            for mut task in stage_tasks(stage, &mut sizes, wanted.shards)? {
+                task.words
                     .extend(["--seed".into(), stage.seed_or(seed).to_string()]);
-                piece
-                    .words
+                task.words
                     .extend(["--threads".into(), wanted.threads.to_string()]);
-                self.add(piece, (&runs[0], stage), &folder)?;
+                self.add(task, (&runs[0], stage), &folder)?;
             }
         }
         Ok(())
     }
 
-    fn add(&mut self, piece: Piece, (scene, stage): (&Scene, &Stage), folder: &Path) -> Result<()> {
-        let id = self.id_of(&scene.name, stage, &piece.part);
+    fn add(
+        &mut self,
+        task: StageTask,
+        (scene, stage): (&Scene, &Stage),
+        folder: &Path,
+    ) -> Result<()> {
+        let id = self.id_of(&scene.name, stage, &task.part);
         let is_whole = |made: &Made| matches!(made, Made::File(_) | Made::Folder(_));
         let record = scene.output.join(RECORDS).join(format!("{id}.json"));
-        let record = piece.makes.iter().all(is_whole).then_some(record);
-        let makes: Vec<Made> = piece.makes.iter().map(|made| made.inside(folder)).collect();
-        let inputs = piece.reads.iter().map(|input| joined(folder, input));
+        let record = task.makes.iter().all(is_whole).then_some(record);
+        let makes: Vec<Made> = task.makes.iter().map(|made| made.inside(folder)).collect();
+        let inputs = task.reads.iter().map(|input| joined(folder, input));
         let (inputs, after) = self.resolved(inputs);
         let task = Task {
             id,
             stage: stage.name.clone(),
             folder: folder.to_path_buf(),
-            words: piece.words,
+            words: task.words,
             inputs,
             step: after
                 .iter()
@@ -146,7 +149,7 @@ impl Graph {
                 .unwrap_or(0),
             after,
             makes,
-            cost: piece.cost,
+            cost: task.cost,
             record,
         };
         if !self.known.insert((task.folder.clone(), task.words.clone())) {

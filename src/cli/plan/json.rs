@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::cli::plan::graph::{Graph, Task};
-use crate::cli::plan::pieces::Made;
+use crate::cli::plan::stage_tasks::Made;
 
 /// What a plan calls itself.
 const FORMAT: &str = "mesotex-plan";

@@ -3,14 +3,14 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`graph`] | the tasks of all scenes, and which come before which |
-//! | [`pieces`] | a stage as one task, or as the tasks it is split into |
+//! | [`stage_tasks`] | a stage as one task, or as the tasks it is split into |
 //! | [`json`], [`shell`], [`snakefile`] | the graph as text |
 
 mod graph;
 mod json;
-mod pieces;
 mod shell;
 mod snakefile;
+mod stage_tasks;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -22,6 +22,7 @@ use crate::cli::outputs::{Files, Product};
 use crate::cli::plan::graph::{Graph, Wanted};
 use crate::cli::run::quality::Quality;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::atomic;
 use crate::format::ours::Format;
@@ -74,9 +75,12 @@ pub enum PlanFormat {
     Snakemake,
 }
 
-impl Arguments {
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
         match (1..=MOST_SHARDS).contains(&self.shards) {
             true => Ok(()),
             false => Err(Error::option(
@@ -87,19 +91,17 @@ impl Arguments {
         }
     }
 
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
+    fn files(&self) -> Result<Files> {
         let format = match self.format {
             PlanFormat::Json => Format::Json,
             PlanFormat::Shell | PlanFormat::Snakemake => Format::Plan,
         };
         let files = Files::default().read(&self.scenes);
-        files.write("output", &self.output, Product::File(format))
+        Ok(files.write("output", &self.output, Product::File(format)))
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let output = self.output.as_deref().map(std::path::absolute).transpose();
         let output = output.map_err(Error::io(&self.scenes[0], "find the folder of"))?;
         let wanted = Wanted {

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use crate::cli::plan::graph::{Graph, Task};
-use crate::cli::plan::pieces::joined;
+use crate::cli::plan::stage_tasks::joined;
 use crate::cli::run::overview::{quoted, quoted_word};
 use crate::format::ours::PLAN_MARK;
 

@@ -7,8 +7,8 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::cli::plan::graph::{Graph, Task};
-use crate::cli::plan::pieces::{Frames, Made, PartKind};
 use crate::cli::plan::shell;
+use crate::cli::plan::stage_tasks::{Frames, Made, PartKind};
 use crate::format::ours::PLAN_MARK;
 
 /// How much more memory and time is asked for than the model says: it is within a factor of two where it was measured,

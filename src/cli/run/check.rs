@@ -15,6 +15,7 @@ use crate::cli::run::draft::Draft;
 use crate::cli::run::faults::{Faults, Place};
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
+use crate::cli::subcommand::Subcommand;
 use crate::cli::{Command, CommandLine, unused_options};
 use crate::error::Error;
 

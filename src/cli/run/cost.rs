@@ -59,8 +59,8 @@ pub(super) fn bake(sample: SampleSize, samples: f64, bounces: f64, slant: f64) -
     )
 }
 
-/// A bake in so many slices of its views: what each takes, and to join them.
-pub(super) fn slices_of_bake(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
+/// A bake in so many shards: what each takes, and to join their parts.
+pub(super) fn bake_in_shards(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
     let setup = bake(
         SampleSize {
             images: 0.0,
@@ -71,11 +71,11 @@ pub(super) fn slices_of_bake(whole: Cost, sample: SampleSize, shards: f64) -> [C
         USUAL_SLANT,
     )
     .seconds;
-    let slice = Cost {
+    let shard = Cost {
         seconds: setup + (whole.seconds - setup) / shards,
         ..whole
     };
-    [slice, joining(sample)]
+    [shard, joining(sample)]
 }
 
 /// Parts joined to a sample: bytes are copied and hashed.
@@ -96,13 +96,13 @@ pub(super) fn import(sample: SampleSize, pixels: f64) -> Cost {
     )
 }
 
-/// An import shared among so many runs: what each takes, and to join them.
-pub(super) fn shares_of_import(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
-    let share = Cost {
+/// An import in so many shards: what each takes, and to join their parts.
+pub(super) fn import_in_shards(whole: Cost, sample: SampleSize, shards: f64) -> [Cost; 2] {
+    let shard = Cost {
         seconds: 0.03 + whole.seconds / shards,
         ..whole
     };
-    [share, joining(sample)]
+    [shard, joining(sample)]
 }
 
 /// The most texels of which all products are kept; more are projected first.
@@ -134,8 +134,8 @@ pub(super) fn textons(
     )
 }
 
-/// Texton analysis shared among so many runs: what each takes, and the reduction; `whole` is one run.
-pub(super) fn shares_of_textons(
+/// A texton analysis in so many shards: what each takes, and to join their parts; `whole` is one run.
+pub(super) fn textons_in_shards(
     whole: Cost,
     sample: SampleSize,
     [chosen, grid, channels]: [f64; 3],
@@ -388,19 +388,19 @@ mod tests {
             ),
             (
                 "textons 64, a half",
-                shares_of_textons(many, sample(64.0), [100.0, 8.0, 3.0], 2.0)[0],
+                textons_in_shards(many, sample(64.0), [100.0, 8.0, 3.0], 2.0)[0],
                 1.01,
                 49e6,
             ),
             (
                 "textons 64, halves joined",
-                shares_of_textons(many, sample(64.0), [100.0, 8.0, 3.0], 2.0)[1],
+                textons_in_shards(many, sample(64.0), [100.0, 8.0, 3.0], 2.0)[1],
                 3.53,
                 221e6,
             ),
             (
                 "textons 64, all, an eighth",
-                shares_of_textons(all, sample(64.0), [3600.0, 8.0, 3.0], 8.0)[0],
+                textons_in_shards(all, sample(64.0), [3600.0, 8.0, 3.0], 8.0)[0],
                 0.45,
                 117e6,
             ),

@@ -45,6 +45,7 @@ use crate::cli::run::plan::Plan;
 use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::{CHAIN_IF_INTERRUPTED, Subcommand};
 use crate::error::{Error, Result};
 use crate::format::atomic::leftovers;
 use crate::format::lock::OutputLock;
@@ -92,9 +93,16 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn if_interrupted(&self) -> &'static str {
+        CHAIN_IF_INTERRUPTED
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
         let text = read_text(&self.scene)?;
         let folder = self.scene.parent().unwrap_or(Path::new("")).to_path_buf();
         enter(&folder)?;
@@ -121,7 +129,9 @@ impl Arguments {
             _ => self.run_stages(chain, &runs[0].output, &list, &pages),
         }
     }
+}
 
+impl Arguments {
     /// Whether pages are made: by runs of the whole scene.
     fn has_pages(&self) -> bool {
         !self.no_pages && self.until.is_none()

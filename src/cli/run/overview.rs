@@ -10,6 +10,7 @@ use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
 use crate::cli::session::Session;
+use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
 use crate::format::guard::guarded;
 use crate::format::id::ContentId;

@@ -11,6 +11,7 @@ use crate::cli::run::quality::Quality;
 use crate::cli::run::record::Record;
 use crate::cli::run::scene::Scene;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::cli::{report, view};
 use crate::error::{Error, Result};
 use crate::format::ours::Format;

@@ -134,8 +134,8 @@ impl<'a> Sizes<'a> {
         Some(cost::import(size?, pixels as f64))
     }
 
-    /// Among how many runs an import can be shared; 1 where that is not known.
-    pub fn shares_of_import(&self, arguments: &import::Arguments) -> u32 {
+    /// How many shards an import can have; 1 where that is not known.
+    pub fn most_shards_of_import(&self, arguments: &import::Arguments) -> u32 {
         let is_one_already = arguments.shard.is_some() || !arguments.reduce.is_empty();
         match self.samples.get(&arguments.output) {
             Some(sample) if !is_one_already => sample.images as u32,
@@ -143,15 +143,15 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    /// What shares of an import take each, and what it takes to join them; `whole` is one run.
-    pub fn costs_of_imports(
+    /// What shards of an import take each, and what it takes to join their parts; `whole` is one run.
+    pub fn costs_of_import_shards(
         &self,
         arguments: &import::Arguments,
         whole: Option<Cost>,
         shards: u32,
     ) -> Option<[Cost; 2]> {
         let sample = self.samples.get(&arguments.output)?;
-        Some(cost::shares_of_import(whole?, *sample, f64::from(shards)))
+        Some(cost::import_in_shards(whole?, *sample, f64::from(shards)))
     }
 
     fn exemplar(&mut self, arguments: &exemplar::Arguments, is_done: bool) -> Option<Cost> {
@@ -184,19 +184,19 @@ impl<'a> Sizes<'a> {
         Some(cost::textons(sample, chosen, count, grid, channels))
     }
 
-    /// What slices of a bake take each, and what it takes to join them.
-    pub fn costs_of_slices(
+    /// What shards of a bake take each, and what it takes to join their parts.
+    pub fn costs_of_bake_shards(
         &mut self,
         arguments: &bake::Arguments,
         shards: u32,
     ) -> Option<[Cost; 2]> {
         let whole = self.bake(arguments)?;
         let sample = self.sample_at(&arguments.output)?;
-        Some(cost::slices_of_bake(whole, sample, f64::from(shards)))
+        Some(cost::bake_in_shards(whole, sample, f64::from(shards)))
     }
 
-    /// Among how many runs an analysis can be shared; 1 where that is not known.
-    pub fn shares_of(&self, arguments: &textons::Arguments) -> u32 {
+    /// How many shards an analysis can have; 1 where that is not known.
+    pub fn most_shards_of_textons(&self, arguments: &textons::Arguments) -> u32 {
         let is_factored = Sample::open(&arguments.sample).is_ok_and(|s| s.factors().is_some());
         let Some(sample) = self.samples.get(&arguments.sample).filter(|_| !is_factored) else {
             return 1;
@@ -208,8 +208,8 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    /// What runs that share an analysis take each, and what their reduction takes.
-    pub fn costs_of_shares(
+    /// What shards of an analysis take each, and what it takes to join their parts.
+    pub fn costs_of_textons_shards(
         &mut self,
         arguments: &textons::Arguments,
         shards: u32,
@@ -223,7 +223,7 @@ impl<'a> Sizes<'a> {
             channels_of(options),
         ];
         let shards = f64::from(shards);
-        Some(cost::shares_of_textons(whole, sample, work, shards))
+        Some(cost::textons_in_shards(whole, sample, work, shards))
     }
 
     /// Of a mesh that is made already, the input need not be read.

@@ -16,6 +16,7 @@ use crate::cli::machine::Need;
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::{Files, Product};
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::cli::transfer::maps::MapFile;
 use crate::error::{Error, Result};
 use crate::format::ours::Format;
@@ -70,9 +71,12 @@ pub struct Arguments {
     pub common: Common,
 }
 
-impl Arguments {
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn check(&self) -> Result<()> {
         maps::check(&self.maps)?;
         if !(1..=LARGEST).contains(&self.finer) {
             return Err(Error::option(
@@ -90,28 +94,21 @@ impl Arguments {
         Ok(())
     }
 
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
+    fn files(&self) -> Result<Files> {
         let maps = self.maps.iter().map(|map| &map.path);
         let files = Files::default().read([&self.input]).read(maps);
-        match self.is_atlas() {
+        Ok(match self.is_atlas() {
             true => files.read(&atlas::files(&self.input)).write(
                 "output",
                 [&self.output],
                 Product::Folder(&TEXTURES_FOLDER),
             ),
             false => files.write("output", [&self.output], Product::File(Format::Ply)),
-        }
+        })
     }
 
-    /// Whether the input is an atlas.
-    pub fn is_atlas(&self) -> bool {
-        atlas::is_atlas(&self.input)
-    }
-
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         let started = Instant::now();
         let outcome = match self.is_atlas() {
             true => self.onto_atlas(session)?,
@@ -119,6 +116,13 @@ impl Arguments {
         };
         let seconds = started.elapsed().as_secs_f64();
         Ok(outcome.figure("seconds", seconds).wrote(&self.output))
+    }
+}
+
+impl Arguments {
+    /// Whether the input is an atlas.
+    pub fn is_atlas(&self) -> bool {
+        atlas::is_atlas(&self.input)
     }
 
     fn onto_atlas(&self, session: &Session) -> Result<Outcome> {

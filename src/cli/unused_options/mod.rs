@@ -67,18 +67,7 @@ pub(in crate::cli) fn check(command: &Command, given: &Given) -> Result<()> {
         Command::Transfer(arguments) => refuse(surfaces::TRANSFER, arguments, given),
         Command::Export(arguments) => refuse(surfaces::EXPORT, arguments, given),
         Command::Run(arguments) => refuse(surfaces::RUN, arguments, given),
-        // Every option of these has effect.
-        Command::Demo(_)
-        | Command::Factor(_)
-        | Command::Heights(_)
-        | Command::Info(_)
-        | Command::Gram(_)
-        | Command::Init(_)
-        | Command::Mask(_)
-        | Command::View(_)
-        | Command::Report(_)
-        | Command::Completions(_)
-        | Command::Plan(_)
-        | Command::Man(_) => Ok(()),
+        // Every option of the others has an effect.
+        _ => Ok(()),
     }
 }

@@ -1,5 +1,6 @@
 //! Samples, textons and neighbour tables.
 
+use crate::cli::parts::InShards;
 use crate::cli::unused_options::combination::{Combination, found};
 use crate::cli::{bake, exemplar, import, textons};
 use crate::exemplar::KnnOptions;
@@ -20,35 +21,36 @@ const OF_MAPS: &[&str] = &[
     "layer",
 ];
 
+/// Options that have no effect with --reduce: the parts state them.
+const fn stated_by_parts<A: InShards>(options: &'static [&'static str]) -> Combination<A> {
+    Combination {
+        options,
+        unused: |arguments| found(!arguments.parts().is_empty(), "given with --reduce"),
+        expected: "none: --reduce takes this option from the parts",
+    }
+}
+
 pub(super) const BAKE: &[Combination<bake::Arguments>] = &[
     Combination {
         options: OF_MAPS,
         unused: |arguments| found(arguments.preset.is_some(), "given with --preset"),
         expected: "a material with maps; presets have no such options",
     },
-    Combination {
-        options: OF_MAPS,
-        unused: given_with_reduce,
-        expected: TAKEN_FROM_PARTS,
-    },
-    Combination {
-        options: &[
-            "preset",
-            "size",
-            "views",
-            "lights",
-            "dtype",
-            "samples",
-            "error",
-            "bounces",
-            "light-diameter",
-            "min-roughness",
-            "angular-filter",
-            "clamp",
-        ],
-        unused: given_with_reduce,
-        expected: TAKEN_FROM_PARTS,
-    },
+    stated_by_parts(OF_MAPS),
+    stated_by_parts(&[
+        "preset",
+        "size",
+        "views",
+        "lights",
+        "dtype",
+        "samples",
+        "error",
+        "bounces",
+        "light-diameter",
+        "min-roughness",
+        "angular-filter",
+        "clamp",
+    ]),
     Combination {
         options: &["preview", "surface"],
         unused: |arguments| {
@@ -59,54 +61,43 @@ pub(super) const BAKE: &[Combination<bake::Arguments>] = &[
     },
 ];
 
-/// The options of joined parts are their own.
-const TAKEN_FROM_PARTS: &str = "none: --reduce takes this option from the parts";
-
-fn given_with_reduce(arguments: &bake::Arguments) -> Option<String> {
-    found(!arguments.reduce.is_empty(), "given with --reduce")
-}
-
-pub(super) const IMPORT: &[Combination<import::Arguments>] = &[Combination {
-    options: &[
-        "images",
-        "handedness",
-        "patch-mm",
-        "near-field",
-        "collocated",
-        "pattern",
-        "directions",
-        "views",
-        "lights",
-        "values",
-        "encoding",
-        "illuminant",
-        "size-line",
-        "orientation",
-        "alpha",
-        "layer",
-        "tileable",
-        "texel-mm",
-        "name",
-        "dtype",
-        "crop",
-        "downsample",
-        "keep-views",
-        "keep-lights",
-        "grey-card",
-        "hot-pixels",
-        "fill",
-        "scattered",
-        "corners",
-        "size",
-        "distortion",
-        "focal",
-        "center",
-        "expand",
-        "rank",
-    ],
-    unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
-    expected: TAKEN_FROM_PARTS,
-}];
+pub(super) const IMPORT: &[Combination<import::Arguments>] = &[stated_by_parts(&[
+    "images",
+    "handedness",
+    "patch-mm",
+    "near-field",
+    "collocated",
+    "pattern",
+    "directions",
+    "views",
+    "lights",
+    "values",
+    "encoding",
+    "illuminant",
+    "size-line",
+    "orientation",
+    "alpha",
+    "layer",
+    "tileable",
+    "texel-mm",
+    "name",
+    "dtype",
+    "crop",
+    "downsample",
+    "keep-views",
+    "keep-lights",
+    "grey-card",
+    "hot-pixels",
+    "fill",
+    "scattered",
+    "corners",
+    "size",
+    "distortion",
+    "focal",
+    "center",
+    "expand",
+    "rank",
+])];
 
 pub(super) const TEXTONS: &[Combination<textons::Arguments>] = &[
     Combination {
@@ -117,21 +108,17 @@ pub(super) const TEXTONS: &[Combination<textons::Arguments>] = &[
         },
         expected: "--images N: representatives are chosen on that grid",
     },
-    Combination {
-        options: &[
-            "textons",
-            "images",
-            "levels",
-            "luminance",
-            "no-tile",
-            "restarts",
-            "max-iterations",
-            "image-grid",
-            "memory",
-        ],
-        unused: |arguments| found(!arguments.reduce.is_empty(), "given with --reduce"),
-        expected: TAKEN_FROM_PARTS,
-    },
+    stated_by_parts(&[
+        "textons",
+        "images",
+        "levels",
+        "luminance",
+        "no-tile",
+        "restarts",
+        "max-iterations",
+        "image-grid",
+        "memory",
+    ]),
     Combination {
         options: &["report", "montage", "label-map"],
         unused: |arguments| found(arguments.shard.is_some(), "given with --shard"),

@@ -10,6 +10,7 @@ use self::combinations::{COMBINATIONS, NEIGHBORS};
 use super::combination::Combination;
 use super::*;
 use crate::cli::CommandLine;
+use crate::cli::subcommand::Subcommand;
 use crate::error::Error;
 use crate::synthesis::{OwnOptions, SynthesisOptions};
 

@@ -15,11 +15,12 @@ mod warp;
 
 pub(in crate::cli) use crate::cli::vary::fields::FieldOptions;
 
-use clap::{Args, Subcommand};
+use clap::Args;
 
 use crate::cli::outcome::Outcome;
 use crate::cli::outputs::Files;
 use crate::cli::session::{Common, Session};
+use crate::cli::subcommand::Subcommand;
 use crate::error::Result;
 
 /// Make a progressively-variant exemplar: a texture whose pattern changes gradually.
@@ -34,16 +35,15 @@ pub struct Arguments {
 }
 
 /// How it is made.
-#[derive(Debug, Subcommand)]
+#[derive(Debug, clap::Subcommand)]
 pub enum Way {
     Distort(distort::Arguments),
     Warp(warp::Arguments),
     Blend(blend::Arguments),
 }
 
-impl Arguments {
-    /// The options of every command.
-    pub fn common(&self) -> &Common {
+impl Subcommand for Arguments {
+    fn common(&self) -> &Common {
         match &self.way {
             Way::Distort(arguments) => &arguments.common,
             Way::Warp(arguments) => &arguments.common,
@@ -51,17 +51,7 @@ impl Arguments {
         }
     }
 
-    /// What the command reads and writes.
-    pub fn files(&self) -> Files {
-        match &self.way {
-            Way::Distort(arguments) => arguments.files(),
-            Way::Warp(arguments) => arguments.files(),
-            Way::Blend(arguments) => arguments.files(),
-        }
-    }
-
-    /// Refuses options that no input could satisfy.
-    pub fn check(&self) -> Result<()> {
+    fn check(&self) -> Result<()> {
         match &self.way {
             Way::Distort(arguments) => arguments.check(),
             Way::Warp(arguments) => arguments.check(),
@@ -69,9 +59,16 @@ impl Arguments {
         }
     }
 
-    /// Runs the command.
-    pub fn run(&self, session: &Session) -> Result<Outcome> {
-        let _locks = self.files().claim()?;
+    fn files(&self) -> Result<Files> {
+        Ok(match &self.way {
+            Way::Distort(arguments) => arguments.files(),
+            Way::Warp(arguments) => arguments.files(),
+            Way::Blend(arguments) => arguments.files(),
+        })
+    }
+
+    fn run(&self, session: &Session) -> Result<Outcome> {
+        let _locks = self.files()?.claim()?;
         match &self.way {
             Way::Distort(arguments) => arguments.run(session),
             Way::Warp(arguments) => arguments.run(session),

@@ -4,7 +4,6 @@ use serde::Serialize;
 
 /// What cleaning changed, in numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
 pub struct RepairReport {
     /// Vertices at the place of an earlier one, made one with it.
     pub welded_vertices: usize,
@@ -38,7 +37,6 @@ pub struct RepairReport {
 
 /// A component of which triangles were turned to face one way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
 pub struct TurnedComponent {
     /// Its triangles.
     pub triangles: usize,

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use ndarray::{Array2, s};
 
 use crate::btf::sample::Sample;
+use crate::byte_size::ByteSize;
 use crate::error::{Error, Result};
 use crate::format::seal::ENGINE;
 use crate::shard;
 use crate::texton::image_products::ImageProducts;
-use crate::texton::options::{ByteSize, TextonOptions};
+use crate::texton::options::TextonOptions;
 use crate::texton::parts::job::Job;
 use crate::texton::parts::part::Part;
 use crate::texton::parts::work::{VECTORS, Work, products_of};

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde_json::json;
 
+use crate::byte_size::ByteSize;
 use crate::cli::outcome::Outcome;
 use crate::cli::synth::report::{FORMAT, Seconds};
 use crate::exemplar::space::Space;
@@ -17,7 +18,6 @@ use crate::synthesis::faces::histograms::{
 };
 use crate::synthesis::options::SynthesisOptions;
 use crate::synthesis::recipes::choosy::ChoosyResult;
-use crate::texton::options::ByteSize;
 
 /// The `--report` file: the same for the same inputs, options and seed.
 #[derive(Debug, Serialize)]

@@ -7,14 +7,15 @@ use crate::cli::run::check::Stage;
 use crate::cli::run::cost::Cost;
 use crate::cli::run::draft::path_word;
 use crate::cli::run::sizes::Sizes;
+use crate::cli::subcommand::Subcommand;
 use crate::cli::{Command, bake, import, machine, render, textons};
 use crate::error::Result;
 use crate::render::plan::frame_range;
 use crate::shard::Shard;
 
 /// A task before it has its place among others; paths are relative to the scene.
-pub(super) struct Piece {
-    /// Which part of the stage it is; empty for the whole.
+pub(super) struct StageTask {
+    /// Which shard of the stage it is, or the joining of the parts; empty for the whole.
     pub(super) part: String,
     /// The command line, without the program.
     pub(super) words: Vec<String>,
@@ -92,8 +93,12 @@ impl Made {
     }
 }
 
-/// The tasks of a stage, split into this many parts at most.
-pub(super) fn pieces(stage: &Stage, sizes: &mut Sizes<'_>, shards: u32) -> Result<Vec<Piece>> {
+/// The tasks of a stage, split into this many shards at most.
+pub(super) fn stage_tasks(
+    stage: &Stage,
+    sizes: &mut Sizes<'_>,
+    shards: u32,
+) -> Result<Vec<StageTask>> {
     match &stage.command {
         Command::Bake(arguments) => bakes(stage, arguments, sizes, shards),
         Command::Import(arguments) => imports(stage, arguments, sizes, shards),
@@ -104,7 +109,7 @@ pub(super) fn pieces(stage: &Stage, sizes: &mut Sizes<'_>, shards: u32) -> Resul
 }
 
 /// A stage in one task.
-fn whole(stage: &Stage, sizes: &mut Sizes<'_>) -> Result<Piece> {
+fn whole(stage: &Stage, sizes: &mut Sizes<'_>) -> Result<StageTask> {
     let files = stage.command.files()?;
     let makes = files.writes.iter().map(|output| {
         let path = output.path.clone();
@@ -113,7 +118,7 @@ fn whole(stage: &Stage, sizes: &mut Sizes<'_>) -> Result<Piece> {
             Product::Folder(_) | Product::NewFolder | Product::Frames => Made::Folder(path),
         }
     });
-    Ok(Piece {
+    Ok(StageTask {
         part: String::new(),
         words: stage.words.clone(),
         makes: makes.collect(),
@@ -122,13 +127,13 @@ fn whole(stage: &Stage, sizes: &mut Sizes<'_>) -> Result<Piece> {
     })
 }
 
-/// A bake in slices of its views, and the run that joins them.
+/// A bake in shards, and the run that joins their parts.
 fn bakes(
     stage: &Stage,
     arguments: &bake::Arguments,
     sizes: &mut Sizes<'_>,
     shards: u32,
-) -> Result<Vec<Piece>> {
+) -> Result<Vec<StageTask>> {
     let whole = whole(stage, sizes)?;
     let views = arguments.options.views.directions()?.len() as u32;
     let count = views.min(shards);
@@ -138,39 +143,39 @@ fn bakes(
     if count < 2 || is_alone || is_one_already {
         return Ok(vec![whole]);
     }
-    let costs = sizes.costs_of_slices(arguments, count);
+    let costs = sizes.costs_of_bake_shards(arguments, count);
     let split = Split::of_sample(stage, &arguments.material, &arguments.output, costs);
-    Ok(split.pieces(whole, count))
+    Ok(split.tasks(whole, count))
 }
 
-/// An import in shares of its images, and the run that joins them.
+/// An import in shards, and the run that joins their parts.
 fn imports(
     stage: &Stage,
     arguments: &import::Arguments,
     sizes: &mut Sizes<'_>,
     shards: u32,
-) -> Result<Vec<Piece>> {
+) -> Result<Vec<StageTask>> {
     let whole = whole(stage, sizes)?;
-    let count = sizes.shares_of_import(arguments).min(shards);
+    let count = sizes.most_shards_of_import(arguments).min(shards);
     if count < 2 {
         return Ok(vec![whole]);
     }
-    let costs = sizes.costs_of_imports(arguments, whole.cost, count);
+    let costs = sizes.costs_of_import_shards(arguments, whole.cost, count);
     let split = Split::of_sample(stage, &arguments.paths, &arguments.output, costs);
-    Ok(split.pieces(whole, count))
+    Ok(split.tasks(whole, count))
 }
 
-/// An analysis in parts, and their reduction.
+/// An analysis in shards, and the run that joins their parts.
 fn analyses(
     stage: &Stage,
     arguments: &textons::Arguments,
     sizes: &mut Sizes<'_>,
     shards: u32,
-) -> Result<Vec<Piece>> {
+) -> Result<Vec<StageTask>> {
     let mut whole = whole(stage, sizes)?;
     let memory = stated_memory(arguments);
     whole.words.extend(memory.clone());
-    let count = sizes.shares_of(arguments).min(shards);
+    let count = sizes.most_shards_of_textons(arguments).min(shards);
     let is_one_already = arguments.shard.is_some() || !arguments.reduce.is_empty();
     if count < 2 || is_one_already {
         return Ok(vec![whole]);
@@ -186,9 +191,9 @@ fn analyses(
         output: &arguments.output,
         ending: ".npz",
         kind: PartKind::File,
-        costs: sizes.costs_of_shares(arguments, count),
+        costs: sizes.costs_of_textons_shards(arguments, count),
     };
-    Ok(split.pieces(whole, count))
+    Ok(split.tasks(whole, count))
 }
 
 /// The memory of an analysis that does not say its own: that of a run on this machine. Left to the machine of each
@@ -249,14 +254,14 @@ impl<'a> Split<'a> {
         }
     }
 
-    fn pieces(self, whole: Piece, count: u32) -> Vec<Piece> {
+    fn tasks(self, whole: StageTask, count: u32) -> Vec<StageTask> {
         let paths: Vec<PathBuf> = (0..count).map(|index| self.path(index, count)).collect();
         let output = |path: &Path| ["-o".to_owned(), path_word(path)];
         let parts = (0..count).zip(&paths).map(|(index, path)| {
             let mut words = self.part.clone();
             words.extend(output(path));
             words.push(format!("--shard={}", Shard { index, count }));
-            Piece {
+            StageTask {
                 part: format!("{index}of{count}"),
                 words,
                 reads: whole.reads.clone(),
@@ -264,7 +269,7 @@ impl<'a> Split<'a> {
                 cost: self.costs.map(|costs| costs[0]),
             }
         });
-        let mut pieces: Vec<Piece> = parts.collect();
+        let mut tasks: Vec<StageTask> = parts.collect();
         let mut words = self.joined.clone();
         words.extend(output(self.output));
         let parts = paths.iter().map(|path| path.to_string_lossy());
@@ -274,14 +279,14 @@ impl<'a> Split<'a> {
             PartKind::File => whole.reads,
             PartKind::Folder => Vec::new(),
         };
-        pieces.push(Piece {
+        tasks.push(StageTask {
             part: "reduce".into(),
             words,
             reads: also.into_iter().chain(paths).collect(),
             makes: whole.makes,
             cost: self.costs.map(|costs| costs[1]),
         });
-        pieces
+        tasks
     }
 
     /// `out/a.textons.0of3.npz` for `out/a.textons.npz`, and `out/a.0of3` for the folder `out/a.sample`.
@@ -302,7 +307,7 @@ fn renderings(
     arguments: &render::Arguments,
     sizes: &mut Sizes<'_>,
     shards: u32,
-) -> Result<Vec<Piece>> {
+) -> Result<Vec<StageTask>> {
     let numbers: Vec<u32> = frame_range(&arguments.options)?.numbers().collect();
     let count = match arguments.options.files.shard {
         Some(_) => 1,
@@ -318,26 +323,23 @@ fn renderings(
         let places = numbers.iter().enumerate();
         let own = places.filter(|(place, _)| split.is_none_or(|shard| shard.takes(*place)));
         let own: Vec<u32> = own.map(|(_, number)| *number).collect();
-        let mut piece = whole(stage, sizes)?;
-        piece
-            .makes
+        let mut task = whole(stage, sizes)?;
+        task.makes
             .retain(|made| made.path() != Some(&arguments.output));
         if index > 0 {
             // The mesh with the colours of the first frame is the same in every part.
-            piece.makes.clear();
+            task.makes.clear();
         }
-        piece
-            .makes
-            .extend(frames(arguments, &own).map(Made::Frames));
+        task.makes.extend(frames(arguments, &own).map(Made::Frames));
         if !arguments.options.files.skip_existing {
-            piece.words.push("--skip-existing".into());
+            task.words.push("--skip-existing".into());
         }
         if count > 1 {
-            piece.words.push(format!("--shard={shard}"));
-            piece.part = format!("{index}of{count}");
-            piece.cost = sizes.cost_of_frames(arguments, own.len());
+            task.words.push(format!("--shard={shard}"));
+            task.part = format!("{index}of{count}");
+            task.cost = sizes.cost_of_frames(arguments, own.len());
         }
-        Ok(piece)
+        Ok(task)
     });
     parts.collect()
 }

@@ -13,13 +13,13 @@ use crate::btf::import::list_ids;
 use crate::btf::import::near_field::NearPositions;
 use crate::btf::import::stations::{NearField, Patch, Station};
 use crate::btf::import::subject::Subject;
-use crate::btf::parts::{self, Slice};
+use crate::btf::parts::{self, NewPart};
 use crate::btf::sample::Description;
 use crate::error::Result;
 use crate::progress::Progress;
 
-/// The images of one run.
-pub(super) struct Share {
+/// The images of one run: those of its shard, or all.
+pub(super) struct ShardImages {
     /// Those it makes, of all images of the sample.
     pub(super) images: Range<usize>,
     /// Those it prepares for that, in order: the same, or all that near ones are resampled from.
@@ -27,10 +27,10 @@ pub(super) struct Share {
     /// The cameras and lamps of all images, where they are near; the patch has no texels yet.
     pub(super) near_field: Option<NearField>,
     /// What its part is; `None` where it makes the whole sample.
-    pub(super) slice: Option<Slice>,
+    pub(super) part: Option<NewPart>,
 }
 
-impl Share {
+impl ShardImages {
     pub(super) fn of(
         subject: &Subject<'_>,
         destination: Destination<'_>,
@@ -48,21 +48,19 @@ impl Share {
             None => images.collect(),
         };
         let count = arrangement.slots.len();
-        let slice = destination.slice(count, options, |images| {
+        let part = destination.part(count, options, |images| {
             let read = files_of(arrangement, &prepared(images));
             Ok(InputIds {
                 source: list_ids::of_list(list, arrangement)?,
                 own: Some(list_ids::of_files(list, &read, progress)?),
             })
         })?;
-        let images = slice
-            .as_ref()
-            .map_or(0..count, |slice| slice.images.clone());
+        let images = part.as_ref().map_or(0..count, |part| part.images.clone());
         Ok(Self {
             prepared: prepared(images.clone()),
             images,
             near_field,
-            slice,
+            part,
         })
     }
 
@@ -72,12 +70,12 @@ impl Share {
         subject: &Subject<'_>,
         destination: Destination<'_>,
     ) -> Option<Description> {
-        let slice = self.slice.as_ref()?;
+        let part = self.part.as_ref()?;
         // Only the images tell their size and the hot pixels: the ids say that the images are the same.
         let expected = |found: &Description| {
             let hot_pixels = found.source["hot_pixels"].as_u64();
             let size = (found.width, found.height);
-            slice.part_of(&subject.describe(size, hot_pixels.map(|count| count as usize)))
+            part.described_in(&subject.describe(size, hot_pixels.map(|count| count as usize)))
         };
         parts::find(destination.path, expected, None)
     }
