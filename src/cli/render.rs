@@ -2,7 +2,6 @@
 
 mod overviews;
 pub(in crate::cli) mod surface;
-mod vertex_colors;
 
 use std::fs;
 use std::path::PathBuf;
@@ -21,8 +20,10 @@ use crate::cli::render::overviews::Overviews;
 use crate::cli::render::surface::DrawnSurface;
 use crate::cli::session::{Common, Session};
 use crate::error::{Error, Result};
+use crate::format::image::encode_srgb8;
 use crate::format::ours::Format;
 use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::mesh::colored_vertices::{self, ColoredVertices};
 use crate::render::memory;
 use crate::render::option_values::Sweep;
 use crate::render::options::RenderOptions;
@@ -212,7 +213,14 @@ impl Arguments {
                 None => Ok(Vec::new()),
             },
         )?;
-        vertex_colors::write(file, inputs.map, &colors, self.linear_colors)?;
+        let srgb: Vec<[u8; 3]> = colors.iter().map(|rgb| rgb.map(encode_srgb8)).collect();
+        let vertices = ColoredVertices {
+            normals: Some(&inputs.map.normals),
+            srgb: &srgb,
+            linear: self.linear_colors.then_some(&colors),
+        };
+        let map = inputs.map;
+        colored_vertices::write(file, (&map.mesh, map.header.origin), vertices)?;
         Ok(describe_clipped(outcome, &colors).wrote(file))
     }
 }
