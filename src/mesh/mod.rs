@@ -53,7 +53,7 @@ mod triangulation;
 mod user_vertex;
 pub(crate) mod writing;
 
-pub use cleaning::{RepairReport, TurnedComponent};
+pub use cleaning::{FlippedComponent, RepairReport};
 pub use compressed_rows::Rows;
 pub use connection::{Connection, frames_of};
 pub use face_colors::{ColoredMesh, Coloring, two_coloring};
