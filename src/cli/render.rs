@@ -27,7 +27,7 @@ use crate::mesh::colored_vertices::{self, ColoredVertices};
 use crate::render::memory;
 use crate::render::option_values::Sweep;
 use crate::render::options::RenderOptions;
-use crate::render::sequence::{self, Inputs, Report};
+use crate::render::sweep::{self, Inputs, Report};
 use crate::texton::options::ByteSize;
 use crate::textures::model::ModelOptions;
 use crate::textures::surface_color::SurfaceColor;
@@ -125,7 +125,7 @@ impl Arguments {
         };
         let outcome = self.write_vertex_colors(&inputs, Outcome::default(), session)?;
         let start = Instant::now();
-        let report = sequence::render(&inputs, &self.options, session.progress())?;
+        let report = sweep::render(&inputs, &self.options, session.progress())?;
         let seconds = start.elapsed().as_secs_f64();
         let frames = report.files.iter().filter(|file| file.is_there);
         let outcome = describe(outcome, &report, &map, seconds)
@@ -204,7 +204,7 @@ impl Arguments {
         let Some(file) = &self.vertex_colors else {
             return Ok(outcome);
         };
-        let (colors, _) = sequence::with_renderer(
+        let (colors, _) = sweep::with_renderer(
             inputs,
             &self.options,
             session.progress(),
@@ -248,7 +248,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             "copy of the sample for shading: {mebibytes:.0} MiB {place}"
         ));
     }
-    // Tell what was chosen for the whole sequence.
+    // Tell what was chosen for the whole sweep.
     if let Some(front) = &report.front {
         outcome = outcome
             .line(front.describe())

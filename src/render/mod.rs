@@ -4,7 +4,7 @@
 //! shaded at vertices ([`vertex_shading`]) or in pixels ([`pixel_shading`]), from the sample laid
 //! out texel by texel ([`texel_table`]), weighted by nearness of directions ([`nearest`],
 //! [`btf_lookup`]), with their [`parallax`] where the sample has heights, and dimmed where shadow rays are blocked ([`occlusion`], [`pixel_shadows`]); the [`renderer`] resolves it
-//! to a [`frame`], and [`sequence`] writes a sweep of them. `texel_baking` shades the texels of a texture map
+//! to a [`frame`], and [`sweep`] writes a sweep of them. `texel_baking` shades the texels of a texture map
 //! instead of pixels; [`held_out`] measures how well a sample's directions predict each other.
 
 mod azimuth;
@@ -41,9 +41,9 @@ pub(crate) mod preview;
 pub(crate) mod raster;
 pub(crate) mod renderer;
 mod seen_points;
-pub mod sequence;
 pub(crate) mod sides;
 pub(crate) mod subject;
+pub mod sweep;
 pub(crate) mod table_levels;
 pub(crate) mod texel_baking;
 pub(crate) mod texel_table;
