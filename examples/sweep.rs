@@ -16,8 +16,8 @@ use mesotex::error::{Error, Result};
 use mesotex::format::ContentId;
 use mesotex::maps::SurfaceTextonMap;
 use mesotex::progress::Progress;
-use mesotex::render::sequence::Inputs;
-use mesotex::render::{ImageOptions, ImageSize, RenderOptions, Sweep, SweepOptions, sequence};
+use mesotex::render::sweep::Inputs;
+use mesotex::render::{ImageOptions, ImageSize, RenderOptions, Sweep, SweepOptions, sweep};
 
 fn main() -> Result<()> {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
@@ -47,7 +47,7 @@ fn main() -> Result<()> {
         },
         ..RenderOptions::default()
     };
-    let report = sequence::render(&inputs, &options, Progress::silent())?;
+    let report = sweep::render(&inputs, &options, Progress::silent())?;
     for file in &report.files {
         println!("{}  {}", file.frame.display(), file.label);
     }

@@ -27,7 +27,7 @@
 //! | read a mesh | [`mesh::reading::read`] |
 //! | prepare a mesh or a flat grid | [`sites::Target::mesh`], [`sites::Target::grid`] |
 //! | synthesize a map | [`synthesis::synthesize_map`] |
-//! | render it | [`render::sequence::render`], or [`render::sequence::with_renderer`] for pixels in memory |
+//! | render it | [`render::sweep::render`], or [`render::sweep::with_renderer`] for pixels in memory |
 //! | make texture maps and models of it | [`textures`] |
 //! | make exemplars whose pattern changes steadily | [`vary`] |
 //! | read and write files | [`format`](mod@format), and `read`, `open` and `write` of the types themselves |
@@ -96,7 +96,7 @@
 //! use mesotex::format::ContentId;
 //! use mesotex::mesh::{UserMesh, builtin::kettlebell};
 //! use mesotex::progress::Progress;
-//! use mesotex::render::sequence::{self, Inputs};
+//! use mesotex::render::sweep::{self, Inputs};
 //! use mesotex::render::{ImageOptions, ImageSize, RenderOptions};
 //! use mesotex::sites::{SurfaceOptions, Target};
 //! use mesotex::synthesis::{SynthesisOptions, synthesize_map};
@@ -142,7 +142,7 @@
 //!     folder: &folder,
 //!     force: false,
 //! };
-//! let rendered = sequence::render(&inputs, &RenderOptions { image, ..RenderOptions::default() }, quiet)?;
+//! let rendered = sweep::render(&inputs, &RenderOptions { image, ..RenderOptions::default() }, quiet)?;
 //! assert!(rendered.files[0].frame.exists());
 //! # std::fs::remove_dir_all(&folder)?;
 //! # Ok(())

@@ -35,9 +35,13 @@ pub struct Template {
 
 /// The square window of odd `width`, row by row from the top left, centre included.
 pub fn square_window(width: u32) -> Vec<[i32; 2]> {
-    let (width, half) = (width as i32, width as i32 / 2);
-    let offset = |at: i32| [at / width - half, at % width - half];
-    (0..width * width).map(offset).collect()
+    square_offsets(width).collect()
+}
+
+fn square_offsets(width: u32) -> impl Iterator<Item = [i32; 2]> {
+    let first = -i64::from(width / 2);
+    let along = move || (first..first + i64::from(width)).map(|step| step as i32);
+    along().flat_map(move |drow| along().map(move |dcol| [drow, dcol]))
 }
 
 /// The full width of a window: twice its reach and the centre.
@@ -53,11 +57,17 @@ pub fn level_widths(neighborhoods: &[Neighborhood]) -> (u32, [u32; 2]) {
     (neighborhoods.len() as u32, finest)
 }
 
+/// Refuses numbers of levels that sites are not prepared for.
+pub fn check_level_count(levels: usize) -> Result<()> {
+    match levels {
+        1..=12 => Ok(()),
+        _ => Err(Error::option("levels", levels.to_string(), "1 to 12")),
+    }
+}
+
 /// Refuses numbers of levels and widths that sites are not prepared for.
 pub fn check_level_widths(levels: u32, [own, coarse]: [u32; 2]) -> Result<()> {
-    if !(1..=12).contains(&levels) {
-        return Err(Error::option("levels", levels.to_string(), "1 to 12"));
-    }
+    check_level_count(levels as usize)?;
     for (name, width) in [("neighborhood", own), ("coarse-neighborhood", coarse)] {
         if width % 2 == 0 || width > 63 {
             let expected = "an odd width, 1 to 63";
@@ -166,6 +176,15 @@ mod tests {
             (0, 7)
         );
         assert_eq!(window_width(&[[i32::MIN, 0]]), u32::MAX);
+    }
+
+    #[test]
+    fn wide_windows_have_more_offsets_than_32_bits_count() {
+        for width in [70_001, u32::MAX] {
+            let half = (width / 2) as i32;
+            let first: Vec<_> = square_offsets(width).take(2).collect();
+            assert_eq!(first, [[-half, -half], [-half, 1 - half]]);
+        }
     }
 
     #[test]

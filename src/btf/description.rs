@@ -113,8 +113,8 @@ pub struct Description {
 }
 
 impl Description {
-    /// A sample of all pairs of some views and lights, `[width, height]` texels large: in 32-bit floats, not tileable, of
-    /// unknown scale and origin. The writer of its images sets the id.
+    /// A sample of all pairs of some views and lights, `[width, height]` texels large: in 32-bit floats, not tileable,
+    /// of unknown scale and origin. The writer of its images sets the id.
     pub fn product(
         name: impl Into<String>,
         [width, height]: [u32; 2],

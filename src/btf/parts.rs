@@ -129,8 +129,8 @@ impl WrittenSample {
     }
 }
 
-/// Writes a sample, or the part `new_part` of it. `write` adds the images of a range of the whole sample. A part that is
-/// there already is kept, and one that was interrupted is continued.
+/// Writes a sample, or the part `new_part` of it. `write` adds the images of a range of the whole sample. A part that
+/// is there already is kept, and one that was interrupted is continued.
 pub(super) fn write_sample_or_part(
     target: &Path,
     whole: Description,

@@ -237,6 +237,7 @@ impl Arguments {
         let (views, lights) = (description.views.len(), description.lights.len());
         let (width, height) = (description.width, description.height);
         let rate = baked.rays as f64 / seconds / 1e6;
+        // Say what was baked.
         let outcome = match baked.resumed {
             0 => found,
             images => found.line(format!("resumed after {images} images")),
@@ -251,6 +252,7 @@ impl Arguments {
                 baked.rays
             ))
             .line(steepness.describe());
+        // Add the figures, and what comes next.
         with_quality(outcome, &self.options, baked)
             .figure("slope_mean_deg", steepness.mean_deg)
             .figure("slope_p95_deg", steepness.p95_deg)

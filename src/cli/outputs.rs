@@ -77,6 +77,18 @@ impl Output {
         }
     }
 
+    /// Refuses to replace a file that this program did not write, or that the user edits.
+    fn check_replaced(&self, format: Format, file: &Path) -> Result<()> {
+        if is_ours(file, format).map_err(Error::io(file, "read"))? {
+            return Ok(());
+        }
+        let found = match format {
+            Format::Scene => "the file exists, and scenes are made to be edited".into(),
+            _ => format!("an existing file, not a {} of this program", format.name()),
+        };
+        Err(self.refusal(found, "a free name (or delete the file first)"))
+    }
+
     fn refusal(&self, found: impl Into<String>, expected: &str) -> Error {
         Error::option(
             self.option,
@@ -170,22 +182,7 @@ impl Files {
                     )),
                 }
             }
-            (Product::File(format), Standing::File(file)) => {
-                if is_ours(&file, format).map_err(Error::io(&file, "read"))? {
-                    return Ok(());
-                }
-                if format == Format::Scene {
-                    return Err(output.refusal(
-                        "the file exists, and scenes are made to be edited",
-                        "a free name (or delete the file first)",
-                    ));
-                }
-                let name = format.name();
-                Err(output.refusal(
-                    format!("an existing file, not a {name} of this program"),
-                    "a free name (or delete the file first)",
-                ))
-            }
+            (Product::File(format), Standing::File(file)) => output.check_replaced(format, &file),
             (Product::File(_), standing) => {
                 Err(output.refusal(standing.describe(), "the name of a file"))
             }

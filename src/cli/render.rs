@@ -2,7 +2,6 @@
 
 mod overviews;
 pub(in crate::cli) mod surface;
-mod vertex_colors;
 
 use std::fs;
 use std::path::PathBuf;
@@ -23,12 +22,14 @@ use crate::cli::render::surface::DrawnSurface;
 use crate::cli::session::{Common, Session};
 use crate::cli::subcommand::Subcommand;
 use crate::error::{Error, Result};
+use crate::format::image::encode_srgb8;
 use crate::format::ours::Format;
 use crate::maps::vertex_map::SurfaceTextonMap;
+use crate::mesh::colored_vertices::{self, ColoredVertices};
 use crate::render::memory;
 use crate::render::option_values::Sweep;
 use crate::render::options::RenderOptions;
-use crate::render::sequence::{self, Inputs, Report};
+use crate::render::sweep::{self, Inputs, Report};
 use crate::textures::model::ModelOptions;
 use crate::textures::surface_color::SurfaceColor;
 
@@ -154,7 +155,7 @@ impl Subcommand for Arguments {
         };
         let outcome = self.write_vertex_colors(&inputs, Outcome::default(), session)?;
         let start = Instant::now();
-        let report = sequence::render(&inputs, &self.options, session.progress())?;
+        let report = sweep::render(&inputs, &self.options, session.progress())?;
         let seconds = start.elapsed().as_secs_f64();
         let frames = report.files.iter().filter(|file| file.is_there);
         let outcome = describe(outcome, &report, &map, seconds)
@@ -210,7 +211,7 @@ impl Arguments {
         let Some(file) = &self.vertex_colors else {
             return Ok(outcome);
         };
-        let (colors, _) = sequence::with_renderer(
+        let (colors, _) = sweep::with_renderer(
             inputs,
             &self.options,
             session.progress(),
@@ -219,7 +220,14 @@ impl Arguments {
                 None => Ok(Vec::new()),
             },
         )?;
-        vertex_colors::write(file, inputs.map, &colors, self.linear_colors)?;
+        let srgb: Vec<[u8; 3]> = colors.iter().map(|rgb| rgb.map(encode_srgb8)).collect();
+        let vertices = ColoredVertices {
+            normals: Some(&inputs.map.normals),
+            srgb: &srgb,
+            linear: self.linear_colors.then_some(&colors),
+        };
+        let map = inputs.map;
+        colored_vertices::write(file, (&map.mesh, map.header.origin), vertices)?;
         Ok(describe_clipped(outcome, &colors).wrote(file))
     }
 }
@@ -247,7 +255,7 @@ fn describe(outcome: Outcome, report: &Report, map: &SurfaceTextonMap, seconds: 
             "copy of the sample for shading: {mebibytes:.0} MiB {place}"
         ));
     }
-    // Tell what was chosen for the whole sequence.
+    // Tell what was chosen for the whole sweep.
     if let Some(front) = &report.front {
         outcome = outcome
             .line(front.describe())

@@ -4,6 +4,7 @@ mod controls;
 mod faces;
 mod physical_scale;
 mod pictures;
+mod prepared;
 mod product;
 mod renamed;
 mod report;

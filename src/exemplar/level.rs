@@ -2,7 +2,8 @@
 //! neighbour lists.
 //!
 //! A *feature row* is an index into a level's feature vectors: the texton label where the exemplar
-//! has textons, the texel itself where it has a feature vector per texel. One more row, the last, is that of the default texton.
+//! has textons, the texel itself where it has a feature vector per texel. One more row, the last, is that of the
+//! default texton.
 
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::{Features, Space, SpaceLevel};

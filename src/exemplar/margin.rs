@@ -1,5 +1,5 @@
-//! Which texels are whole: those that are listed as others' neighbours, and that synthesis may pick. The one definition,
-//! for the neighbour table and for every method.
+//! Which texels are whole: those that are listed as others' neighbours, and that synthesis may pick. The one
+//! definition, for the neighbour table and for every method.
 //!
 //! In: a texel grid and how far from its border a texel must lie. Out: a flag per texel.
 
@@ -36,8 +36,8 @@ impl Default for Margin {
 }
 
 impl Margin {
-    /// Which texels of a level are whole; `fits` says whether all samples of a texel's windows are on the grid. On a level
-    /// with fewer than `k` such texels every texel counts as whole.
+    /// Which texels of a level are whole; `fits` says whether all samples of a texel's windows are on the grid. On a
+    /// level with fewer than `k` such texels every texel counts as whole.
     pub fn whole_texels(
         self,
         grid: TexelGrid,

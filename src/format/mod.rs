@@ -45,8 +45,9 @@ pub(crate) mod text;
 mod zip_directory;
 mod zip_sink;
 
-/// Registers the mesh formats that are read: one row per file. It declares the file's module and enters its `FORMAT` into the
-/// table, from which readers, messages and the names of outputs take what they need. Messages list the formats in this order.
+/// Registers the mesh formats that are read: one row per file. It declares the file's module and enters its `FORMAT`
+/// into the table, from which readers, messages and the names of outputs take what they need. Messages list the formats
+/// in this order.
 macro_rules! mesh_formats {
     ($($visibility:vis mod $file:ident;)*) => {
         $($visibility mod $file;)*

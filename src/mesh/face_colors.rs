@@ -94,10 +94,10 @@ impl ColoredMesh {
 /// A two-coloured mesh of about `faces` triangles on the surface of a manifold mesh; `crease` in radians.
 ///
 /// The mesh itself is taken if it has two colours and the count is off by a tenth at most. Otherwise it is retiled to
-/// about that many triangles with even valences and even walks round handles. If two colours do not suffice for the result,
-/// where creases or very many handles stand in the way, it is retiled to a sixth of them, and every triangle is cut at its barycentre and the middles of its
-/// edges. That has two colours on every orientable surface: triangles of one colour keep the order corner, middle,
-/// barycentre. Fewer triangles than the shape needs are not reached.
+/// about that many triangles with even valences and even walks round handles. If two colours do not suffice for the
+/// result, where creases or very many handles stand in the way, it is retiled to a sixth of them, and every triangle is
+/// cut at its barycentre and the middles of its edges. That has two colours on every orientable surface: triangles of
+/// one colour keep the order corner, middle, barycentre. Fewer triangles than the shape needs are not reached.
 ///
 /// Errors: `base-faces` below 8 or above 2²⁴; a mesh that is not manifold or has no triangle.
 pub fn colored_base(

@@ -5,7 +5,7 @@
 //! | --- | --- |
 //! | [`triangle_mesh`], [`topology`], [`compressed_rows`] | a mesh, how its triangles are connected, lists per vertex |
 //! | [`reading`], [`triangulation`], [`cleaning`], [`origin`] | from a file of the user to a manifold mesh near zero |
-//! | [`writing`] | meshes into files |
+//! | [`writing`], [`colored_vertices`] | meshes into files, with the colours of their vertices too |
 //! | [`builtin`], [`shapes`] | the built-in mesh, and meshes with a formula |
 //! | [`rings`], [`connection`], [`frame`] | tangent planes, and how directions are carried between them |
 //! | [`field`] | the orientation field |
@@ -24,6 +24,7 @@ pub mod atlas;
 pub mod builtin;
 pub(crate) mod chart;
 mod cleaning;
+pub(crate) mod colored_vertices;
 pub(crate) mod compressed_rows;
 pub(crate) mod connection;
 pub(crate) mod face_colors;
@@ -52,7 +53,7 @@ mod triangulation;
 mod user_vertex;
 pub(crate) mod writing;
 
-pub use cleaning::{RepairReport, TurnedComponent};
+pub use cleaning::{FlippedComponent, RepairReport};
 pub use compressed_rows::Rows;
 pub use connection::{Connection, frames_of};
 pub use face_colors::{ColoredMesh, Coloring, two_coloring};

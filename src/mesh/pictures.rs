@@ -7,15 +7,12 @@ use glam::{DVec2, DVec3, Vec3};
 use rand::Rng;
 
 use crate::error::Result;
-use crate::format::ours::MESH_MARK;
-use crate::format::ply::{self, Column};
+use crate::mesh::colored_vertices::{self, ColoredVertices};
 use crate::mesh::field::Field;
 use crate::mesh::field::singularities::Singularity;
-use crate::mesh::origin::origin_comment;
 use crate::mesh::rings::Rings;
 use crate::mesh::shapes;
 use crate::mesh::triangle_mesh::TriangleMesh;
-use crate::mesh::writing::columns;
 use crate::random;
 
 /// A mesh and an 8-bit sRGB colour for each vertex.
@@ -47,31 +44,12 @@ impl VertexColoredMesh {
 
     /// Writes it; positions count from `origin`.
     pub fn write(&self, path: &Path, origin: DVec3) -> Result<()> {
-        write_colored(path, (&self.mesh, origin), &self.colors)
+        let vertices = ColoredVertices {
+            srgb: &self.colors,
+            ..ColoredVertices::default()
+        };
+        colored_vertices::write(path, (&self.mesh, origin), vertices)
     }
-}
-
-/// Writes a mesh as PLY with an 8-bit sRGB colour per vertex, for other viewers; positions count from `origin`.
-pub fn write_colored(
-    path: &Path,
-    (mesh, origin): (&TriangleMesh, DVec3),
-    colors: &[[u8; 3]],
-) -> Result<()> {
-    let positions = columns(&mesh.positions);
-    let channel = |channel: usize| -> Vec<u8> { colors.iter().map(|c| c[channel]).collect() };
-    let channels = [0, 1, 2].map(channel);
-    let named = ["x", "y", "z"]
-        .into_iter()
-        .zip(positions.iter().map(|c| Column::Float(c)));
-    let colors = ["red", "green", "blue"]
-        .into_iter()
-        .zip(channels.iter().map(|c| Column::UChar(c)));
-    let all: Vec<(&str, Column<'_>)> = named.chain(colors).collect();
-    let comments: Vec<String> = [MESH_MARK.into()]
-        .into_iter()
-        .chain(origin_comment(origin))
-        .collect();
-    ply::write(path, &comments, &all, &mesh.triangles)
 }
 
 /// The field as arrows along s, its singularities as balls: red turns with the walk round them,

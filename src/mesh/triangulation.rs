@@ -1,6 +1,7 @@
 //! Polygons into triangles: ears are cut off in the polygon's own plane, best-shaped first.
 //!
-//! In: a polygon's corners in order. Out: n − 2 triangles of corner numbers. A polygon that crosses itself is cut by the same rules; its triangles may then overlap.
+//! In: a polygon's corners in order. Out: n − 2 triangles of corner numbers. A polygon that crosses itself is cut by
+//! the same rules; its triangles may then overlap.
 //!
 //! Small polygons are searched corner by corner. Large ones keep their convex corners in a queue, the
 //! best-shaped first: a corner is looked at again only when its own triangle changed, or when the

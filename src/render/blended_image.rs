@@ -7,8 +7,8 @@ use crate::btf::sample::Sample;
 use crate::error::Result;
 use crate::render::nearest::{DirectionSet, PairSet, Scratch, Weight, Weighting, lifted};
 
-/// Linear radiance for a light of unit irradiance, row-major (height, width, RGB), by `continuous` weights (docs/rendering.md);
-/// black for a light below the horizon.
+/// Linear radiance for a light of unit irradiance, row-major (height, width, RGB), by `continuous` weights
+/// (docs/rendering.md); black for a light below the horizon.
 pub fn blended_image(sample: &Sample, view: Direction, light: Direction) -> Result<Vec<f32>> {
     let length = sample.grid().len() * 3;
     let (mut image, mut numbers) = (vec![0.0; length], vec![0.0; length]);

@@ -54,7 +54,8 @@ enum Directions {
 }
 
 impl BtfLookup {
-    /// Lays out a sample for shading; with `filled` so that a [`Fill`](crate::render::fill::Fill) can be added. Scattered samples have none.
+    /// Lays out a sample for shading; with `filled` so that a [`Fill`](crate::render::fill::Fill) can be added.
+    /// Scattered samples have none.
     pub fn new(
         sample: &Sample,
         weighting: Weighting,
@@ -296,7 +297,8 @@ impl BtfLookup {
         blend.beyond += if is_beyond { luminance } else { 0.0 };
     }
 
-    /// Adds light from all around, by its [shares](crate::render::fill::Fill::shares) of the four sums; after the lights.
+    /// Adds light from all around, by its [shares](crate::render::fill::Fill::shares) of the four sums; after the
+    /// lights.
     #[inline(always)]
     pub fn add_fill<T: Stored>(&self, blend: &mut Blend, shares: [f32; 4]) {
         let Directions::Product { lights, .. } = &self.directions else {

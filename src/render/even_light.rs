@@ -8,16 +8,16 @@ use crate::render::nearest::{DirectionSet, Scratch, Weighting};
 /// Directions that the integral is a sum of.
 const DIRECTIONS: usize = 4096;
 
-/// Per light ∫ w dω over the hemisphere, w its weight by the rule `continuous`: the sum of radiance by shares is what an
-/// environment of radiance 1 gives.
+/// Per light ∫ w dω over the hemisphere, w its weight by the rule `continuous`: the sum of radiance by shares is what
+/// an environment of radiance 1 gives.
 pub(crate) fn shares(lights: &[Direction]) -> Vec<f32> {
     let set = DirectionSet::new(lights, Weighting::Continuous);
     let [even, ..] = sums(&set);
     even
 }
 
-/// Per light ∫ w dω over the hemisphere, and ∫ w (1 + ωₖ)/2 dω with ωₖ the direction's x, y and z, w the light's weight by
-/// the rule of the set. Combinations of the four are environments whose radiance changes linearly with direction.
+/// Per light ∫ w dω over the hemisphere, and ∫ w (1 + ωₖ)/2 dω with ωₖ the direction's x, y and z, w the light's weight
+/// by the rule of the set. Combinations of the four are environments whose radiance changes linearly with direction.
 pub(crate) fn sums(lights: &DirectionSet) -> [Vec<f32>; 4] {
     let mut sums = [0; 4].map(|_| vec![0.0f64; lights.len()]);
     let (mut scratch, mut weights) = (Scratch::default(), Vec::new());

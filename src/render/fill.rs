@@ -1,8 +1,8 @@
 //! Fill light: a dim environment beside the lights, brighter from above, that lightens shaded parts.
 //!
-//! Its radiance changes linearly with direction, so a sample under it is a combination of four sums of each view's images
-//! (`even_light`), which are laid out beside the images. So it costs four more images to read instead of
-//! one light for each part of the sky. Its occlusion at a vertex is one number: the share of the hemisphere that is open,
+//! Its radiance changes linearly with direction, so a sample under it is a combination of four sums of each view's
+//! images (`even_light`), which are laid out beside the images. So it costs four more images to read instead of one
+//! light for each part of the sky. Its occlusion at a vertex is one number: the share of the hemisphere that is open,
 //! weighted by the cosine.
 
 use std::f32::consts::PI;

@@ -39,8 +39,8 @@ pub enum Reason {
 }
 
 impl Front {
-    /// The front that is `given`, or the likely one: the side that an open surface faces, else the broad side of the mesh, else
-    /// the usual front of the up axis. Refuses one that points up or down.
+    /// The front that is `given`, or the likely one: the side that an open surface faces, else the broad side of the
+    /// mesh, else the usual front of the up axis. Refuses one that points up or down.
     pub fn of(mesh: &TriangleMesh, up: Axis, given: Option<Axis>) -> Result<Self> {
         match given {
             None => Ok(Self::guess(mesh, up)),

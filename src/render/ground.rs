@@ -1,8 +1,8 @@
 //! The ground: a level plane that a mesh stands on, and that shows only the mesh's shadow.
 //!
-//! The shadow is black, and its opacity is the share of light that the mesh keeps from the ground: of the lights by shadow
-//! rays, of fill light by how much of the sky is hidden. So a frame can be laid over any background, which then is the
-//! ground. Seen from below there is no ground.
+//! The shadow is black, and its opacity is the share of light that the mesh keeps from the ground: of the lights by
+//! shadow rays, of fill light by how much of the sky is hidden. So a frame can be laid over any background, which then
+//! is the ground. Seen from below there is no ground.
 
 use std::sync::Arc;
 

@@ -1,11 +1,12 @@
 //! Rendering: a surface texton map and a BTF sample under any view and light, to frames.
 //!
-//! The way of a frame: [`options`] and files ([`path_file`], [`environment`]) become cameras and lights ([`plan`]); [`raster`] finds what each sample of the image sees; colour is
-//! shaded at vertices ([`vertex_shading`]) or in pixels ([`pixel_shading`]), from the sample laid
-//! out texel by texel ([`texel_table`]), weighted by nearness of directions ([`nearest`],
-//! [`btf_lookup`]), with their [`parallax`] where the sample has heights, and dimmed where shadow rays are blocked ([`occlusion`], [`pixel_shadows`]); the [`renderer`] resolves it
-//! to a [`frame`], and [`sequence`] writes a sweep of them. `texel_baking` shades the texels of a texture map
-//! instead of pixels; [`held_out`] measures how well a sample's directions predict each other.
+//! The way of a frame: [`options`] and files ([`path_file`], [`environment`]) become cameras and lights ([`plan`]);
+//! [`raster`] finds what each sample of the image sees; colour is shaded at vertices ([`vertex_shading`]) or in pixels
+//! ([`pixel_shading`]), from the sample laid out texel by texel ([`texel_table`]), weighted by nearness of directions
+//! ([`nearest`], [`btf_lookup`]), with their [`parallax`] where the sample has heights, and dimmed where shadow rays
+//! are blocked ([`occlusion`], [`pixel_shadows`]); the [`renderer`] resolves it to a [`frame`], and [`sweep`] writes a
+//! sweep of them. `texel_baking` shades the texels of a texture map instead of pixels; [`held_out`] measures how well a
+//! sample's directions predict each other.
 
 mod azimuth;
 pub(crate) mod blended_image;
@@ -41,9 +42,9 @@ pub(crate) mod preview;
 pub(crate) mod raster;
 pub(crate) mod renderer;
 mod seen_points;
-pub mod sequence;
 pub(crate) mod sides;
 pub(crate) mod subject;
+pub mod sweep;
 pub(crate) mod table_levels;
 pub(crate) mod texel_baking;
 pub(crate) mod texel_table;

@@ -134,7 +134,8 @@ impl Occluders {
         seen as f32 / cast as f32
     }
 
-    /// The share of the hemisphere about `normal` that is open, by cosine: the mean over `rays`, whose pattern `turn` turns.
+    /// The share of the hemisphere about `normal` that is open, by cosine: the mean over `rays`, whose pattern `turn`
+    /// turns.
     pub fn openness(
         &self,
         point: Vec3,

@@ -86,13 +86,21 @@ impl FromStr for ImageSize {
         let parts = text.split_once('x');
         let sides = parts.and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
         match sides {
-            Some(size) if size.iter().all(|side| (1..=LONGEST_SIDE).contains(side)) => {
-                Ok(Self(size))
-            }
-            _ => Err(format!(
-                "`{text}` is not a size WxH of 1 to {LONGEST_SIDE} pixels per side, as 1280x960"
-            )),
+            Some(size) if Self(size).is_possible() => Ok(Self(size)),
+            _ => Err(format!("`{text}` is not {}", Self::expected())),
         }
+    }
+}
+
+impl ImageSize {
+    /// Sizes that frames can have, in words.
+    pub(super) fn expected() -> String {
+        format!("a size WxH of 1 to {LONGEST_SIDE} pixels per side, as 1280x960")
+    }
+
+    /// Whether a frame can have it.
+    pub(super) fn is_possible(self) -> bool {
+        self.0.iter().all(|side| (1..=LONGEST_SIDE).contains(side))
     }
 }
 

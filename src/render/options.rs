@@ -56,6 +56,11 @@ impl RenderOptions {
         self.camera.validate()?;
         self.sweep.validate()?;
         self.files.validate()?;
+        self.image.validate()?;
+        self.check_ground()
+    }
+
+    fn check_ground(&self) -> Result<()> {
         match self.lights.ground && self.image.shadows == Shadows::None {
             true => Err(Error::option(
                 "ground",
@@ -82,6 +87,13 @@ mod tests {
         assert!(refused(|o| o.camera.fov = 180.0).contains("--fov"));
         assert!(refused(|o| o.files.layers.clear()).contains("--layers"));
         assert!(refused(|o| o.lights.shadow_rays = 0).contains("--shadow-rays"));
+        assert!(refused(|o| o.image.size.0[1] = 0).contains("--size: 960x0; expected a size"));
+        assert!(refused(|o| o.image.size.0[0] = 1 << 20).contains("--size"));
+        let shadowless = refused(|o| {
+            o.lights.ground = true;
+            o.image.shadows = Shadows::None;
+        });
+        assert!(shadowless.contains("--ground: given with --shadows none"));
         assert!(refused(|o| o.sweep.sweep_length = Some(0)).contains("--sweep-length"));
         assert!(RenderOptions::default().validate().is_ok());
     }

@@ -1,8 +1,8 @@
 //! Shadows found in pixels: the share of a light that reaches the surface, by rays from every sample of a pixel.
 //!
-//! The edge of a shadow that crosses a pixel hides some of its samples, so that shadows have edges as smooth as outlines.
-//! The rays to a light that has a size are divided among the samples of a piece of surface. Together they are about as many
-//! as for one point.
+//! The edge of a shadow that crosses a pixel hides some of its samples, so that shadows have edges as smooth as
+//! outlines. The rays to a light that has a size are divided among the samples of a piece of surface. Together they are
+//! about as many as for one point.
 
 use glam::Vec3;
 
@@ -31,8 +31,8 @@ pub fn piece_visibility(
     reaches.iter().sum::<f32>() / count as f32
 }
 
-/// The share of a light that reaches each of some samples of a pixel, which see one piece of surface round `place`; 0 at
-/// others.
+/// The share of a light that reaches each of some samples of a pixel, which see one piece of surface round `place`; 0
+/// at others.
 #[inline(never)]
 pub fn sample_visibilities(
     scene: &ShadingScene,
@@ -89,8 +89,8 @@ fn open_samples(
     }
 }
 
-/// Where a sample's rays to a light start, on the side of its triangle that is seen; `None` where no vertex of the triangle
-/// has the light above its horizon.
+/// Where a sample's rays to a light start, on the side of its triangle that is seen; `None` where no vertex of the
+/// triangle has the light above its horizon.
 fn ray_start(scene: &ShadingScene, light: usize, hit: &Hit) -> Option<(RayStart, Incidence)> {
     let mesh = &scene.map.mesh;
     let p = point(mesh, hit);
@@ -128,9 +128,9 @@ struct Corner {
     normal: Vec3,
 }
 
-/// Where the rays of a point begin: on the smooth surface that the normals describe, where that bulges over the triangle
-/// (Hanika 2021, "Hacking the Shadow Terminator"). Rays from the triangle itself would meet its neighbours where the light
-/// grazes, and draw the triangles in black.
+/// Where the rays of a point begin: on the smooth surface that the normals describe, where that bulges over the
+/// triangle (Hanika 2021, "Hacking the Shadow Terminator"). Rays from the triangle itself would meet its neighbours
+/// where the light grazes, and draw the triangles in black.
 fn on_smooth_surface(corners: &[Corner; 3], shares: [f32; 3], p: Vec3) -> Vec3 {
     let lift = |(corner, share): (&Corner, f32)| {
         // How far the point lies under the plane that touches the smooth surface in the corner.

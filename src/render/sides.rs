@@ -1,7 +1,8 @@
 //! The side of a surface that is seen.
 //!
 //! A closed surface shows its outside alone. One with borders or holes shows its inside too. There frames are turned
-//! over: n becomes −n, and s and t stay. View and light then stand above the side that is seen, which shows the texture mirrored.
+//! over: n becomes −n, and s and t stay. View and light then stand above the side that is seen, which shows the texture
+//! mirrored.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,6 +1,7 @@
 //! Which lights reach which vertices, by shadow rays: found once, and kept while the light stays.
 //!
-//! Rays are cast in the order in which the vertices lie in the hierarchy of occluders, so that consecutive rays read nearby memory.
+//! Rays are cast in the order in which the vertices lie in the hierarchy of occluders, so that consecutive rays read
+//! nearby memory.
 
 use rayon::prelude::*;
 

@@ -1,8 +1,8 @@
 //! A decorated surface with fewer vertices, by clusters (Rossignac and Borrel 1993).
 //!
-//! Vertices in one cell of a grid whose normals point into one octant become one: that nearest to their mean. It keeps its
-//! own frame and texture coordinate, from which the texture is continued over its triangles. Normals keep the two sides
-//! of something thin apart.
+//! Vertices in one cell of a grid whose normals point into one octant become one: that nearest to their mean. It keeps
+//! its own frame and texture coordinate, from which the texture is continued over its triangles. Normals keep the two
+//! sides of something thin apart.
 
 use glam::{DVec3, Vec3};
 

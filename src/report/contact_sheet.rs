@@ -75,8 +75,8 @@ fn write_lines(sheet: &mut RgbImage, lines: &[String], column: u32, row: u32) {
 
 /// Lays thumbnails out in rows, with a label under each.
 ///
-/// The parts of a label stand two spaces apart; the first names the picture. Others that all labels have stand once, in a
-/// heading, after the number of pictures and before the `legend`.
+/// The parts of a label stand two spaces apart; the first names the picture. Others that all labels have stand once, in
+/// a heading, after the number of pictures and before the `legend`.
 pub fn contact_sheet(thumbnails: &[(RgbImage, String)], legend: &str) -> RgbImage {
     let labels = thumbnails
         .iter()

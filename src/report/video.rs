@@ -1,7 +1,7 @@
 //! Moving previews as video, by the `ffmpeg` of the machine.
 //!
-//! Pictures are handed over as bytes, 8-bit sRGB, and encoded with the matrix of Rec. 709 and one thread, without marks of
-//! time or version: one version of `ffmpeg` writes the same bytes every time.
+//! Pictures are handed over as bytes, 8-bit sRGB, and encoded with the matrix of Rec. 709 and one thread, without marks
+//! of time or version: one version of `ffmpeg` writes the same bytes every time.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};
@@ -49,7 +49,8 @@ impl Container {
     }
 }
 
-/// Even sides, for colour at half the resolution, and colours by the matrix of Rec. 709 and the curve of sRGB, said to players.
+/// Even sides, for colour at half the resolution, and colours by the matrix of Rec. 709 and the curve of sRGB, said to
+/// players.
 const FILTERS: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,\
     setparams=range=tv:colorspace=bt709:color_primaries=bt709:color_trc=iec61966-2-1";
 

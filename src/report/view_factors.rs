@@ -1,7 +1,7 @@
 //! A sample small enough for a page: the images of each view factored by themselves.
 //!
-//! In: a sample, an error and a number of bytes. Out: per view a few eigentextures in whole numbers of one step, and per
-//! light the numbers that mix them.
+//! In: a sample, an error and a number of bytes. Out: per view a few eigentextures in whole numbers of one step, and
+//! per light the numbers that mix them.
 //!
 //! Parallax and masking differ from view to view; so a view's own eigentextures reach an error with far fewer than
 //! those of all images together (Sattler 2003), and a browser multiplies them out in about a second. The step is that

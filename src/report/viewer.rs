@@ -102,7 +102,6 @@ pub fn viewer_page(
     options.validate()?;
     // Pack the surface, and the sample into what room is left.
     let surface = PackedSurface::fitting(map, LARGEST_PAGE)?;
-    let bounds = &surface.bounds;
     let limits = Limits {
         error: options.error,
         bytes: surface.left,
@@ -118,17 +117,34 @@ pub fn viewer_page(
             surface.vertices
         ));
     }
-    // Describe what the scripts draw.
-    let up = options.up;
-    let front = Front::of(&map.mesh, up, options.front)?
-        .axis
-        .vector()
-        .to_array();
-    let description = json!({
-        "sample": sample_description(sample, &factors),
+    // Fill the template.
+    let front = Front::of(&map.mesh, options.up, options.front)?.axis;
+    let description = page_description((sample, &factors), &surface, (options.up, front));
+    let mut values = template_values((sample, &factors), &surface, &description)?;
+    values["title"] = json!(title);
+    values["notes"] = json!(notes);
+    let ranks = factors.groups.iter().map(|group| group.rank);
+    Ok(ViewerPage {
+        html: filled(include_str!("web/view.html"), values)?,
+        vertices: surface.vertices,
+        error: factors.error,
+        rank: ranks.max().unwrap_or(0),
+        notes,
+    })
+}
+
+/// What the scripts draw, and how it is seen first.
+fn page_description(
+    (sample, factors): (&Sample, &ViewFactors),
+    surface: &PackedSurface,
+    (up, front): (Axis, Axis),
+) -> Value {
+    let front = front.vector().to_array();
+    json!({
+        "sample": sample_description(sample, factors),
         "surface": surface.description,
-        "centre": bounds.centre.to_array(),
-        "radius": bounds.radius,
+        "centre": surface.bounds.centre.to_array(),
+        "radius": surface.bounds.radius,
         "fov": 30.0,
         "compass": {"up": up.vector().to_array(), "zero": front},
         "lightZero": front,
@@ -137,38 +153,28 @@ pub fn viewer_page(
         "irradiance": std::f64::consts::PI,
         "environment": ENVIRONMENT,
         "background": 0.03,
-    });
-    // Fill the template.
-    let html = filled(
-        include_str!("web/view.html"),
-        json!({
-            "title": title,
-            "style": STYLE,
-            "vertices": surface.vertices,
-            "size": format!("{} × {} texels", factors.size[0], factors.size[1]),
-            "directions": directions(sample, &factors),
-            "error": format!("{:.1} %", 100.0 * factors.error),
-            "has_environment": sample.description().pairs.is_none(),
-            "notes": notes,
-            "shaders": shaders(),
-            "description": json(&description)?,
-            "surface": numbers::base64(&surface.columns),
-            "sample": numbers::base64(&factors.packed),
-            "script": format!("{}\n{}", bundle(&MODULES), bundle(&[include_str!("web/viewer.js")])),
-        }),
-    )?;
-    Ok(ViewerPage {
-        html,
-        vertices: surface.vertices,
-        error: factors.error,
-        rank: factors
-            .groups
-            .iter()
-            .map(|group| group.rank)
-            .max()
-            .unwrap_or(0),
-        notes,
     })
+}
+
+/// What the template holds beside the title and the notes.
+fn template_values(
+    (sample, factors): (&Sample, &ViewFactors),
+    surface: &PackedSurface,
+    description: &Value,
+) -> Result<Value> {
+    Ok(json!({
+        "style": STYLE,
+        "vertices": surface.vertices,
+        "size": format!("{} × {} texels", factors.size[0], factors.size[1]),
+        "directions": directions(sample, factors),
+        "error": format!("{:.1} %", 100.0 * factors.error),
+        "has_environment": sample.description().pairs.is_none(),
+        "shaders": shaders(),
+        "description": json(description)?,
+        "surface": numbers::base64(&surface.columns),
+        "sample": numbers::base64(&factors.packed),
+        "script": format!("{}\n{}", bundle(&MODULES), bundle(&[include_str!("web/viewer.js")])),
+    }))
 }
 
 /// A surface as a page holds it.

@@ -231,7 +231,7 @@ impl Target {
 
 impl TargetSurface {
     /// The surface of a flat grid.
-    pub fn of_grid(grid: SiteGrid) -> Self {
+    fn of_grid(grid: SiteGrid) -> Self {
         let mesh = grid.mesh();
         let sites = mesh.positions.len();
         Self {

@@ -1,4 +1,5 @@
-//! Which sites need to choose again: those that read something changed since their last choice. The others would choose the same, and are skipped.
+//! Which sites need to choose again: those that read something changed since their last choice. The others would choose
+//! the same, and are skipped.
 
 use crate::sites::level::Sites;
 

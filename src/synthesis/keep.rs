@@ -147,8 +147,8 @@ impl Keep for Nearest {
     }
 }
 
-/// The best of `first` and some candidates, with `floor` added to all distances. `distance(texel, limit)` may return infinity once it knows
-/// the distance to be above `limit`.
+/// The best of `first` and some candidates, with `floor` added to all distances. `distance(texel, limit)` may return
+/// infinity once it knows the distance to be above `limit`.
 #[inline(always)]
 pub fn smallest(
     candidates: &[Candidate],

@@ -1,5 +1,5 @@
-//! The one interface between a method and the engine: how a site is decided, given what the others hold. A paper is a rule and the
-//! [drivers](crate::synthesis::drive) that visit the sites with it.
+//! The one interface between a method and the engine: how a site is decided, given what the others hold. A paper is a
+//! rule and the [drivers](crate::synthesis::drive) that visit the sites with it.
 
 /// How one site is decided.
 pub trait Rule: Sync {

@@ -57,7 +57,6 @@ pub fn find(
         plan,
         ..
     } = study;
-    let sample = stack.sample;
     let mut report = AnalysisReport {
         planned_bytes: plan.bytes,
         ..AnalysisReport::default()
@@ -68,28 +67,10 @@ pub fn find(
         let grids = stack.grids.iter();
         grids.map(|&grid| FilteredLevel::new(grid, &bank)).collect()
     });
-    // Choose the images, and the planes that stand for them.
-    let representatives = report.measure("representative images", || {
-        choose_representatives(study, &bank, parts.as_mut(), progress)
-    })?;
-    report.note_images(
-        sample.image_count(),
-        representatives.len(),
-        plan.image_vectors,
-    );
-    let factors = study::standing_for(sample, representatives.len(), stack.channels);
-    let eigenplanes = factors.map(|factors| {
-        report.measure("eigenplanes", || {
-            Eigenplanes::new(factors, &representatives, stack.channels)
-        })
-    });
-    let source = match &eigenplanes {
-        Some(planes) => PlaneSource::Eigenplanes(planes),
-        None => PlaneSource::Images(&representatives),
-    };
+    let planes = ChosenPlanes::of(study, &bank, parts.as_mut(), &mut report, progress)?;
     // Find the textons of every level, and their centres.
-    let blocks = study.blocks_of(source);
-    let mut batches = ImageBatches::new(stack, source, blocks, plan.keep_images);
+    let blocks = study.blocks_of(planes.source());
+    let mut batches = ImageBatches::new(stack, planes.source(), blocks, plan.keep_images);
     let summed = match &mut parts {
         Some(parts) => parts.image_products(study)?,
         None => None,
@@ -107,40 +88,84 @@ pub fn find(
         centroids(&mut batches, &levels, &found, progress)
     })?;
     // Report, and put the vocabulary together.
-    let chosen_by_reading = parts.is_none() && representatives.len() < sample.image_count();
+    let chosen_by_reading =
+        parts.is_none() && planes.representatives.len() < stack.sample.image_count();
     report.times_read = batches.passes() + u32::from(chosen_by_reading);
     report.levels = level_reports(&levels, plan, &found);
-    let factor_basis = eigenplanes.map(|planes| FactorBasis {
-        rank: planes.rank(),
-        sets: planes.sets(),
-        matrix: planes.into_inverse_root(),
-    });
     let vocabulary = FoundVocabulary {
         levels: assemble(&levels, found, centroids),
-        representatives,
-        factor_basis,
-        ..described(study, &bank)?
+        ..planes.described(study, &bank)?
     };
     Ok(Analysis { vocabulary, report })
 }
 
-/// A vocabulary of the study's sample and options that holds nothing yet.
-fn described(study: &Study<'_>, bank: &Array3<f64>) -> Result<FoundVocabulary> {
-    let Study { stack, options, .. } = study;
-    let sample = stack.sample;
-    Ok(FoundVocabulary {
-        levels: Vec::new(),
-        representatives: Vec::new(),
-        filters: bank.mapv(|tap| tap as f32),
-        channels: stack.channels.count() as u32,
-        factor_basis: None,
-        tileable: stack.grids[0].tileable,
-        options: study::recorded(options)?,
-        seed: options.seed,
-        texel_mm: sample.description().texel_mm,
-        sample: sample.id().clone(),
-        id: ContentId::of_bytes(&[]),
-    })
+/// The images whose filter responses make up the appearance vectors.
+struct ChosenPlanes<'a> {
+    representatives: Vec<u32>,
+    /// The planes that stand for them, where the sample is factored.
+    eigenplanes: Option<Eigenplanes<'a>>,
+}
+
+impl<'a> ChosenPlanes<'a> {
+    /// Chooses the images, and makes the planes that stand for them.
+    fn of(
+        study: &Study<'a>,
+        bank: &Array3<f64>,
+        parts: Option<&mut Parts>,
+        report: &mut AnalysisReport,
+        progress: Progress<'_>,
+    ) -> Result<Self> {
+        let Study { stack, plan, .. } = study;
+        let representatives = report.measure("representative images", || {
+            choose_representatives(study, bank, parts, progress)
+        })?;
+        report.note_images(
+            stack.sample.image_count(),
+            representatives.len(),
+            plan.image_vectors,
+        );
+        let factors = study::standing_for(stack.sample, representatives.len(), stack.channels);
+        let eigenplanes = factors.map(|factors| {
+            report.measure("eigenplanes", || {
+                Eigenplanes::new(factors, &representatives, stack.channels)
+            })
+        });
+        Ok(Self {
+            representatives,
+            eigenplanes,
+        })
+    }
+
+    fn source(&self) -> PlaneSource<'_> {
+        match &self.eigenplanes {
+            Some(planes) => PlaneSource::Eigenplanes(planes),
+            None => PlaneSource::Images(&self.representatives),
+        }
+    }
+
+    /// A vocabulary of these images that has no levels yet.
+    fn described(self, study: &Study<'_>, bank: &Array3<f64>) -> Result<FoundVocabulary> {
+        let Study { stack, options, .. } = study;
+        let sample = stack.sample;
+        let factor_basis = self.eigenplanes.map(|planes| FactorBasis {
+            rank: planes.rank(),
+            sets: planes.sets(),
+            matrix: planes.into_inverse_root(),
+        });
+        Ok(FoundVocabulary {
+            levels: Vec::new(),
+            representatives: self.representatives,
+            filters: bank.mapv(|tap| tap as f32),
+            channels: stack.channels.count() as u32,
+            factor_basis,
+            tileable: stack.grids[0].tileable,
+            options: study::recorded(options)?,
+            seed: options.seed,
+            texel_mm: sample.description().texel_mm,
+            sample: sample.id().clone(),
+            id: ContentId::of_bytes(&[]),
+        })
+    }
 }
 
 fn choose_representatives(

@@ -9,8 +9,8 @@ use crate::textures::channel::SampleChannel;
 use crate::textures::properties::property_names;
 use crate::textures::transfer::onto_vertices;
 
-/// Gives every face of a map what the channels have at the centre of its source: the first colour becomes its colour, all
-/// other channels become properties of their names. Vertices of `centers` are the faces.
+/// Gives every face of a map what the channels have at the centre of its source: the first colour becomes its colour,
+/// all other channels become properties of their names. Vertices of `centers` are the faces.
 pub fn carry_onto_faces(map: &mut FaceMap, centers: &SurfaceTextonMap, channels: &[SampleChannel]) {
     for channel in channels {
         let values = onto_vertices(channel, centers);

@@ -26,8 +26,8 @@ const ENCODED: u64 = 4;
 const TURNED: u64 = 20;
 /// Bytes per texel of an image of heights or alpha that is read.
 const IMAGE: u64 = 16;
-/// Bytes per texel that is shaded: its place in the sample, its frame, what reaches it, its colour. Measured where charts
-/// fill two thirds of the image.
+/// Bytes per texel that is shaded: its place in the sample, its frame, what reaches it, its colour. Measured where
+/// charts fill two thirds of the image.
 const SHADED: u64 = 130;
 /// Bytes per texel of the two images of a bake, and of their files.
 const BAKED: u64 = 60;

@@ -21,6 +21,7 @@ mod bonn_files;
 mod corpus;
 #[path = "../image_set_files/mod.rs"]
 mod image_set_files;
+mod mesh_corpus;
 mod mutation;
 mod readers;
 mod set_corpus;

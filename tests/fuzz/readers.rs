@@ -32,6 +32,7 @@ use mesotex::texton::{PartFile, StoredVocabulary};
 
 use crate::bonn_files;
 use crate::corpus;
+use crate::mesh_corpus;
 use crate::mutation::Content;
 use crate::set_corpus;
 
@@ -137,16 +138,21 @@ fn image_readers() -> Vec<Reader> {
 fn mesh_readers() -> Vec<Reader> {
     let read = |path: &Path| reading::read(path, Progress::silent());
     let mesh = |name, content, file, files| reader(name, content, file, files, read);
-    let (text, obj) = (Content::Text, corpus::OBJ);
+    let (text, obj) = (Content::Text, mesh_corpus::OBJ);
     vec![
-        mesh("ply", text, "a.ply", corpus::plys()),
+        mesh("ply", text, "a.ply", mesh_corpus::plys()),
         mesh("obj", text, "a.obj", vec![obj.into()]),
-        mesh("off", text, "a.off", vec![corpus::OFF.into()]),
-        mesh("stl", text, "a.stl", corpus::stls()),
-        mesh("glb", Content::Glb, "a.glb", vec![corpus::glb()]),
-        mesh("gltf", Content::Json, "a.gltf", corpus::gltf_texts())
-            .beside("a.bin", corpus::buffer()),
-        mesh("gz", Content::Gzip, "a.obj.gz", vec![corpus::packed(obj)]),
+        mesh("off", text, "a.off", vec![mesh_corpus::OFF.into()]),
+        mesh("stl", text, "a.stl", mesh_corpus::stls()),
+        mesh("glb", Content::Glb, "a.glb", vec![mesh_corpus::glb()]),
+        mesh("gltf", Content::Json, "a.gltf", mesh_corpus::gltf_texts())
+            .beside("a.bin", mesh_corpus::buffer()),
+        mesh(
+            "gz",
+            Content::Gzip,
+            "a.obj.gz",
+            vec![mesh_corpus::packed(obj)],
+        ),
     ]
 }
 
@@ -486,7 +492,7 @@ fn surface_readers() -> Vec<Reader> {
         neighborhood: 3,
         ..SurfaceOptions::default()
     };
-    let user = corpus::user_mesh();
+    let user = mesh_corpus::user_mesh();
     let surface = prepare(&user, &options, None, Progress::silent()).unwrap();
     let cached = corpus::file_bytes("a.surface.npz", |path| {
         let wanted = cache::Wanted::new(&user, &options).unwrap();

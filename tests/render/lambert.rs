@@ -1,4 +1,5 @@
-//! What comes back through the whole renderer: Lambert's law, and the values of sampled directions.
+//! What comes back through the whole renderer: Lambert's law, the values of sampled directions, and which side of a
+//! relief is lit.
 
 use super::*;
 
@@ -151,5 +152,53 @@ fn the_inside_of_an_open_surface_has_the_light_of_its_own_side() {
             "{shading}, {shadows}: {below}"
         );
         assert!(above.abs() < 1e-6, "{shading}, {shadows}: {above}");
+    }
+}
+
+#[test]
+fn relief_is_lit_from_the_lights_side() {
+    // A facing slope to the sample's right is bright when the light comes from the right.
+    let spec = SampleSpec {
+        size: [16, 16],
+        views: fibonacci(6),
+        lights: fibonacci(40),
+        dtype: DType::F2,
+    };
+    let tilted = |_: &Direction, light: &Direction, _: u32, col: u32| {
+        let slope = if col < 8 { -0.6f64 } else { 0.6 };
+        let normal = DVec3::new(slope, 0.0, 1.0).normalize();
+        [normal.dot(light.0).max(0.0) / PI; 3]
+    };
+    let bench = Bench::new(
+        |path| spec.write(path, tilted),
+        |id| square(16, [16, 16], 1.0 / 16.0, id),
+    );
+    for (azimuth, right_is_brighter) in [("50", true), ("-50", false)] {
+        // The camera looks from +z with y up: azimuth 50, counter-clockwise from above, is on the right.
+        let light = format!("sun:{azimuth},40");
+        let words = [
+            "--size",
+            "64x64",
+            "--camera-elevation",
+            "0",
+            "--light",
+            &light,
+        ];
+        let frame = read_frame(&bench.render("frames", &words).join("frame.0001.exr"));
+        let (mut left, mut right) = (0.0, 0.0);
+        for pixel in (0..64 * 64).filter(|&pixel| frame.channels["A"][pixel] == 1.0) {
+            let side = if frame.channels["uv.U"][pixel] < 0.5 {
+                &mut left
+            } else {
+                &mut right
+            };
+            *side += frame.channels["G"][pixel];
+        }
+        assert_eq!(
+            right > 1.3 * left,
+            right_is_brighter,
+            "{azimuth}: {left} {right}"
+        );
+        assert_eq!(left > 1.3 * right, !right_is_brighter);
     }
 }

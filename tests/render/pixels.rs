@@ -158,3 +158,88 @@ fn triangles_of_a_coarse_ball_cast_no_shadows_on_each_other() {
         assert!(largest < 0.02 && mean < 1e-4, "{shading}: {largest} {mean}");
     }
 }
+
+#[test]
+fn pixel_shading_shows_the_sample_between_vertices() {
+    // Edges of 4 texels and exact coordinates, seen from straight above at 4 pixels a texel.
+    let spec = SampleSpec {
+        size: [32, 32],
+        views: vec![Direction::from_angles(0.0, 0.0)],
+        lights: vec![Direction::from_angles(0.0, 0.0)],
+        dtype: DType::F2,
+    };
+    let bench = Bench::new(
+        |path| spec.write(path, hashed),
+        |id| square(8, [32, 32], 1.0 / 32.0, id),
+    );
+    let sample = Sample::open(&bench.sample).unwrap();
+    let psnr = |shading: &str| {
+        let words = [
+            "--irradiance",
+            "1",
+            "--size",
+            "128x128",
+            "--projection",
+            "orthographic",
+            "--up",
+            "z",
+            "--camera-position",
+            "0,0,5",
+            "--camera-target",
+            "0,0,0",
+            "--view-height",
+            "1",
+            "--light",
+            "sun:0,90",
+            "--shading",
+            shading,
+            "--texels",
+            "nearest",
+            "--samples",
+            "1",
+        ];
+        let frame = read_frame(&bench.render("frames", &words).join("frame.0001.exr"));
+        let mut squares = 0.0;
+        for pixel in 0..128 * 128 {
+            let texel = (pixel / 128 / 4) * 32 + pixel % 128 / 4;
+            for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
+                let wanted = f64::from(sample.image(0).unwrap().get(texel * 3 + channel));
+                squares += (frame.channels[name][pixel] - wanted).powi(2);
+            }
+        }
+        -10.0 * (squares / (3.0 * 128.0 * 128.0)).log10()
+    };
+    let (pixel, vertex) = (psnr("pixel"), psnr("vertex"));
+    assert!(pixel >= 40.0, "{pixel}");
+    assert!(vertex <= pixel - 10.0, "{vertex} {pixel}");
+}
+
+#[test]
+fn pixel_shading_of_a_scaled_plane_is_that_of_a_larger_texel() {
+    let spec = SampleSpec {
+        size: [32, 32],
+        views: vec![Direction::from_angles(0.0, 0.0)],
+        lights: vec![Direction::from_angles(0.0, 0.0)],
+        dtype: DType::F2,
+    };
+    let words = "--size 16x16 --projection orthographic --up z --camera-position 0,0,5 \
+                 --camera-target 0,0,0 --view-height 1 --light sun:0,90 --mip on";
+    let frame = |texel: f64, scale: Option<f32>, shading: &str| {
+        let map = |id| {
+            let mut map = square(4, [32, 32], 1.0 / 32.0, id);
+            map.scale = scale.map(|scale| vec![scale; map.mesh.positions.len()]);
+            map.header.texel = texel;
+            map
+        };
+        let bench = Bench::new(|path| spec.write(path, hashed), map);
+        let mut words: Vec<&str> = words.split_whitespace().collect();
+        words.extend(["--shading", shading]);
+        let frame = read_frame(&bench.render("frames", &words).join("frame.0001.exr"));
+        ["R", "G", "B"].map(|name| frame.channels[name].clone())
+    };
+    for shading in ["pixel", "vertex"] {
+        let scaled = frame(1.0 / 32.0, Some(2.0), shading);
+        assert_eq!(scaled, frame(1.0 / 16.0, None, shading));
+        assert_ne!(scaled, frame(1.0 / 32.0, None, shading));
+    }
+}

@@ -3,7 +3,7 @@
 use mesotex::progress::Progress;
 use mesotex::render::nearest::Weighting;
 use mesotex::render::parallax::Parallax;
-use mesotex::render::sequence::{Inputs, with_renderer};
+use mesotex::render::sweep::{Inputs, with_renderer};
 use mesotex::render::{
     CameraOptions, ImageOptions, ImageSize, LightOptions, RenderOptions, Shadows, Sweep,
     SweepOptions,

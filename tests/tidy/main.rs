@@ -1,12 +1,14 @@
 //! The conventions of docs/architecture.md that a machine can check: imports follow the rooms, no files
-//! use each other in a circle, every file says what it is, none grows crowded. And those of docs/glossary.md:
-//! one word per idea.
+//! use each other in a circle, every file says what it is, no file and no function grows crowded. And those
+//! of docs/glossary.md: one word per idea.
 
 mod circles;
+mod functions;
 mod language;
 mod paths;
 mod source;
 
+use functions::Function;
 use source::Source;
 
 /// What every room may use.
@@ -57,7 +59,9 @@ const ROOMS: [(&str, &[&str]); 12] = [
     ),
 ];
 
+/// Lines of a file, and lines of a function beside its comments.
 const MOST_LINES: usize = 600;
+const MOST_OF_A_FUNCTION: usize = 71;
 
 #[test]
 fn imports_follow_the_rooms() {
@@ -133,10 +137,23 @@ fn every_file_says_what_it_is() {
 
 #[test]
 fn no_file_grows_crowded() {
-    for file in Source::of_this_crate().files {
-        let lines = file.text.lines().count();
-        assert!(lines <= MOST_LINES, "{} has {lines} lines", file.name);
+    for (name, text) in source::texts_below("src").chain(source::texts_below("tests")) {
+        let lines = text.lines().count();
+        assert!(lines <= MOST_LINES, "{name} has {lines} lines");
     }
+}
+
+#[test]
+fn no_function_grows_long() {
+    let mut faults = Vec::new();
+    for file in &Source::of_this_crate().files {
+        let functions = functions::of(file.text_without_tests()).into_iter();
+        let long = functions.filter(|function| function.lines > MOST_OF_A_FUNCTION);
+        let fault =
+            |long: Function| format!("{}: {} has {} lines", file.name, long.name, long.lines);
+        faults.extend(long.map(fault));
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
 fn faults_of(pattern: &regex_lite::Regex) -> Vec<String> {

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use regex_lite::Regex;
+
 use crate::paths::{Named, Paths, tokens};
 
 /// A file of the source.
@@ -20,6 +22,18 @@ pub struct SourceFile {
     named: Paths,
 }
 
+impl SourceFile {
+    /// Its text up to its module of tests; none of it where it is compiled for tests alone.
+    pub fn text_without_tests(&self) -> &str {
+        let tests = Regex::new(r"#\[cfg\(test\)\]\n(?:pub(?:\([a-z]+\))? )?mod \w+ \{").unwrap();
+        let end = tests.find(&self.text).map(|found| found.start());
+        match self.is_test {
+            true => "",
+            false => &self.text[..end.unwrap_or(self.text.len())],
+        }
+    }
+}
+
 /// All files.
 pub struct Source {
     /// In order of their names.
@@ -29,13 +43,7 @@ pub struct Source {
 impl Source {
     /// Reads the source of this crate.
     pub fn of_this_crate() -> Self {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-        let read = |path: PathBuf| {
-            let below = path.strip_prefix(&root).unwrap();
-            let names: Vec<_> = below.iter().map(|name| name.to_str().unwrap()).collect();
-            (names.join("/"), fs::read_to_string(&path).unwrap())
-        };
-        let source = Self::of_texts(rust_files(&root).into_iter().map(read));
+        let source = Self::of_texts(texts_below("src"));
         assert!(source.files.len() > 30, "the source was not found");
         source
     }
@@ -129,6 +137,16 @@ impl Source {
         let deepest = holds.max_by_key(|file| file.module.len())?;
         (!deepest.module.is_empty()).then_some(deepest.name.as_str())
     }
+}
+
+/// The Rust files in a folder of this crate: their paths below it, with `/`, and their texts.
+pub fn texts_below(folder: &str) -> impl Iterator<Item = (String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    rust_files(&root).into_iter().map(move |path| {
+        let below = path.strip_prefix(&root).unwrap();
+        let names: Vec<_> = below.iter().map(|name| name.to_str().unwrap()).collect();
+        (names.join("/"), fs::read_to_string(&path).unwrap())
+    })
 }
 
 fn rust_files(root: &Path) -> Vec<PathBuf> {

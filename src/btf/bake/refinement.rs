@@ -43,8 +43,9 @@ pub(super) fn typical_radiance(
     Ok(levels.iter().sum::<f32>() / levels.len() as f32)
 }
 
-/// The relative error that a scene's plan leaves, Σ |difference| / Σ radiance, against many more samples: at those places
-/// spread over the sample that are in some views, under other lights than the plan decides by. `None` without any.
+/// The relative error that a scene's plan leaves, Σ |difference| / Σ radiance, against many more samples: at those
+/// places spread over the sample that are in some views, under other lights than the plan decides by. `None` without
+/// any.
 pub(super) fn error_left(
     scene: &BakeScene,
     directions: &Directions,

@@ -23,7 +23,8 @@ pub(super) const AUTO_LEAST: u32 = 4;
 pub(super) const AUTO_MOST: u32 = 256;
 /// How far a single ray passes the texel's centre by, in texels.
 const OFF_CENTRE: f64 = 0.03;
-/// What the bits of paired points are changed by: it moves them to a third of their strata, whatever the number of points.
+/// What the bits of paired points are changed by: it moves them to a third of their strata, whatever the number of
+/// points.
 const TO_A_THIRD: u32 = 0x5555_5555;
 
 /// View rays per texel.

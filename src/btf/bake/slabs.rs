@@ -42,8 +42,8 @@ pub(super) struct Tally {
     pub(super) clamped: u64,
 }
 
-/// Renders some views slab after slab, writing each while the next is rendered. Numbers that half precision cannot hold are an
-/// error, or clamped.
+/// Renders some views slab after slab, writing each while the next is rendered. Numbers that half precision cannot hold
+/// are an error, or clamped.
 pub(super) fn write_images(
     scene: &BakeScene,
     (directions, views): (&Directions, Range<usize>),

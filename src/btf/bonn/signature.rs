@@ -76,8 +76,8 @@ impl Signature {
         Self::all_of(start).map(|all| all[0])
     }
 
-    /// All signatures that `start` begins with, the longest first. There are two where the last letter of the longer one
-    /// may as well be the first byte of the header's size.
+    /// All signatures that `start` begins with, the longest first. There are two where the last letter of the longer
+    /// one may as well be the first byte of the header's size.
     pub(super) fn all_of(start: &[u8]) -> Result<Vec<Self>> {
         let begins = |signature: &Self| start.starts_with(signature.text.as_bytes());
         let mut all: Vec<Self> = SIGNATURES.into_iter().filter(begins).collect();

@@ -1,7 +1,7 @@
 //! The principal components of the images of one view, as PVF has them.
 //!
-//! The numbers of a texel under all lights, \[light\]\[channel\], are a point; the mean over all texels is taken off, and
-//! the eigenvectors of the points' products are the components.
+//! The numbers of a texel under all lights, \[light\]\[channel\], are a point; the mean over all texels is taken off,
+//! and the eigenvectors of the points' products are the components.
 
 use ndarray::{Array2, Axis, s};
 

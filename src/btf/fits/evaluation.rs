@@ -27,6 +27,7 @@ pub fn evaluate<'a>(
     destination: impl Into<Destination<'a>>,
     progress: Progress<'_>,
 ) -> Result<WrittenSample> {
+    // Describe the sample.
     let destination = destination.into();
     let linear = curve(options.encoding, decode_srgb)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -37,6 +38,7 @@ pub fn evaluate<'a>(
             own: None,
         })
     })?;
+    // Write an image per light, as radiance.
     let evaluate = |writer: &mut SampleWriter, images: Range<usize>| {
         progress.begin("evaluating the fit", images.len() as u64);
         let mut image = vec![0.0; 3 * fit.texels()];

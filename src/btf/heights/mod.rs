@@ -1,9 +1,9 @@
 //! Heights of a sample, estimated from its images in two independent ways.
 //!
 //! *Photometrically*: how a texel's brightness changes with the light gives its normal, and normals are integrated to
-//! heights. These are fine in detail; where walls are too steep to be seen, they are too flat. *By flow*: the images are
-//! rectified on z = 0, so a point of height z stands at different texels in the images of two views. The height at which
-//! all views agree is that of the point. It needs texture, and knows how high walls are.
+//! heights. These are fine in detail; where walls are too steep to be seen, they are too flat. *By flow*: the images
+//! are rectified on z = 0, so a point of height z stands at different texels in the images of two views. The height at
+//! which all views agree is that of the point. It needs texture, and knows how high walls are.
 //!
 //! The photometric heights are scaled and moved to fit the flow; then each texel takes the height at which views agree
 //! best, the photometric one being favoured.

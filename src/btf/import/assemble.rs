@@ -32,8 +32,8 @@ const BATCH: usize = 32;
 /// Bytes of decoded images held at a time, beyond one image per thread.
 const BATCH_BYTES: usize = 128 << 20;
 
-/// Writes the sample of an image list, or the part of a shard: the same images as those of one run. A part that is there
-/// already is kept, and one that was interrupted is continued.
+/// Writes the sample of an image list, or the part of a shard: the same images as those of one run. A part that is
+/// there already is kept, and one that was interrupted is continued.
 pub fn assemble<'a>(
     list: &ImageList,
     options: &ImportOptions,

@@ -1,7 +1,7 @@
 //! Missing images, interpolated from those of the nearest directions.
 //!
-//! The weights are the nearness of scattered samples' rendering, without its fit: over the pairs within R, 1.05 times the
-//! distance √(d_view² + d_light²) to the 17th nearest, weight ((R − d) / (R d))². Each image counts with
+//! The weights are the nearness of scattered samples' rendering, without its fit: over the pairs within R, 1.05 times
+//! the distance √(d_view² + d_light²) to the 17th nearest, weight ((R − d) / (R d))². Each image counts with
 //! min(cos θ / cos θᵢ, 2), θᵢ its light's angle from the normal.
 
 use std::f64::consts::PI;

@@ -1,7 +1,8 @@
 //! Ids of image lists: of a whole list, and of the files of some of its images. No image is decoded.
 //!
-//! The id of a whole list covers names, lengths, directions, and the bytes of at most 64 images spread over the list, so
-//! that no shard reads all files. Images in archives are known by the lengths and checksums that the directory states.
+//! The id of a whole list covers names, lengths, directions, and the bytes of at most 64 images spread over the list,
+//! so that no shard reads all files. Images in archives are known by the lengths and checksums that the directory
+//! states.
 
 use std::path::{Path, PathBuf};
 

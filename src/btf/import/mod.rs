@@ -131,8 +131,8 @@ pub(crate) fn source_of(paths: &[impl AsRef<Path>], set: &SetOptions) -> Result<
     Ok(Source::ImageSet(all))
 }
 
-/// Joins the parts of all shards to the sample `target`, as one run imports it; returns its description. Refuses parts of
-/// other imports than the first, and shards that are missing or there twice.
+/// Joins the parts of all shards to the sample `target`, as one run imports it; returns its description. Refuses parts
+/// of other imports than the first, and shards that are missing or there twice.
 pub fn join(parts: &[PathBuf], target: &Path, progress: Progress<'_>) -> Result<Description> {
     parts::join(parts, Maker::Import, target, progress)
 }

@@ -8,8 +8,8 @@ use crate::format::archive::Archive;
 use crate::format::compress;
 use crate::format::guard::guarded;
 
-/// Where images are read from: zip archives, where an image's path is that of an archive and then the member's name, and
-/// files for all other paths.
+/// Where images are read from: zip archives, where an image's path is that of an archive and then the member's name,
+/// and files for all other paths.
 #[derive(Clone, Debug, Default)]
 pub struct Place {
     pub(super) archives: Vec<Archive>,

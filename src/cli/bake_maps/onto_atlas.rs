@@ -9,7 +9,7 @@ use crate::cli::transfer::describe;
 use crate::error::Result;
 use crate::render::memory::table_bytes;
 use crate::render::parallax::Decision;
-use crate::render::sequence::{Inputs, with_renderer};
+use crate::render::sweep::{Inputs, with_renderer};
 use crate::render::texel_baking::OwnPoints;
 use crate::textures::folder::write_lit;
 use crate::textures::memory::bytes_to_bake;

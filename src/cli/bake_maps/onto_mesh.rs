@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::format::id::ContentId;
 use crate::maps::vertex_map::SurfaceTextonMap;
 use crate::mesh::atlas::padding;
-use crate::render::sequence::{Inputs, with_renderer};
+use crate::render::sweep::{Inputs, with_renderer};
 use crate::textures::folder::write_set;
 use crate::textures::model::{ModelOptions, Subject};
 use crate::textures::transfer::PADDED;

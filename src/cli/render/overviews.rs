@@ -8,7 +8,7 @@ use crate::format::ours::{Format, check_replaceable};
 use crate::format::rgb_image::RgbImage;
 use crate::progress::Progress;
 use crate::render::option_values::Animation;
-use crate::render::sequence::FrameFile;
+use crate::render::sweep::FrameFile;
 use crate::report::animation::{write_apng, write_gif};
 use crate::report::contact_sheet::{contact_sheet, reduced};
 use crate::report::video::{Container, VideoEncoder};

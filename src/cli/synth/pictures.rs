@@ -16,7 +16,7 @@ use crate::format::image::{Encoding, FloatImage, Precision, encode_srgb8, write_
 use crate::format::ours::Format;
 use crate::grid::{TexCoord, TexelGrid};
 use crate::maps::vertex_map::SurfaceTextonMap;
-use crate::mesh::pictures::write_colored;
+use crate::mesh::colored_vertices::{self, ColoredVertices};
 use crate::progress::Progress;
 use crate::render::preview;
 use crate::sites::level::Sites;
@@ -132,7 +132,12 @@ impl PictureArguments {
             written = kinds.par_iter().map(draw).collect::<Result<_>>()?;
         }
         if let (Some(path), Some(colors)) = (&self.vertex_colors, &colors) {
-            write_colored(path, (&map.mesh, map.header.origin), colors)?;
+            let vertices = ColoredVertices {
+                normals: Some(&map.normals),
+                srgb: colors,
+                linear: None,
+            };
+            colored_vertices::write(path, (&map.mesh, map.header.origin), vertices)?;
             written.push(path.clone());
         }
         Ok(written)

@@ -1,32 +1,27 @@
-//! What synthesis writes on: a mesh that is prepared here, or a flat grid.
+//! What synthesis writes on, as it is asked for: a mesh, its atlas or its faces, or a flat grid.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use crate::cli::machine::Need;
 use crate::cli::session::Session;
 use crate::cli::synth::controls;
-use crate::cli::synth::physical_scale::{MeshUnit, PhysicalTexel, check_texel_count};
+use crate::cli::synth::physical_scale::{MeshUnit, PhysicalTexel};
+use crate::cli::synth::prepared::{MeshTarget, PlannedSites, Prepared, Windows, check_memory};
 use crate::error::{Error, Result};
 use crate::exemplar::neighbor_table::NeighborTable;
 use crate::exemplar::space::Space;
 use crate::format::mesh_formats::listed_names;
-use crate::maps::vertex_map::check_scale;
-use crate::mesh::reading::{UserMesh, varying};
+use crate::mesh::reading::UserMesh;
 use crate::neighborhood::{Neighborhood, window_width};
-use crate::sites::atlas;
 use crate::sites::atlas::options::AtlasOptions;
 use crate::sites::faces::plan::FaceOptions;
 use crate::sites::grid::window::SiteGrid;
 use crate::sites::target::{Target, TargetSites};
-use crate::sites::vertices::cache;
-use crate::sites::vertices::circles::{CircleSource, RoundOptions};
-use crate::sites::vertices::memory::{bytes_to_march, bytes_to_prepare};
-use crate::sites::vertices::surface;
+use crate::sites::vertices::circles::RoundOptions;
 use crate::sites::vertices::surface_options::{SurfaceOptions, texel_on};
-use crate::synthesis::check::{Plan, planned_neighborhoods};
+use crate::synthesis::check::Plan;
 use crate::synthesis::level_choice::LevelChoice;
 use crate::synthesis::memory;
 use crate::synthesis::method::MethodSites;
@@ -54,14 +49,6 @@ pub enum Onto {
     Atlas,
     /// The faces of a subdivided mesh; implied by --method choosy
     Faces,
-}
-
-/// A target ready for synthesis, and how it came about.
-pub struct Prepared {
-    /// It.
-    pub target: Target,
-    /// Where the circles round its vertices came from, if it has any.
-    pub circles: Option<CircleSource>,
 }
 
 /// The target and how it is prepared.
@@ -215,13 +202,42 @@ impl TargetArguments {
         is_measured: bool,
         session: &Session,
     ) -> Result<Prepared> {
-        // Find which neighbourhoods the method reads, and which the figures are measured with.
-        let windows = Windows {
-            own: planned_neighborhoods(table, plan, options),
-            measured: table.neighborhoods().swap_remove(0),
+        // Find which neighbourhoods the sites have.
+        let sites = PlannedSites {
+            windows: Windows::new(table, plan, options),
+            round: self.round_options(options, plan, session),
+            is_measured,
         };
+        // Count the memory that is needed beside the target.
+        let most_sites = self.most_sites(user.as_ref());
+        let exemplar = memory::exemplar_bytes((space, table), most_sites, options);
+        let mesh = self.mesh.as_ref().zip(user.as_ref());
+        let mesh = mesh.map(|(path, user)| MeshTarget {
+            path,
+            user,
+            exemplar,
+            session,
+        });
+        let mut prepared = self.prepare_sites(mesh, &sites, exemplar, session)?;
+        // Read the controls of the surface.
         let method = options.method.description();
-        let round = match method.sites {
+        if method.follows_controls {
+            let keys = self.surface.keys.as_deref();
+            let surface = &prepared.target.surface;
+            prepared.target.controls =
+                controls::of_target((surface, method.name), user, keys, session)?;
+        }
+        Ok(prepared)
+    }
+
+    /// How a mesh is prepared for round neighbourhoods, if the method has them.
+    fn round_options(
+        &self,
+        options: &SynthesisOptions,
+        plan: &Plan,
+        session: &Session,
+    ) -> Option<RoundOptions> {
+        match options.method.description().sites {
             MethodSites::Circles(rings) => Some(RoundOptions {
                 rings: rings(options),
                 levels: plan.levels as u32,
@@ -230,57 +246,39 @@ impl TargetArguments {
                 seed: session.seed(),
             }),
             MethodSites::Windows(_) | MethodSites::Faces => None,
+        }
+    }
+
+    /// Prepares a grid, an atlas or a mesh; the sites that a map is measured on too where they are others.
+    fn prepare_sites(
+        &self,
+        mesh: Option<MeshTarget<'_>>,
+        sites: &PlannedSites,
+        exemplar: u64,
+        session: &Session,
+    ) -> Result<Prepared> {
+        if self.grid.is_some() {
+            return Ok(self.grid_target(sites, exemplar)?.into());
+        }
+        let Some(mesh) = mesh else {
+            return Err(Error::option("grid", "no target", "a mesh, or --grid WxH"));
         };
-        // Count the memory that is needed beside the target.
-        let sites = self.most_sites(user.as_ref());
-        let exemplar = memory::exemplar_bytes((space, table), sites, options);
-        let mesh = self.mesh.as_ref().zip(user.as_ref());
-        let mesh = mesh.map(|(path, user)| MeshTarget {
-            path,
-            user,
-            exemplar,
-            session,
-        });
-        // Prepare grid, atlas or mesh; the measured sites too where they are others.
-        let mut prepared = match (mesh, self.grid) {
-            (_, Some(_)) => Prepared {
-                target: self.grid_target(&windows, round.as_ref(), exemplar)?,
-                circles: None,
-            },
-            (Some(mesh), None) if self.is_atlas() => {
-                let mut target = mesh.prepare_atlas(&self.atlas_options(&windows.own, session))?;
-                if is_measured && windows.are_others_measured() {
-                    let measured = std::slice::from_ref(&windows.measured);
-                    let options = self.atlas_options(measured, session);
-                    target.measured = Some(mesh.prepare_atlas(&options)?.sites);
-                }
-                Prepared {
-                    target,
-                    circles: None,
-                }
+        let (own, others) = (&sites.windows.own, sites.others_measured());
+        if self.is_atlas() {
+            let mut target = mesh.prepare_atlas(&self.atlas_options(own, session))?;
+            if let Some(others) = others {
+                let measured = mesh.prepare_atlas(&self.atlas_options(others, session))?;
+                target.measured = Some(measured.sites);
             }
-            (Some(mesh), None) => {
-                let mut prepared = match &round {
-                    Some(round) => mesh.prepare_round(round)?,
-                    None => mesh.prepare(&self.surface_options(&windows.own, session))?,
-                };
-                if is_measured && windows.are_others_measured() {
-                    let measured = std::slice::from_ref(&windows.measured);
-                    let options = self.surface_options(measured, session);
-                    prepared.target.measured = Some(mesh.measured_sites(&options)?);
-                }
-                prepared
-            }
-            (None, None) => {
-                return Err(Error::option("grid", "no target", "a mesh, or --grid WxH"));
-            }
+            return Ok(target.into());
+        }
+        let mut prepared = match &sites.round {
+            Some(round) => mesh.prepare_round(round)?,
+            None => mesh.prepare(&self.surface_options(own, session))?,
         };
-        // Read the controls of the surface.
-        if method.follows_controls {
-            let keys = self.surface.keys.as_deref();
-            let surface = &prepared.target.surface;
-            prepared.target.controls =
-                controls::of_target((surface, method.name), user, keys, session)?;
+        if let Some(others) = others {
+            let measured = mesh.measured_sites(&self.surface_options(others, session))?;
+            prepared.target.measured = Some(measured);
         }
         Ok(prepared)
     }
@@ -316,16 +314,12 @@ impl TargetArguments {
     }
 
     /// A flat grid, round neighbourhoods on it if asked for.
-    fn grid_target(
-        &self,
-        windows: &Windows,
-        round: Option<&RoundOptions>,
-        exemplar: u64,
-    ) -> Result<Target> {
+    fn grid_target(&self, sites: &PlannedSites, exemplar: u64) -> Result<Target> {
         let grid = self.checked_grid(exemplar)?;
+        let windows = &sites.windows;
         let width = window_width(&windows.measured.offsets);
         let measured = Neighborhood::square(width, 0);
-        if let Some(round) = round {
+        if let Some(round) = &sites.round {
             return Target::round_grid(grid, (round.rings, round.levels as usize), measured);
         }
         let mut target = Target::grid(grid, &windows.own)?;
@@ -359,124 +353,4 @@ impl TargetArguments {
             ..grid
         })
     }
-}
-
-/// The square windows of a target.
-struct Windows {
-    /// What the method compares, level by level; none where its neighbourhoods are round.
-    own: Vec<Neighborhood>,
-    /// The table's on level 0, in which a map is measured.
-    measured: Neighborhood,
-}
-
-impl Windows {
-    /// Whether a map is measured in another window than the method compares on level 0.
-    fn are_others_measured(&self) -> bool {
-        let own = self.own.first().map(|own| &own.offsets);
-        own != Some(&self.measured.offsets)
-    }
-}
-
-/// A mesh that becomes a target.
-struct MeshTarget<'a> {
-    path: &'a Path,
-    user: &'a UserMesh,
-    exemplar: u64,
-    session: &'a Session,
-}
-
-impl MeshTarget<'_> {
-    /// With square windows.
-    fn prepare(&self, options: &SurfaceOptions) -> Result<Prepared> {
-        check_mesh(self.path, self.user, options, self.exemplar)?;
-        let cache = cache::folder_of(self.path);
-        let target = Target::mesh(self.user, options, Some(&cache), self.session.progress())
-            .map_err(|error| error.in_file(self.path))?;
-        Ok(Prepared {
-            target,
-            circles: None,
-        })
-    }
-
-    /// Its texture atlas.
-    fn prepare_atlas(&self, options: &AtlasOptions) -> Result<Target> {
-        options.validate()?;
-        check_memory(
-            "resolution",
-            format!("{0}x{0} texels", options.resolution),
-            self.exemplar + atlas::memory::bytes_to_prepare(self.user, options),
-            "a lower --resolution, or a table of a smaller knn --neighborhood",
-        )?;
-        let in_file = |error: Error| error.in_file(self.path);
-        let target = Target::atlas(self.user, options, self.session.progress()).map_err(in_file)?;
-        if let Some(scale) = &target.surface.scale {
-            check_scale(scale, target.surface.texel).map_err(in_file)?;
-        }
-        Ok(target)
-    }
-
-    /// With round neighbourhoods.
-    fn prepare_round(&self, options: &RoundOptions) -> Result<Prepared> {
-        let user = self.user;
-        let texel = texel_on(&user.mesh, options.texel)?;
-        check_texel_count(&user.mesh, texel)?;
-        check_memory(
-            "rings",
-            format!(
-                "{} vertices at a texel of {texel}",
-                user.mesh.positions.len()
-            ),
-            self.exemplar + bytes_to_march(user, options, texel),
-            "fewer --rings or --levels, a smaller --texel, or a mesh of fewer vertices",
-        )?;
-        let cache = cache::folder_of(self.path);
-        let progress = self.session.progress();
-        let (target, source) = Target::round_mesh(user, options, Some(&cache), progress)
-            .map_err(|error| error.in_file(self.path))?;
-        Ok(Prepared {
-            target,
-            circles: Some(source),
-        })
-    }
-
-    /// Its vertices with square windows on one level, in which a map is measured.
-    fn measured_sites(&self, options: &SurfaceOptions) -> Result<TargetSites> {
-        check_mesh(self.path, self.user, options, self.exemplar)?;
-        let cache = cache::folder_of(self.path);
-        let progress = self.session.progress();
-        let surface = surface::prepare(self.user, options, Some(&cache), progress)
-            .map_err(|error| error.in_file(self.path))?;
-        Ok(TargetSites::Vertices(surface.into_sites()))
-    }
-}
-
-/// Refuses a mesh whose scale makes no texel, and one that this machine has too little memory for.
-fn check_mesh(path: &Path, user: &UserMesh, options: &SurfaceOptions, exemplar: u64) -> Result<()> {
-    options.validate()?;
-    let texel = options.texel_on(&user.mesh)?;
-    check_texel_count(&user.mesh, texel)?;
-    if let Some(scale) = varying(user.scale.as_deref()) {
-        check_scale(scale, texel).map_err(|error| error.in_file(path))?;
-    }
-    check_memory(
-        "texel",
-        format!(
-            "{} vertices at a texel of {texel}",
-            user.mesh.positions.len()
-        ),
-        exemplar + bytes_to_prepare(user, options, texel),
-        "a smaller --texel, a mesh of fewer vertices (mesh --vertices), or a table of a smaller \
-         knn --neighborhood",
-    )
-}
-
-/// Refuses a target that this machine has too little memory for.
-fn check_memory(option: &'static str, work: String, bytes: u64, advice: &str) -> Result<()> {
-    let need = Need {
-        bytes,
-        work,
-        option,
-        advice: advice.into(),
-    };
-    need.check()
 }

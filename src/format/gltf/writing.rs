@@ -47,12 +47,12 @@ pub enum VertexAttribute<'a> {
 }
 
 impl<'a> VertexAttribute<'a> {
-    /// The bytes, and what glTF calls the kind.
-    fn parts(self) -> (&'a [u8], &'static str) {
+    /// The bytes, how many elements they are, and what glTF calls the kind.
+    fn parts(self) -> (&'a [u8], usize, &'static str) {
         match self {
-            Self::Scalar(values) => (bytemuck::cast_slice(values), "SCALAR"),
-            Self::Vec2(values) => (bytemuck::cast_slice(values), "VEC2"),
-            Self::Vec4(values) => (bytemuck::cast_slice(values), "VEC4"),
+            Self::Scalar(list) => (bytemuck::cast_slice(list), list.len(), "SCALAR"),
+            Self::Vec2(list) => (bytemuck::cast_slice(list), list.len(), "VEC2"),
+            Self::Vec4(list) => (bytemuck::cast_slice(list), list.len(), "VEC4"),
         }
     }
 }
@@ -142,96 +142,124 @@ fn write_lists(
     })
 }
 
+/// The text of the file; its lists go into the buffer.
 fn description<'a>(
     mesh: &GltfMesh<'a>,
     uvs: &'a [[f32; 2]],
     tangents: &'a [[f32; 4]],
     buffer: &mut Buffer<'a>,
 ) -> Value {
-    // Place the mesh at its origin.
-    let (low, high) = bounds(mesh.positions);
-    let mut node = json!({ "mesh": 0 });
-    if mesh.origin != [0.0; 3] {
-        node["translation"] = json!(mesh.origin);
-    }
-    // Add an accessor per array that is there.
-    let mut accessors = Vec::new();
-    let mut add = |bytes: &'a [u8], count: usize, kind: &str, target: BufferKind| {
-        let component = match target {
-            BufferKind::Indices => 5125,
-            BufferKind::Vertices => 5126,
-        };
-        let view = buffer.add(bytes, Some(target));
-        accessors.push(
-            json!({ "bufferView": view, "componentType": component, "count": count, "type": kind }),
-        );
-        accessors.len() - 1
-    };
-    let count = mesh.positions.len();
-    let mut attributes = json!({
-        "POSITION": add(bytemuck::cast_slice(mesh.positions), count, "VEC3", BufferKind::Vertices),
-        "NORMAL": add(bytemuck::cast_slice(mesh.normals), count, "VEC3", BufferKind::Vertices),
-    });
-    let triangles = bytemuck::cast_slice(mesh.triangles);
-    let indices = add(
-        triangles,
-        mesh.triangles.len() * 3,
-        "SCALAR",
-        BufferKind::Indices,
-    );
-    if let Some(colors) = mesh.colors {
-        attributes["COLOR_0"] = json!(add(
-            bytemuck::cast_slice(colors),
-            count,
-            "VEC3",
-            BufferKind::Vertices
-        ));
-    }
-    if !uvs.is_empty() {
-        attributes["TEXCOORD_0"] = json!(add(
-            bytemuck::cast_slice(uvs),
-            count,
-            "VEC2",
-            BufferKind::Vertices
-        ));
-    }
-    if !tangents.is_empty() {
-        attributes["TANGENT"] = json!(add(
-            bytemuck::cast_slice(tangents),
-            count,
-            "VEC4",
-            BufferKind::Vertices
-        ));
-    }
-    for (name, attribute) in mesh.attributes {
-        let (bytes, kind) = attribute.parts();
-        attributes[*name] = json!(add(bytes, count, kind, BufferKind::Vertices));
-    }
-    // State the bounds, which the format wants for positions.
-    accessors[0]["min"] = json!(low);
-    accessors[0]["max"] = json!(high);
-    // Put the parts together.
-    let mut primitive = json!({ "attributes": attributes, "indices": indices });
+    let mut accessors = Accessors::new(buffer);
+    let mut primitive = primitive(mesh, uvs, tangents, &mut accessors);
+    let accessors = accessors.with_bounds(mesh.positions);
     let mut file = json!({
         "asset": { "version": "2.0", "generator": "mesotex" },
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
-        "nodes": [node],
+        "nodes": [node(mesh.origin)],
         "accessors": accessors,
     });
     // Add the material and its images.
     if let Some(material) = &mesh.material {
-        let views: Vec<usize> = material
-            .textures()
-            .map(|png| buffer.add(png, None))
-            .collect();
+        let textures = material.textures();
+        let views: Vec<usize> = textures.map(|png| buffer.add(png, None)).collect();
         material.describe(&mut file, &views);
         primitive["material"] = json!(0);
     }
+    // Add what holds them.
     file["meshes"] = json!([{ "primitives": [primitive] }]);
     file["bufferViews"] = json!(buffer.views);
     file["buffers"] = json!([{ "byteLength": buffer.length }]);
     file
+}
+
+/// The mesh, placed at its origin.
+fn node(origin: [f64; 3]) -> Value {
+    let mut node = json!({ "mesh": 0 });
+    if origin != [0.0; 3] {
+        node["translation"] = json!(origin);
+    }
+    node
+}
+
+/// The attributes of the vertices, and the triangles.
+fn primitive<'a>(
+    mesh: &GltfMesh<'a>,
+    uvs: &'a [[f32; 2]],
+    tangents: &'a [[f32; 4]],
+    accessors: &mut Accessors<'_, 'a>,
+) -> Value {
+    // Add the lists that every mesh has.
+    let mut attributes = json!({
+        "POSITION": accessors.vectors(mesh.positions),
+        "NORMAL": accessors.vectors(mesh.normals),
+    });
+    let indices = accessors.indices(mesh.triangles);
+    // Add those that are there.
+    if let Some(colors) = mesh.colors {
+        attributes["COLOR_0"] = json!(accessors.vectors(colors));
+    }
+    if !uvs.is_empty() {
+        attributes["TEXCOORD_0"] = json!(accessors.attribute(VertexAttribute::Vec2(uvs)));
+    }
+    if !tangents.is_empty() {
+        attributes["TANGENT"] = json!(accessors.attribute(VertexAttribute::Vec4(tangents)));
+    }
+    for (name, attribute) in mesh.attributes {
+        attributes[*name] = json!(accessors.attribute(*attribute));
+    }
+    json!({ "attributes": attributes, "indices": indices })
+}
+
+/// The accessors of the lists in a buffer, that of the positions first.
+struct Accessors<'b, 'a> {
+    buffer: &'b mut Buffer<'a>,
+    all: Vec<Value>,
+}
+
+impl<'b, 'a> Accessors<'b, 'a> {
+    fn new(buffer: &'b mut Buffer<'a>) -> Self {
+        Self {
+            buffer,
+            all: Vec::new(),
+        }
+    }
+
+    /// Adds three numbers per vertex; returns the accessor's number, as all of these do.
+    fn vectors(&mut self, list: &'a [[f32; 3]]) -> usize {
+        let bytes = bytemuck::cast_slice(list);
+        self.add(bytes, list.len(), "VEC3", BufferKind::Vertices)
+    }
+
+    fn attribute(&mut self, attribute: VertexAttribute<'a>) -> usize {
+        let (bytes, count, kind) = attribute.parts();
+        self.add(bytes, count, kind, BufferKind::Vertices)
+    }
+
+    fn indices(&mut self, triangles: &'a [[u32; 3]]) -> usize {
+        let bytes = bytemuck::cast_slice(triangles);
+        self.add(bytes, triangles.len() * 3, "SCALAR", BufferKind::Indices)
+    }
+
+    fn add(&mut self, bytes: &'a [u8], count: usize, kind: &str, target: BufferKind) -> usize {
+        let component = match target {
+            BufferKind::Indices => 5125,
+            BufferKind::Vertices => 5126,
+        };
+        let view = self.buffer.add(bytes, Some(target));
+        self.all.push(
+            json!({ "bufferView": view, "componentType": component, "count": count, "type": kind }),
+        );
+        self.all.len() - 1
+    }
+
+    /// All of them, with the bounds that the format wants of positions.
+    fn with_bounds(mut self, positions: &[[f32; 3]]) -> Vec<Value> {
+        let (low, high) = bounds(positions);
+        self.all[0]["min"] = json!(low);
+        self.all[0]["max"] = json!(high);
+        self.all
+    }
 }
 
 fn bounds(positions: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {

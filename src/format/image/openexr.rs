@@ -84,9 +84,9 @@ pub(super) fn read(file: &[u8], options: &ReadOptions) -> Result<Decoded> {
     let header = &meta.headers[chosen.part];
     check_sampling(header)?;
     // Check windows and sizes before anything is allocated.
-    let frame = Frame::of(header);
+    let windows = ImageWindows::of(header);
     let mut notes = Vec::new();
-    frame.check(header, options.missing, file.len() as u64, &mut notes)?;
+    windows.check(header, options.missing, file.len() as u64, &mut notes)?;
     // Read the planes.
     let wanted: Vec<usize> = chosen
         .channels
@@ -94,21 +94,21 @@ pub(super) fn read(file: &[u8], options: &ReadOptions) -> Result<Decoded> {
         .chain(&chosen.alpha)
         .copied()
         .collect();
-    let mut planes = planes(file, chosen.part, &wanted, &frame)?;
+    let mut planes = planes(file, chosen.part, &wanted, &windows)?;
     let statement = statement(header);
     let alpha = planes.split_off(chosen.channels.len()).pop();
     // Make interleaved pixels of them.
     let mut color = planes;
     if chosen.kind == Kind::Pair {
-        color.push(vec![0.0; frame.texels()]);
+        color.push(vec![0.0; windows.texels()]);
     }
-    let mut data = interleave(&color, frame.texels());
+    let mut data = interleave(&color, windows.texels());
     if chosen.kind == Kind::LuminanceChroma {
         to_rgb(&mut data, header);
     }
     Ok(Decoded {
-        width: frame.display.size.0 as u32,
-        height: frame.display.size.1 as u32,
+        width: windows.display.size.0 as u32,
+        height: windows.display.size.1 as u32,
         channels: color.len() as u32,
         data,
         alpha: alpha.map(|alpha| (alpha, true)),
@@ -122,13 +122,13 @@ pub(super) fn read(file: &[u8], options: &ReadOptions) -> Result<Decoded> {
     })
 }
 
-/// Where data lie and what is shown of them.
-struct Frame {
+/// The windows of an image: where data lie, and what is shown of them.
+struct ImageWindows {
     data: IntegerBounds,
     display: IntegerBounds,
 }
 
-impl Frame {
+impl ImageWindows {
     fn of(header: &Header) -> Self {
         Self {
             data: header.data_window(),
@@ -214,23 +214,28 @@ pub(super) fn read_planes(file: &[u8], is_wanted: impl Fn(&str) -> bool) -> Resu
         return Err(Error::data("OpenEXR", "deep data").expected("a flat image"));
     }
     check_sampling(header)?;
-    let frame = Frame::of(header);
-    frame.check(header, Missing::Refuse, file.len() as u64, &mut Vec::new())?;
+    let windows = ImageWindows::of(header);
+    windows.check(header, Missing::Refuse, file.len() as u64, &mut Vec::new())?;
     let name = |channel: usize| header.channels.list[channel].name.to_string();
     let wanted: Vec<usize> = (0..header.channels.list.len())
         .filter(|&channel| is_wanted(&name(channel)))
         .collect();
-    let planes = planes(file, 0, &wanted, &frame)?;
+    let planes = planes(file, 0, &wanted, &windows)?;
     Ok(Planes {
-        width: frame.display.size.0 as u32,
-        height: frame.display.size.1 as u32,
+        width: windows.display.size.0 as u32,
+        height: windows.display.size.1 as u32,
         channels: wanted.into_iter().map(name).zip(planes).collect(),
     })
 }
 
 /// Some channels of a part over the display window.
-fn planes(file: &[u8], part: usize, wanted: &[usize], frame: &Frame) -> Result<Vec<Vec<f32>>> {
-    let mut planes = vec![vec![0.0; frame.texels()]; wanted.len()];
+fn planes(
+    file: &[u8],
+    part: usize,
+    wanted: &[usize],
+    windows: &ImageWindows,
+) -> Result<Vec<Vec<f32>>> {
+    let mut planes = vec![vec![0.0; windows.texels()]; wanted.len()];
     let reader = block::read(Cursor::new(file), false).map_err(undecodable)?;
     let meta = reader.meta_data().clone();
     let chunks = reader
@@ -248,7 +253,7 @@ fn planes(file: &[u8], part: usize, wanted: &[usize], frame: &Frame) -> Result<V
             for (plane, _) in places {
                 let place = (line.location.position.0, line.location.position.1);
                 let kind = header.channels.list[channel].sample_type;
-                copy_line(&mut planes[plane], frame, place, kind, line.value);
+                copy_line(&mut planes[plane], windows, place, kind, line.value);
             }
         }
     }
@@ -258,18 +263,19 @@ fn planes(file: &[u8], part: usize, wanted: &[usize], frame: &Frame) -> Result<V
 /// Puts what of a line of samples lies inside the display window where it belongs.
 fn copy_line(
     plane: &mut [f32],
-    frame: &Frame,
+    windows: &ImageWindows,
     (column, row): (usize, usize),
     kind: SampleType,
     bytes: &[u8],
 ) {
-    let row = row as i64 + i64::from(frame.data.position.1) - i64::from(frame.display.position.1);
-    let width = frame.display.size.0 as i64;
-    if !(0..frame.display.size.1 as i64).contains(&row) {
+    let row =
+        row as i64 + i64::from(windows.data.position.1) - i64::from(windows.display.position.1);
+    let width = windows.display.size.0 as i64;
+    if !(0..windows.display.size.1 as i64).contains(&row) {
         return;
     }
     let first =
-        column as i64 + i64::from(frame.data.position.0) - i64::from(frame.display.position.0);
+        column as i64 + i64::from(windows.data.position.0) - i64::from(windows.display.position.0);
     let mut put = |index: usize, value: f32| {
         let column = first + index as i64;
         if (0..width).contains(&column) {

@@ -24,7 +24,10 @@ fn strongest_compression(format: ImageFormat) -> u64 {
     }
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
+/// A decoder of the whole file, its format, and its header if that is JPEG's.
+///
+/// Refuses formats that are not read, and sizes that the file is too short for.
+fn decoder(bytes: &[u8]) -> Result<(impl ImageDecoder, ImageFormat, Option<JpegHeader>)> {
     // Find the format.
     let file_length = bytes.len() as u64;
     let mut reader = ImageReader::new(Cursor::new(bytes))
@@ -45,7 +48,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
     limits.max_alloc = Some(most.saturating_add(WORKING));
     reader.limits(limits);
     // Check the size that the header claims.
-    let mut decoder = reader.into_decoder().map_err(undecodable)?;
+    let decoder = reader.into_decoder().map_err(undecodable)?;
     let (width, height) = decoder.dimensions();
     let claim = Claim {
         width: width.into(),
@@ -54,7 +57,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
         decoded_bytes: decoder.color_type().bytes_per_pixel().into(),
     };
     claim.check(strongest, file_length)?;
+    Ok((decoder, format, jpeg))
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<Decoded> {
     // Decode.
+    let (mut decoder, format, jpeg) = decoder(bytes)?;
+    let (width, height) = decoder.dimensions();
     let profile = decoder.icc_profile().map_err(undecodable)?;
     let exif = decoder.exif_metadata().map_err(undecodable)?;
     let image = DynamicImage::from_decoder(decoder).map_err(undecodable)?;

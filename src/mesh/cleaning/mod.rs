@@ -13,7 +13,7 @@ use crate::mesh::topology::{component_diagonals, components};
 use crate::mesh::triangle_mesh::TriangleMesh;
 
 pub use manifold::{Split, split_non_manifold};
-pub use report::{RepairReport, TurnedComponent};
+pub use report::{FlippedComponent, RepairReport};
 pub use welding::weld;
 
 /// Keeps the entries of a list per triangle for which `keep` says so.

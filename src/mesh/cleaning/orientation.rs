@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::mesh::cleaning::report::{RepairReport, TurnedComponent};
+use crate::mesh::cleaning::report::{FlippedComponent, RepairReport};
 use crate::mesh::topology::NONE;
 use crate::mesh::triangle_mesh::TriangleMesh;
 
@@ -29,7 +29,7 @@ pub fn orient(mesh: &TriangleMesh, pairing: &mut Pairing, report: &mut RepairRep
         let turning = members.iter().filter(|&&t| turned[t as usize]).count();
         if turning > 0 {
             report.turned_triangles += turning;
-            report.turned_components.push(TurnedComponent {
+            report.turned_components.push(FlippedComponent {
                 triangles: members.len(),
                 turned: turning,
                 centre: centre(mesh, &members),

@@ -15,7 +15,7 @@ pub struct RepairReport {
     pub repeated_triangles: usize,
     /// Components smaller than asked, dropped.
     pub specks: usize,
-    /// Triangles turned over to face as their neighbours do.
+    /// Triangles flipped to face as their neighbours do.
     pub turned_triangles: usize,
     /// Edges cut because three and more triangles met there.
     pub cut_edges: usize,
@@ -27,26 +27,26 @@ pub struct RepairReport {
     pub unused_vertices: usize,
     /// The first thing that was wrong, by its place in the file.
     pub first: Option<String>,
-    /// The components that were turned, whole or in part.
-    pub turned_components: Vec<TurnedComponent>,
+    /// The components that were flipped, whole or in part.
+    pub turned_components: Vec<FlippedComponent>,
     /// Faces that the reader left out.
     pub notes: Vec<String>,
     /// What the file holds beside the surface and could not be used: no repair.
     pub unused: Vec<String>,
 }
 
-/// A component of which triangles were turned to face one way.
+/// A component of which triangles were flipped to face one way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct TurnedComponent {
+pub struct FlippedComponent {
     /// Its triangles.
     pub triangles: usize,
-    /// Those that were turned.
+    /// Those that were flipped.
     pub turned: usize,
     /// The middle of its box, in the file's coordinates.
     pub centre: [f64; 3],
 }
 
-impl TurnedComponent {
+impl FlippedComponent {
     fn line(&self) -> String {
         let [x, y, z] = self.centre;
         format!(
@@ -56,7 +56,7 @@ impl TurnedComponent {
     }
 }
 
-/// Turned components that are named one by one.
+/// Flipped components that are named one by one.
 const NAMED: usize = 8;
 
 impl RepairReport {
@@ -104,9 +104,9 @@ impl RepairReport {
         let mut lines: Vec<String> = told
             .map(|(count, what)| format!("{count} {what}"))
             .collect();
-        // Name the components that were turned, as far as there is room.
+        // Name the components that were flipped, as far as there is room.
         let named = self.turned_components.iter().take(NAMED);
-        lines.extend(named.map(TurnedComponent::line));
+        lines.extend(named.map(FlippedComponent::line));
         if let Some(more @ 1..) = self.turned_components.len().checked_sub(NAMED) {
             lines.push(format!("{more} more components flipped"));
         }

@@ -1,8 +1,8 @@
 //! Even valences by splitting edges, so that the triangles can have two colours.
 //!
-//! A split edge gives its two apexes one more triangle each, and has a new vertex of valence four. So a chain of splits,
-//! each apex shared with the next, changes the parity of its two ends only. Chains join odd vertices in pairs, the
-//! nearest first. A hole counts as one vertex: it is odd where a walk round it meets an odd number of triangles.
+//! A split edge gives its two apexes one more triangle each, and has a new vertex of valence four. So a chain of
+//! splits, each apex shared with the next, changes the parity of its two ends only. Chains join odd vertices in pairs,
+//! the nearest first. A hole counts as one vertex: it is odd where a walk round it meets an odd number of triangles.
 //!
 //! On surfaces without handles all are even in the end, and two colours suffice. On others a walk round a handle can
 //! remain odd: see [`even_walks`](crate::mesh::retile::even_walks).

@@ -1,12 +1,12 @@
 //! Even walks round handles, by splitting edges along closed chains.
 //!
 //! Where all valences are even, two colours fail only where a walk round a handle meets an odd number of triangles.
-//! A closed chain of splits keeps the parities of valences, since each apex gets two more triangles. It draws a closed line of new
-//! edges, and every walk that crosses this line meets one triangle more. So one line is looked for that crosses
-//! an odd walk an odd number of times and an even walk an even number of times.
+//! A closed chain of splits keeps the parities of valences, since each apex gets two more triangles. It draws a closed
+//! line of new edges, and every walk that crosses this line meets one triangle more. So one line is looked for that
+//! crosses an odd walk an odd number of times and an even walk an even number of times.
 //!
-//! The walks are those of a tree of triangles and a tree of vertices that do not cross (tree–cotree decomposition, Eppstein 2003):
-//! one for every edge in neither tree.
+//! The walks are those of a tree of triangles and a tree of vertices that do not cross (tree–cotree decomposition,
+//! Eppstein 2003): one for every edge in neither tree.
 
 use std::collections::VecDeque;
 
@@ -157,8 +157,8 @@ impl TriangleTree {
     }
 }
 
-/// The inner edges that neither the tree of triangles crosses nor a tree of vertices needs: two for each handle, one for each
-/// hole after the first.
+/// The inner edges that neither the tree of triangles crosses nor a tree of vertices needs: two for each handle, one
+/// for each hole after the first.
 fn edges_in_neither_tree(edited: &EditMesh, tree: &TriangleTree) -> Vec<u32> {
     let mut roots: Vec<u32> = (0..edited.positions.len() as u32).collect();
     let (mut boundary, mut inner) = (Vec::new(), Vec::new());
@@ -223,7 +223,8 @@ fn starts(edited: &EditMesh, walks: &Walks) -> Vec<u32> {
     beside.into_iter().step_by(step).collect()
 }
 
-/// A breadth-first search over the states of chains: where they are, and which walks they have crossed an odd number of times.
+/// A breadth-first search over the states of chains: where they are, and which walks they have crossed an odd number of
+/// times.
 struct Search<'a> {
     edited: &'a EditMesh,
     walks: &'a Walks,

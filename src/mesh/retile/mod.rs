@@ -67,8 +67,8 @@ pub fn retile_along(
     Retiler::new(mesh, &ReferenceSurface::along(mesh, crease, lines)).to(vertices, progress)
 }
 
-/// Retiles as [`retile`] does, to about `vertices` vertices, and splits edges until all inner valences and all walks round
-/// handles are even. So triangles have two colours, unless creases or too many handles stand in the way.
+/// Retiles as [`retile`] does, to about `vertices` vertices, and splits edges until all inner valences and all walks
+/// round handles are even. So triangles have two colours, unless creases or too many handles stand in the way.
 pub fn retile_evenly(
     mesh: &TriangleMesh,
     vertices: usize,

@@ -2,7 +2,8 @@
 //! the values near the wanted direction, weighted by nearness bᵢ, is read off at the wanted direction.
 //!
 //! With pᵢ the terms of sample i beside the constant, m = Σ bᵢ pᵢ and M = Σ bᵢ pᵢ pᵢᵀ (Σ bᵢ = 1), what the fit
-//! gives is the sum of the values times bᵢ (1 − pᵢ·g), up to a common factor, where (M + λ I) g = m. λ is small and keeps the fit bounded where directions lie on a line or are few.
+//! gives is the sum of the values times bᵢ (1 − pᵢ·g), up to a common factor, where (M + λ I) g = m. λ is small and
+//! keeps the fit bounded where directions lie on a line or are few.
 
 /// λ over the mean of the diagonal of Σ bᵢ (1, pᵢ)ᵀ(1, pᵢ).
 const RIDGE: f64 = 1e-3;

@@ -1,8 +1,8 @@
 //! Nearest images (Tong 2002 §6): which of the sample's directions stand for a wanted one, and
 //! with which weights.
 //!
-//! Directions within [`SAME_DIRECTION`](crate::btf::direction::SAME_DIRECTION) of each other count as one, the first; a wanted direction
-//! that close to a sampled one gives it all the weight. Two weightings:
+//! Directions within [`SAME_DIRECTION`](crate::btf::direction::SAME_DIRECTION) of each other count as one, the first; a
+//! wanted direction that close to a sampled one gives it all the weight. Two weightings:
 //!
 //! - `inverse-angle`, the paper's: the 4 nearest by angle d, w = 1/d. The blend jumps where the nearest four change.
 //! - `continuous`: all with d < R = 1.05 · d₅ (the 5th nearest), with the nearness

@@ -1,8 +1,8 @@
 //! Parallel rays from points near each other: which of them meet nothing.
 //!
-//! The rays traverse the hierarchy together. A box is widened by the distance of the points from their middle, and entered
-//! if the ray from the middle meets it. So no box is skipped that one of the rays meets. Four rays from a
-//! pixel cost about as much as two.
+//! The rays traverse the hierarchy together. A box is widened by the distance of the points from their middle, and
+//! entered if the ray from the middle meets it. So no box is skipped that one of the rays meets. Four rays from a pixel
+//! cost about as much as two.
 
 use std::ops::Range;
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::error::{Error, Result};
 use crate::render::btf_lookup::Texels;
 use crate::render::nearest::Weighting;
 use crate::render::option_values::{ImageSize, Mip};
@@ -65,6 +66,18 @@ impl ImageOptions {
             Shading::Vertex => Texels::Nearest,
             Shading::Pixel => Texels::Bilinear,
         })
+    }
+
+    /// Refuses sizes that no frame has.
+    pub(super) fn validate(&self) -> Result<()> {
+        match self.size.is_possible() {
+            true => Ok(()),
+            false => Err(Error::option(
+                "size",
+                self.size.to_string(),
+                ImageSize::expected(),
+            )),
+        }
     }
 
     /// Whether coarser levels of the sample are used.

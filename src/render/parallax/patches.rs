@@ -1,6 +1,7 @@
 //! How far a coherent patch of a map continues round a vertex.
 //!
-//! Inside a patch that was copied from the sample, neighbouring vertices have texture coordinates that differ as their positions do. There the sample's own neighbourhood is what lies round the vertex, so its parallax is that of the
+//! Inside a patch that was copied from the sample, neighbouring vertices have texture coordinates that differ as their
+//! positions do. There the sample's own neighbourhood is what lies round the vertex, so its parallax is that of the
 //! surface. Beyond the patch another part of the sample stands beside the vertex.
 
 use std::cmp::Reverse;

@@ -2,8 +2,8 @@
 //!
 //! The wanted view w sees at the coordinate c a point of height z. The image of view i shows it at
 //! c + z·(w_xy/w_z − i_xy/i_z). Of the four texels round that place count those at which view i sees the surface at
-//! that height: where it sees it higher, the point is hidden behind what is seen; where lower, the texel shows what lies
-//! beyond the point's edge.
+//! that height: where it sees it higher, the point is hidden behind what is seen; where lower, the texel shows what
+//! lies beyond the point's edge.
 
 use glam::{Vec2, Vec3};
 

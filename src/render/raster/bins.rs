@@ -1,4 +1,5 @@
-//! Which triangles touch which tile: lists built in parallel, in the triangles' order, those that face the camera apart from those that face away.
+//! Which triangles touch which tile: lists built in parallel, in the triangles' order, those that face the camera apart
+//! from those that face away.
 
 use rayon::prelude::*;
 

@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::mesh::triangle_mesh::TriangleMesh;
-use crate::neighborhood::{Neighborhood, Template, window_width};
+use crate::neighborhood::{Neighborhood, Template, check_level_count, window_width};
 use crate::sites::grid::GridSites;
 use crate::sites::grid::round::RoundGridSites;
 use crate::sites::grid::window::{GridNeighbors, GridWindow, SiteGrid};
@@ -52,6 +52,7 @@ impl SiteGrid {
         levels: usize,
     ) -> Result<SiteHierarchy<RoundGridSites>> {
         self.check_count()?;
+        check_level_count(levels)?;
         let widest = (u64::from(rings) << levels) + 1;
         if u64::from(self.width.min(self.height)) < widest {
             return Err(Error::option(
@@ -74,7 +75,7 @@ impl SiteGrid {
     }
 
     /// The surface of the grid: a site every mesh unit, x to the right, y up, seen from +z.
-    pub fn mesh(self) -> TriangleMesh {
+    pub(crate) fn mesh(self) -> TriangleMesh {
         let positions = (0..self.sites()).map(|site| {
             let (row, col) = (site / self.width, site % self.width);
             Vec3::new(col as f32, (self.height - 1 - row) as f32, 0.0)
@@ -92,7 +93,7 @@ impl SiteGrid {
     }
 
     /// The edges right and down of every site; across the border on a torus.
-    pub fn edges(self) -> Vec<SiteEdge> {
+    pub(crate) fn edges(self) -> Vec<SiteEdge> {
         let mut edges = Vec::new();
         for site in 0..self.sites() {
             let (row, col) = (i64::from(site / self.width), i64::from(site % self.width));
@@ -111,18 +112,19 @@ impl SiteGrid {
     }
 
     fn check_count(self) -> Result<()> {
-        if u64::from(self.width) * u64::from(self.height) <= MOST_SITES {
-            return Ok(());
+        match u64::from(self.width) * u64::from(self.height) {
+            1..=MOST_SITES => Ok(()),
+            _ => Err(Error::option(
+                "grid",
+                format!("{}x{}", self.width, self.height),
+                format!("1 to {MOST_SITES} sites"),
+            )),
         }
-        Err(Error::option(
-            "grid",
-            format!("{}x{}", self.width, self.height),
-            format!("at most {MOST_SITES} sites"),
-        ))
     }
 
     fn check(self, neighborhoods: &[Neighborhood]) -> Result<()> {
         self.check_count()?;
+        check_level_count(neighborhoods.len())?;
         let asked = format!("{}x{}", self.width, self.height);
         let mut grid = self;
         for (level, neighborhood) in neighborhoods.iter().enumerate() {
@@ -207,6 +209,7 @@ mod tests {
     use crate::grid::TexelGrid;
     use crate::index::TexelIndex;
     use crate::sites::level::{SampleLocation, Sites};
+    use crate::sites::target::Target;
     use crate::synthesis::state::first_guess;
 
     fn target(width: u32, height: u32, toroidal: bool) -> SiteGrid {
@@ -284,7 +287,32 @@ mod tests {
         let message = |grid: SiteGrid| grid.hierarchy(&neighborhoods).unwrap_err().to_string();
         assert!(message(target(8, 8, true)).contains("level 1 is 4x4, smaller"));
         assert!(message(target(13, 16, true)).contains("divisible"));
-        assert!(message(target(1 << 20, 1 << 20, true)).contains("at most"));
+        assert!(message(target(1 << 20, 1 << 20, true)).contains("1 to 67108864 sites"));
+        assert!(message(target(0, 8, true)).contains("0x8; expected 1 to"));
+        assert!(message(target(8, 0, false)).contains("8x0; expected 1 to"));
         assert!(target(13, 16, false).hierarchy(&neighborhoods).is_ok());
+    }
+
+    #[test]
+    fn numbers_of_levels_that_cannot_be_are_refused() {
+        let grid = target(64, 64, true);
+        let none = grid.hierarchy(&[]).unwrap_err().to_string();
+        assert!(none.contains("--levels: 0; expected 1 to 12"), "{none}");
+        for levels in [0, 13, 64, usize::MAX] {
+            let refused = grid.round_hierarchy(1, levels).unwrap_err().to_string();
+            assert!(refused.contains("expected 1 to 12"), "{refused}");
+        }
+        let wide = grid.round_hierarchy(u32::MAX, 12).unwrap_err().to_string();
+        assert!(wide.contains("or fewer --rings or --levels"), "{wide}");
+    }
+
+    #[test]
+    fn a_grid_without_sites_is_no_target() {
+        for (width, height) in [(0, 0), (0, 4), (4, 0)] {
+            let grid = target(width, height, false);
+            assert!(Target::grid(grid, &[]).is_err());
+            let square = Neighborhood::square(3, 0);
+            assert!(Target::round_grid(grid, (1, 1), square).is_err());
+        }
     }
 }

@@ -12,13 +12,13 @@ use crate::sites::level::{Neighbor, Parent, SampleLocation, Sites};
 
 /// How a site's neighbourhood lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Frame {
+struct SiteFrame {
     /// The orientation, times the scale, in (s, t).
     along: Vec2,
     scale: f32,
 }
 
-impl Frame {
+impl SiteFrame {
     /// Where a position in texels lies, in sites.
     fn place(self, at: Vec2) -> Vec2 {
         at.x * self.along + at.y * self.along.perp()
@@ -35,7 +35,7 @@ impl Frame {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TurnedGridSites {
     grid: SiteGrid,
-    frames: Vec<Frame>,
+    frames: Vec<SiteFrame>,
     positions: Vec<Vec2>,
     /// Steps (row, column) to the sites that may be near, nearest first.
     near: Vec<[i32; 2]>,
@@ -70,12 +70,12 @@ impl TurnedGridSites {
         // Turn and scale each site's frame.
         let frame = |((row, col), &scale): ((usize, usize), &f32)| {
             let vector = Vec2::new(orientations[[row, col, 0]], orientations[[row, col, 1]]);
-            Frame {
+            SiteFrame {
                 along: scale * vector,
                 scale,
             }
         };
-        let frames: Vec<Frame> = scales.indexed_iter().map(frame).collect();
+        let frames: Vec<SiteFrame> = scales.indexed_iter().map(frame).collect();
         // Find how far windows reach.
         let widest = frames.iter().map(|frame| frame.scale).fold(1.0, f32::max);
         let coarser = (!windows.coarse_positions.is_empty()).then(|| SiteGrid {

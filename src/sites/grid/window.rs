@@ -93,9 +93,10 @@ impl GridWindow {
     /// rows and columns halved `halvings` times.
     pub fn new(grid: SiteGrid, sampled: SiteGrid, halvings: u32, offsets: &[[i32; 2]]) -> Self {
         let reach = offsets.iter().flatten().map(|o| o.unsigned_abs()).max();
+        // A reach beyond the side makes every place a kind of its own, as the side's length does.
         let kinds = |length| SideKinds {
             length,
-            reach: reach.unwrap_or(0),
+            reach: reach.unwrap_or(0).min(length),
         };
         let (rows, cols) = (kinds(sampled.height), kinds(sampled.width));
         let mut steps = Vec::new();

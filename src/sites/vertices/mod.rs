@@ -1,8 +1,8 @@
 //! The vertices of a mesh as sites: patches round every vertex, sampled once for any exemplar, on every
 //! level of a pyramid of retiled meshes (Tong 2002 §5.1).
 //!
-//! In: a [user's mesh](crate::mesh::reading::UserMesh). Out: a [`PreparedSurface`](prepared_surface::PreparedSurface), kept in a
-//! [`cache`] beside the mesh.
+//! In: a [user's mesh](crate::mesh::reading::UserMesh). Out: a [`PreparedSurface`](prepared_surface::PreparedSurface),
+//! kept in a [`cache`] beside the mesh.
 //!
 //! | file | what it does |
 //! | --- | --- |

@@ -53,8 +53,8 @@ pub fn on_one_ring(template: &Template, [a, b]: [usize; 2]) -> bool {
 }
 
 /// Per vertex √(mean of ln²(surface distance / template distance)) over the pairs of samples that both have a
-/// place on the surface (all [`adjacent_samples`], or some): 0 where the texture is laid without stretch, 0.1 where it is stretched or shrunk by
-/// about a tenth. NaN for a vertex with no such pair.
+/// place on the surface (all [`adjacent_samples`], or some): 0 where the texture is laid without stretch, 0.1 where it
+/// is stretched or shrunk by about a tenth. NaN for a vertex with no such pair.
 ///
 /// The surface distance is that of the straight line: at a texel's distance and a curvature of κ per texel it
 /// is shorter than the way along the surface by κ²/24. `texels` are mesh units per texel at each vertex.

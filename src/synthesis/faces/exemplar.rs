@@ -1,8 +1,8 @@
 //! The square of an exemplar that choosy sampling analyses.
 //!
 //! Plain images are used as distances compare them: each number times the root of its channel's weight, colours by the
-//! sRGB curve. Textons are used as vectors whose distances are those of Φ (the embedded metric). Only the finest level of
-//! the space counts: the pyramids are those of the faces.
+//! sRGB curve. Textons are used as vectors whose distances are those of Φ (the embedded metric). Only the finest level
+//! of the space counts: the pyramids are those of the faces.
 
 use crate::exemplar::dense_windows::flat_vectors;
 use crate::exemplar::embedding::Embedding;

@@ -20,8 +20,8 @@ pub struct HistogramDistances {
     pub l1: Vec<f64>,
 }
 
-/// The distances of all channels that count in synthesis; none for textons. Each face counts once, as in the paper. The 50
-/// bins cover the channel's range.
+/// The distances of all channels that count in synthesis; none for textons. Each face counts once, as in the paper. The
+/// 50 bins cover the channel's range.
 pub fn histogram_distances(
     space: &Space,
     exemplar: &SquareExemplar,

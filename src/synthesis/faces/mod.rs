@@ -1,5 +1,5 @@
-//! Between files and choosy sampling: the part of an exemplar that is sampled, the map of what comes of it, and that map
-//! with a texture coordinate at every corner, as it is drawn.
+//! Between files and choosy sampling: the part of an exemplar that is sampled, the map of what comes of it, and that
+//! map with a texture coordinate at every corner, as it is drawn.
 //!
 //! | file | what it does |
 //! | --- | --- |

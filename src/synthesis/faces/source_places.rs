@@ -40,7 +40,8 @@ impl SourcePlaces {
         })
     }
 
-    /// The centre of the texel that the centre of a source lies in: faces hold whole texels, whose histograms they keep.
+    /// The centre of the texel that the centre of a source lies in: faces hold whole texels, whose histograms they
+    /// keep.
     pub(super) fn center(&self, source: u32) -> TexCoord {
         let (face, turn) = self.triangle(source);
         let level = self.grid.pyramid.levels.len() - 1;

@@ -1,7 +1,9 @@
 //! Finer bounds: the coordinates of windows in more directions, as bytes.
 //!
 //! In noisy images the few directions of a [projection](super::projection) rule out too little: a window of noise
-//! is far from all others by about the same distance, most of it in other directions. The coordinates in those are kept as bytes; those of a window fill one cache line. A byte is off by half a step at most, by which the bound is lowered.
+//! is far from all others by about the same distance, most of it in other directions. The coordinates in those are kept
+//! as bytes; those of a window fill one cache line. A byte is off by half a step at most, by which the bound is
+//! lowered.
 
 use crate::lanes::{LANES, LaneBlock, sum_apart};
 use crate::synthesis::metric::projection::{SLACK, Sums};

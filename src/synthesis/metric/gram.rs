@@ -56,8 +56,8 @@ impl<'a> GramMetric<'a> {
         }
     }
 
-    /// The distances of a pattern to whole texels, each with its texel, in their order. A distance is infinite once it exceeds the
-    /// limit that `visit` returned last; the first limit is `limit`.
+    /// The distances of a pattern to whole texels, each with its texel, in their order. A distance is infinite once it
+    /// exceeds the limit that `visit` returned last; the first limit is `limit`.
     pub fn visit_all(
         &self,
         pattern: &mut GramPattern,

@@ -11,8 +11,8 @@ use crate::synthesis::option_ranges::few_rounds;
 /// What `--polish` asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Effort {
-    /// Of a sample that does not tile, one round over the regions in which texels are repeated: where a patch reaches the
-    /// sample's border, choosing site by site goes back a few texels over and over. Of one that tiles, nothing.
+    /// Of a sample that does not tile, one round over the regions in which texels are repeated: where a patch reaches
+    /// the sample's border, choosing site by site goes back a few texels over and over. Of one that tiles, nothing.
     #[default]
     Auto,
     /// So many rounds over all regions, 0 to 1000.

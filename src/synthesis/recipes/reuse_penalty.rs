@@ -3,9 +3,9 @@
 //!
 //! In: what the sites of a level hold. Out: a factor for every texel's distance, above 1 for those that
 //! are used more often than in the sample. Minimising neighbourhood distances alone, a random start
-//! falls into the parts of the sample that resemble themselves most: a plain tile, a smooth patch. The coarsest level, which
-//! is visited site after site, counts texels. Finer levels count textons: the places of a copied patch are then free.
-//! While a colour class is visited, the counts stand still.
+//! falls into the parts of the sample that resemble themselves most: a plain tile, a smooth patch. The coarsest level,
+//! which is visited site after site, counts texels. Finer levels count textons: the places of a copied patch are then
+//! free. While a colour class is visited, the counts stand still.
 
 use crate::exemplar::level::ExemplarLevel;
 use crate::grid::TexCoord;

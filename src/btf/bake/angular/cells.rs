@@ -1,7 +1,7 @@
 //! How much of the sphere each direction of a set stands for.
 //!
-//! In: the directions of a set. Out: for each, the second moments of its cell, the part of the sphere that lies nearer to it
-//! than to any other, about the direction itself. A cell reaches no further than the fifth nearest direction (as
+//! In: the directions of a set. Out: for each, the second moments of its cell, the part of the sphere that lies nearer
+//! to it than to any other, about the direction itself. A cell reaches no further than the fifth nearest direction (as
 //! far as rendering looks for images), and not below the horizon.
 
 use std::f64::consts::{PI, TAU};

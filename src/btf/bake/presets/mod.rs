@@ -22,8 +22,9 @@ use crate::progress::Progress;
 /// Side of a preset's texel, in millimetres.
 const TEXEL_MM: f64 = 0.5;
 
-/// Registers the presets: one row per file. It declares the file's module and makes the variant of [`Preset`], whose name in
-/// kebab case is the preset's name on the command line and whose comment is its help text. `PRESET` of the file says the rest.
+/// Registers the presets: one row per file. It declares the file's module and makes the variant of [`Preset`], whose
+/// name in kebab case is the preset's name on the command line and whose comment is its help text. `PRESET` of the file
+/// says the rest.
 macro_rules! presets {
     ($($variant:ident => $file:ident, $help:literal;)*) => {
         $(mod $file;)*

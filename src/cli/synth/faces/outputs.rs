@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::format::image::encode_srgb8;
 use crate::format::ours::Format;
 use crate::maps::face_map::FaceMap;
-use crate::mesh::pictures::write_colored;
+use crate::mesh::colored_vertices::{self, ColoredVertices};
 use crate::sites::faces::pyramid::FacePyramid;
 use crate::synthesis::faces::decorated::{CornerPlaces, with_own_corners};
 use crate::synthesis::faces::levels_file::write_levels;
@@ -75,7 +75,11 @@ impl FaceOutputs {
         if let Some(path) = colors_at {
             let linear = vertex_colors(map, colors);
             let colors: Vec<[u8; 3]> = linear.iter().map(|rgb| rgb.map(encode_srgb8)).collect();
-            write_colored(path, (&map.mesh, map.header.origin), &colors)?;
+            let vertices = ColoredVertices {
+                srgb: &colors,
+                ..ColoredVertices::default()
+            };
+            colored_vertices::write(path, (&map.mesh, map.header.origin), vertices)?;
             written.push(path.to_path_buf());
         }
         if let Some(path) = &self.levels_out {

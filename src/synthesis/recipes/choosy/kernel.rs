@@ -31,8 +31,8 @@ pub struct FaceKernel<'a> {
 /// The ratio of the largest and the mean distance of adjacent faces: 1 on a regular grid.
 ///
 /// Castellanos and Williams §3.10 measure distances of a surface's level in units that make the mean distance of
-/// adjacent faces that of the sample's grid, and let σ be the largest. So σ is this ratio times the mean distance, on the surface and
-/// on the grid alike, each in its own units.
+/// adjacent faces that of the sample's grid, and let σ be the largest. So σ is this ratio times the mean distance, on
+/// the surface and on the grid alike, each in its own units.
 pub fn distance_ratio(level: &FaceLevel) -> f64 {
     let AdjacentDistances { mean, largest } = level.adjacent_distances();
     if mean > 0.0 { largest / mean } else { 1.0 }

@@ -198,9 +198,15 @@ fn packed(word: &str, apart: bool) -> Option<Role> {
 
 fn other(word: &str) -> Option<Role> {
     let (name, why) = match word {
+        // What the bake makes of the relief.
         "ao" | "occlusion" | "ambientocclusion" | "occ" | "ambientocc" => {
             ("ambient occlusion", "the bake traces its own shadows")
         }
+        "cavity" | "cav" | "cavitymap" => ("cavity", "the relief has its own cavities"),
+        "edge" | "edges" | "curvature" | "curv" | "convexity" | "concavity" | "edgemask" => {
+            ("edge", "the relief has its own edges")
+        }
+        // What the bake has no layer for.
         "specular" | "spec" | "spc" | "refl" | "reflection" | "reflectance" | "reflectivity"
         | "specularlevel" | "speclevel" | "specularcolor" | "ior" | "f0" => (
             "specular",
@@ -208,14 +214,6 @@ fn other(word: &str) -> Option<Role> {
         ),
         "opacity" | "opac" | "alpha" | "transparency" | "mask" | "alphamask" | "opacitymask"
         | "alphamasked" | "cutout" => (OPACITY, "the surface is opaque"),
-        "id" | "idmap" | "idmask" | "matid" | "materialid" | "colorid" => (
-            "id mask",
-            "it identifies parts and is not a property of the material",
-        ),
-        "cavity" | "cav" | "cavitymap" => ("cavity", "the relief has its own cavities"),
-        "edge" | "edges" | "curvature" | "curv" | "convexity" | "concavity" | "edgemask" => {
-            ("edge", "the relief has its own edges")
-        }
         "emission" | "emissive" | "emit" | "emis" | "emiss" | "glow" | "emissivecolor" => (
             "emission",
             "a sample holds what is reflected, not what glows",
@@ -230,15 +228,21 @@ fn other(word: &str) -> Option<Role> {
         | "thickness"
         | "subsurfacecolor"
         | "subsurfacescattering" => ("translucency", "the bake lets no light through the surface"),
-        "preview" | "previews" | "thumb" | "thumbnail" | "thumbs" | "sphere" | "ball"
-        | "render" | "renders" | "rendered" | "icon" | "promo" | "cover" | "screenshot" => {
-            (PREVIEW, "it shows the material and is not a map of it")
-        }
         "fuzz" | "sheen" | "anisotropy" | "aniso" | "anisotropyangle" | "anisotropylevel"
         | "clearcoat" | "coat" | "clearcoatroughness" | "coatroughness" | "direction" | "flow"
         | "tangent" | "overlay" | "brush" | "detail" => {
             ("another property", "the bake has no such layer")
         }
+        // What shows or names parts of the material.
+        "id" | "idmap" | "idmask" | "matid" | "materialid" | "colorid" => (
+            "id mask",
+            "it identifies parts and is not a property of the material",
+        ),
+        "preview" | "previews" | "thumb" | "thumbnail" | "thumbs" | "sphere" | "ball"
+        | "render" | "renders" | "rendered" | "icon" | "promo" | "cover" | "screenshot" => {
+            (PREVIEW, "it shows the material and is not a map of it")
+        }
+        // What is stored in a form that is not read.
         "vectordisplacement" | "vdisp" | "vdm" => (
             "vector displacement",
             "a height field moves along its normal only",

@@ -1,5 +1,5 @@
-//! One layer of a tree: groups of children, each with a box and its least used point. The points of a leaf and the children of a
-//! group are at most [`LANES`], and compared side by side.
+//! One layer of a tree: groups of children, each with a box and its least used point. The points of a leaf and the
+//! children of a group are at most [`LANES`], and compared side by side.
 
 use crate::lanes::{LANES, LaneBlock, least_of_lanes};
 
@@ -87,8 +87,8 @@ impl Layer {
     }
 
     /// The squared distances of a query to the boxes of a group's children, or to less of them once all are above
-    /// `limit`. Rounding is monotone and directions are added in the order of [`add_squares`], so they never are above the
-    /// distances of points in the boxes.
+    /// `limit`. Rounding is monotone and directions are added in the order of [`add_squares`], so they never are above
+    /// the distances of points in the boxes.
     #[inline(always)]
     pub fn square_distances(&self, query: &[f32], group: usize, limit: f32) -> LaneBlock {
         let mut sums = [0.0; LANES];

@@ -130,8 +130,8 @@ pub fn render(inputs: &Inputs, options: &RenderOptions, progress: Progress<'_>) 
     Ok(report)
 }
 
-/// Whether the front decides anything: it is where azimuths count from, but for a camera whose position is stated; and what is up
-/// where a camera looks straight up or down.
+/// Whether the front decides anything: it is where azimuths count from, but for a camera whose position is stated; and
+/// what is up where a camera looks straight up or down.
 fn shows_front(options: &RenderOptions, subject: &Subject<'_>) -> bool {
     let camera = &options.camera;
     let middle = (subject.bounds.centre + subject.origin).to_array();
