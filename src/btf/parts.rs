@@ -1,8 +1,9 @@
 //! Parts of a sample: some of its images, made by one of several runs, and how they are joined to the sample of all.
 //!
 //! In: the description of a whole sample and what a shard makes of it, or the folders of all parts. Out: the
-//! description of a part, or the sample that one run makes, byte for byte. A part is a sample folder with the directions
-//! of the whole sample and the list of its own images; its `source` has one field more, `part`, which is a [`Record`].
+//! description of a part, or the sample that one run makes, byte for byte. A part is a sample folder with the
+//! directions of the whole sample and the list of its own images; its `source` has one field more, `part`, which is a
+//! [`Record`].
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -129,8 +130,8 @@ impl WrittenSample {
     }
 }
 
-/// Writes a sample, or the part `new_part` of it. `write` adds the images of a range of the whole sample. A part that
-/// is there already is kept, and one that was interrupted is continued.
+/// Writes a sample, or the part `new_part` of it. `write` adds the images of a range of the whole sample. An existing
+/// part is kept, and one that was interrupted is continued.
 pub(super) fn write_sample_or_part(
     target: &Path,
     whole: Description,
