@@ -61,7 +61,7 @@ const ROOMS: [(&str, &[&str]); 12] = [
 
 /// Lines of a file, and lines of a function beside its comments.
 const MOST_LINES: usize = 600;
-const MOST_OF_A_FUNCTION: usize = 71;
+const MOST_OF_A_FUNCTION: usize = 70;
 
 #[test]
 fn imports_follow_the_rooms() {
