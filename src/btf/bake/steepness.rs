@@ -160,6 +160,6 @@ mod tests {
             assert!((slopes.p95_at(chosen / 0.5) - better.p95_deg).abs() < 0.1);
         }
         let flat = Steepness::of(&waves(0.0)).objection(0.1).unwrap();
-        assert!(flat.contains("same everywhere"));
+        assert!(flat.contains("same value everywhere"));
     }
 }

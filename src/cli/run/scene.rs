@@ -582,7 +582,7 @@ mod tests {
         assert!(refused("[[render]]\nname", "[render]\nname").contains("line"));
         assert!(
             refused("[bake]\npreset = \"weave\"", "[exemplar]\nimages = 3")
-                .contains("[textons]: without effect")
+                .contains("[textons]: no effect")
         );
         assert!(
             refused("preset = \"weave\"\n", "").contains("`material = PATH` or `preset = NAME`")

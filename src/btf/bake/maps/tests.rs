@@ -119,7 +119,7 @@ fn what_commonly_goes_wrong_is_warned_of() {
         "height = 'height.png'\ndepth = 0.1",
         "does not seem tileable",
     );
-    warned("height = 'height.png'", "how deep");
+    warned("height = 'height.png'", "does not state its depth");
     warned(
         "height = 'height.png'\nroughness = 'small.png'",
         "resampled",

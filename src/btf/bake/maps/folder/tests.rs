@@ -95,7 +95,7 @@ fn gloss_and_packed_maps_fill_what_is_missing() {
         Some(Scalar::Map("W_GLOSS_3K.jpg".into()))
     );
     let both = Folder::with(&["x_gloss.png", "x_rough.png", "x_height.png"]);
-    assert!(why(&both.survey(), "x_gloss.png").contains("roughness map goes first"));
+    assert!(why(&both.survey(), "x_gloss.png").contains("roughness map takes precedence"));
     let packed = Folder::with(&["rock_arm_2k.png", "rock_disp_2k.png", "rock_metal_2k.png"]);
     let set = packed.survey();
     let said = why(&set, "rock_arm_2k.png");
