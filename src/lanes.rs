@@ -3,7 +3,8 @@
 use macro_rules_attribute::attribute_alias;
 
 attribute_alias! {
-    // Compiles a function for AVX-512, for AVX2, for NEON and for any processor; each call takes the best that the machine has.
+    // Compiles a function for AVX-512, for AVX2, for NEON and for any processor; each call takes the best that the
+    // machine has.
     #[apply(vectorized!)] = #[multiversion::multiversion(targets(
         "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+fma+bmi1+bmi2",
         "x86_64+avx2+fma+bmi1+bmi2",

@@ -1,8 +1,8 @@
 //! mesotex puts measured appearance on real geometry.
 //!
-//! A *BTF sample* has images of one flat patch of material under many views and lights. mesotex finds the textons of a sample,
-//! synthesizes a texture of them on a triangle mesh, and renders the decorated mesh under any view and light. The command
-//! `mesotex` does all of it from files. This library is what the command is made of.
+//! A *BTF sample* has images of one flat patch of material under many views and lights. mesotex finds the textons of a
+//! sample, synthesizes a texture of them on a triangle mesh, and renders the decorated mesh under any view and light.
+//! The command `mesotex` does all of it from files. This library is what the command is made of.
 //!
 //! # The way of the data
 //!
@@ -14,7 +14,8 @@
 //! ```
 //!
 //! Two chains meet once: appearance (`btf` → `texton` → `exemplar`) and surface (`mesh` → `sites`)
-//! know nothing of each other until `synthesis`. [`render`] reads the finished [`maps`] and never sees how they were made.
+//! know nothing of each other until `synthesis`. [`render`] reads the finished [`maps`] and never sees how they were
+//! made.
 //!
 //! # Where to begin
 //!
@@ -32,13 +33,14 @@
 //! | make exemplars whose pattern changes steadily | [`vary`] |
 //! | read and write files | [`format`](mod@format), and `read`, `open` and `write` of the types themselves |
 //!
-//! Rooms re-export what is needed from outside; their files are private. `examples/` has whole programs: `flat` (2D synthesis),
-//! `textons`, `surface`, `sweep`.
+//! Rooms re-export what is needed from outside; their files are private. `examples/` has whole programs: `flat` (2D
+//! synthesis), `textons`, `surface`, `sweep`.
 //!
 //! # Conventions
 //!
-//! - Colours are linear Rec. 709; values of a sample are radiance for unit irradiance. Directions are unit vectors that point away from
-//!   the surface. Texture coordinates are in texels, s to the right and t up. Angles are radians, in options degrees.
+//! - Colours are linear Rec. 709; values of a sample are radiance for unit irradiance. Directions are unit vectors that
+//!   point away from the surface. Texture coordinates are in texels, s to the right and t up. Angles are radians, in
+//!   options degrees.
 //! - Options are structs with `Default`. Whatever an option refuses, it refuses before the work begins.
 //! - A failure is an [`error::Error`]: it says where, what was found, what was expected and who must act.
 //! - Work that may last takes a [`progress::Progress`], which receives events and can cancel the work.

@@ -51,8 +51,8 @@ const SHARD_IF_INTERRUPTED: &str = "type the same command to continue after the 
   mesotex import felt.zip --shard 0/2 -o felt.0of2         (and --shard 1/2 -o felt.1of2, elsewhere)
   mesotex import --reduce felt.0of2 felt.1of2 -o felt.sample")]
 pub struct Arguments {
-    /// The archive, the folder, the .lp or .csv file, the fit or the array; or several archives and folders that hold one
-    /// set together.
+    /// The archive, the folder, the .lp or .csv file, the fit or the array; or several archives and folders that hold
+    /// one set together.
     #[arg(value_name = "PATH", required_unless_present = "reduce")]
     pub paths: Vec<PathBuf>,
     /// The sample to write, NAME.sample; with --shard, the folder of a part, as felt.0of3.
@@ -195,8 +195,8 @@ impl Arguments {
             .next(next_textons(&self.output)))
     }
 
-    /// What the sample of images will be, as far as one of them tells it, and the pixels of that image; `None` for other
-    /// sources, and for the part of a shard.
+    /// What the sample of images will be, as far as one of them tells it, and the pixels of that image; `None` for
+    /// other sources, and for the part of a shard.
     pub fn foresee(&self) -> Result<Option<(Description, u64)>> {
         if self.shard.is_some() || !self.reduce.is_empty() {
             return Ok(None);

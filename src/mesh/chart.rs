@@ -2,8 +2,10 @@
 //!
 //! A front grows from the point in order of distance. A vertex is placed, from each neighbour already placed, at the
 //! neighbour's position plus the edge between them, rotated by the rotation accumulated on the way; the placements
-//! that agree are averaged, weighted by inverse edge length (the upwind average of Schmidt 2013 §3.1). Where the front meets itself behind a narrow part, placements disagree and the nearer one is kept. In: a connection, seeds
-//! with known positions. Out: the placed vertices, nearest first. Folds are found by the sampler ([`sampling`](crate::sites::vertices::sampling)).
+//! that agree are averaged, weighted by inverse edge length (the upwind average of Schmidt 2013 §3.1). Where the front
+//! meets itself behind a narrow part, placements disagree and the nearer one is kept. In: a connection, seeds with
+//! known positions. Out: the placed vertices, nearest first. Folds are found by the sampler
+//! ([`sampling`](crate::sites::vertices::sampling)).
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

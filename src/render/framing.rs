@@ -1,8 +1,8 @@
 //! Framing: how far off a camera stands so that the surface fills its picture.
 //!
-//! A still camera is fitted to the silhouette it sees, an orbiting one to the silhouettes of its whole orbit, any other to
-//! a bounding sphere. A sweep has one fit, so the surface keeps its size from frame to frame. All fits are closed forms: each
-//! point of the surface gives a least distance of the camera.
+//! A still camera is fitted to the silhouette it sees, an orbiting one to the silhouettes of its whole orbit, any other
+//! to a bounding sphere. A sweep has one fit, so the surface keeps its size from frame to frame. All fits are closed
+//! forms: each point of the surface gives a least distance of the camera.
 
 use glam::DVec3;
 
@@ -10,8 +10,8 @@ use crate::render::camera::{Camera, Projection};
 
 /// How much larger the picture is than what it is fitted to.
 const MARGIN: f64 = 1.05;
-/// The least distance from a perspective camera to the surface, over the surface's radius: nearer, a point that is turned to
-/// the camera would cover all behind it.
+/// The least distance from a perspective camera to the surface, over the surface's radius: nearer, a point that is
+/// turned to the camera would cover all behind it.
 const CLEARANCE: f64 = 0.25;
 
 /// A camera that is yet to be fitted.
@@ -80,8 +80,8 @@ impl Range {
 }
 
 impl Aim {
-    /// The place from which points of a surface fill the picture. `radius` is that of the surface; with `centred` the target
-    /// may be moved.
+    /// The place from which points of a surface fill the picture. `radius` is that of the surface; with `centred` the
+    /// target may be moved.
     pub fn still(&self, points: impl Iterator<Item = DVec3>, radius: f64, centred: bool) -> Framed {
         let (right, up) = self.axes();
         let slopes = self.slopes();
@@ -151,8 +151,8 @@ impl Aim {
         }
     }
 
-    /// The place from which the half width and height fit the picture. Both are what a perspective picture would need at the
-    /// camera's place: how far a point is off the line of sight, and by how much its nearness enlarges it.
+    /// The place from which the half width and height fit the picture. Both are what a perspective picture would need
+    /// at the camera's place: how far a point is off the line of sight, and by how much its nearness enlarges it.
     fn framed(&self, [wide, high]: [f64; 2], nearest: f64, radius: f64) -> Framed {
         let (distance, height) = match self.projection {
             FittedProjection::Perspective { .. } => {

@@ -209,8 +209,8 @@ fn gather_lights(
     all
 }
 
-/// Whether what is known of a light at a vertex applies to the side that is seen. Without borders it always applies to the
-/// outside.
+/// Whether what is known of a light at a vertex applies to the side that is seen. Without borders it always applies to
+/// the outside.
 #[inline(always)]
 fn reaches_side(scene: &ShadingScene, vertex: usize, light: &Light, turned: bool) -> bool {
     if !scene.has_border {

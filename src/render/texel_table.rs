@@ -2,8 +2,8 @@
 //! one small piece of memory, and vertices sorted by texel share it.
 //!
 //! In: a sample, the images to keep, in the order wanted. Out: per pyramid level an array
-//! [H, W, images, RGB] in the sample's number type, weighted sums of the images beside them where asked for. Level l + 1 holds 2×2 means of level l.
-//! Levels that do not fit the memory budget are built slab by slab in temporary files.
+//! [H, W, images, RGB] in the sample's number type, weighted sums of the images beside them where asked for. Level l +
+//! 1 holds 2×2 means of level l. Levels that do not fit the memory budget are built slab by slab in temporary files.
 
 use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};

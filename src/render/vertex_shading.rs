@@ -55,7 +55,8 @@ pub struct ShadingScene<'a> {
     pub occluders: Option<&'a Occluders>,
     /// Whether the mesh has a border, so that light reaches both sides of it.
     pub has_border: bool,
-    /// Whether a triangle seen from behind shows its [inside](crate::render::sides); else its outside is seen as the view grazes it.
+    /// Whether a triangle seen from behind shows its [inside](crate::render::sides); else its outside is seen as the
+    /// view grazes it.
     pub shows_inside: bool,
     /// Rays for lights that have a size.
     pub soft_rays: u32,

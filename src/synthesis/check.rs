@@ -18,8 +18,8 @@ pub use crate::synthesis::check::table_plan::{Plan, complete, fitting_levels, ta
 use crate::synthesis::method::MethodSites;
 use crate::synthesis::options::SynthesisOptions;
 
-/// Checks that an exemplar and the options of any method fit together, and completes the options: what `synth` must know
-/// before it prepares a target, and what the engine works by.
+/// Checks that an exemplar and the options of any method fit together, and completes the options: what `synth` must
+/// know before it prepares a target, and what the engine works by.
 pub fn complete_for(
     space: &Space,
     table: &NeighborTable,

@@ -2,10 +2,10 @@
 //!
 //! In: a space, its neighbour table and the number of sites. Out: levels, and the reason in words.
 //!
-//! The windows of a level reach twice as far as those of the level below. So the coarsest level must be coarse enough that
-//! its windows hold a feature of the sample. It must also have sites enough: it grows from random texels, and what it uses
-//! too often or too seldom, all finer levels inherit. On a small mesh, or one with limbs, windows that are a large part of
-//! the surface lie beyond its borders besides.
+//! The windows of a level reach twice as far as those of the level below. So the coarsest level must be coarse enough
+//! that its windows hold a feature of the sample. It must also have sites enough: it grows from random texels, and what
+//! it uses too often or too seldom, all finer levels inherit. On a small mesh, or one with limbs, windows that are a
+//! large part of the surface lie beyond its borders besides.
 
 use crate::exemplar::feature_size::feature_size;
 use crate::exemplar::neighbor_table::NeighborTable;
@@ -39,8 +39,8 @@ struct Levels<'a> {
 }
 
 impl LevelChoice {
-    /// The levels of `sites` sites: as many as the table has and its windows fit; fewer where the coarsest would have too few
-    /// sites, but not so few that the sample's features are wider than its windows.
+    /// The levels of `sites` sites: as many as the table has and its windows fit; fewer where the coarsest would have
+    /// too few sites, but not so few that the sample's features are wider than its windows.
     pub fn new(space: &Space, table: &NeighborTable, sites: usize) -> Self {
         let of = Levels {
             table,

@@ -1,7 +1,7 @@
 //! What a method of synthesis answers about itself.
 //!
-//! Every [recipe](crate::synthesis::recipes) has one [`MethodDescription`]. Engine and command line ask it, so that nothing
-//! outside the recipe has to know the method.
+//! Every [recipe](crate::synthesis::recipes) has one [`MethodDescription`]. Engine and command line ask it, so that
+//! nothing outside the recipe has to know the method.
 
 use clap::ValueEnum;
 use clap::builder::PossibleValue;

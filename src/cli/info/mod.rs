@@ -37,8 +37,8 @@ use crate::textures::folder::TEXTURES_FOLDER;
 /// Takes a sample, a texton vocabulary, a surface texton space, a neighbour table, a surface texton
 /// map, a face map, an atlas or other folder of textures, a mesh, an .npy array, an OpenEXR frame or any other image;
 /// a folder of maps or a material file (which file plays which role, and why others play none); a capture,
-/// by its folder or list; a .btf file of Bonn; a fit over lights (.ptm, .rti); a scene (its stages and products); a table of directions, a camera path, and the
-/// JSON files of this program.
+/// by its folder or list; a .btf file of Bonn; a fit over lights (.ptm, .rti); a scene (its stages and products); a
+/// table of directions, a camera path, and the JSON files of this program.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   mesotex info weave.sample

@@ -46,8 +46,8 @@ Then:
   mesotex run bricks.toml --quality draft
   mesotex run bricks.toml")]
 pub struct Arguments {
-    /// A folder of texture maps or a material file (TOML), a sample NAME.sample, a measured data set that `import` reads,
-    /// or a plain image.
+    /// A folder of texture maps or a material file (TOML), a sample NAME.sample, a measured data set that `import`
+    /// reads, or a plain image.
     #[arg(long, value_name = "DIR|FILE")]
     pub material: PathBuf,
     /// The mesh.

@@ -1,7 +1,7 @@
 //! The sizes of what stages read and write, and what each stage takes by the [`cost`](super::cost) model.
 //!
-//! Sizes come from the options of the stages, and from files that are there: of measured images, one is read. What cannot
-//! be known before an earlier stage has run, as the size of a `.btf` file that is not imported yet, is unknown.
+//! Sizes come from the options of the stages, and from files that are there: of measured images, one is read. What
+//! cannot be known before an earlier stage has run, as the size of a `.btf` file that is not imported yet, is unknown.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

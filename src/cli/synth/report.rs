@@ -33,8 +33,8 @@ pub struct Report {
     #[serde(skip)]
     figures: Vec<QualityFigure>,
     metric_agreement: Option<Agreement>,
-    /// Of a method that admits only some texels: choices on the finest level for which no texel that neighbours proposed was
-    /// admitted, so that all that are admitted were compared.
+    /// Of a method that admits only some texels: choices on the finest level for which no texel that neighbours
+    /// proposed was admitted, so that all that are admitted were compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     searched: Option<u64>,
 }

@@ -1,5 +1,6 @@
 //! Candidate lists: for each cell of the upper hemisphere, every direction that could be nearer
-//! than R, 1.05 times the angle to the direction that decides it, to some direction of the cell. Exact: nothing is left out.
+//! than R, 1.05 times the angle to the direction that decides it, to some direction of the cell. Exact: nothing is left
+//! out.
 //!
 //! Cells are squares of the octahedral map of the hemisphere, rotated by 45° so that it fills [−1, 1]². The map sends
 //! each cell (cut along its diagonal where the octahedron folds) to convex spherical polygons with the cell's

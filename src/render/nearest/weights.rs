@@ -9,8 +9,8 @@ use crate::btf::direction::{Direction, SAME_DIRECTION};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Weighting {
-    /// A linear fit to the directions within 1.05 times the angle of the 5th nearest; values are scaled by the ratio of the
-    /// lights' cosines, at most 2. Sweeps are smooth.
+    /// A linear fit to the directions within 1.05 times the angle of the 5th nearest; values are scaled by the ratio of
+    /// the lights' cosines, at most 2. Sweeps are smooth.
     #[default]
     Continuous,
     /// A quadratic fit to the directions within 1.05 times the angle of the 10th nearest: more accurate between the

@@ -90,8 +90,8 @@ impl CameraOptions {
         }
     }
 
-    /// Whether a camera at the stated position looks straight up or down at `target`: what is up in its image then depends on
-    /// the front.
+    /// Whether a camera at the stated position looks straight up or down at `target`: what is up in its image then
+    /// depends on the front.
     pub fn looks_along_up(&self, target: [f64; 3]) -> bool {
         self.camera_position.is_some_and(|position| {
             let towards = DVec3::from_array(position.0) - DVec3::from_array(target);

@@ -1,7 +1,7 @@
 //! Searches that the metrics of whole windows share, compiled for the processors that they run on.
 //!
-//! Each function is compiled once per kind of processor, with the metric's distance inside its loop. What differs between the
-//! metrics is how a distance is summed ([`WindowMetric::distance_inline`]) and how a site is read.
+//! Each function is compiled once per kind of processor, with the metric's distance inside its loop. What differs
+//! between the metrics is how a distance is summed ([`WindowMetric::distance_inline`]) and how a site is read.
 
 use macro_rules_attribute::apply;
 

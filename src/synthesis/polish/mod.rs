@@ -1,10 +1,10 @@
 //! Polishing: a discrete optimisation over a finished map, after Kwatra 2003 and Boykov 2001.
 //!
 //! Neighbourhood search changes one site at a time. Where two copied patches do not line up, or a feature of
-//! the sample is missing, no change of a single site is an improvement. Here all sites of a region are offered one copied
-//! patch at once: a patch of the region [continued](proposals::Patches::continued) over all of it,
-//! or one [placed anew](proposals::laid_anew). A smallest [cut](max_flow) tells which of them take it, so that the
-//! seam runs where it costs least. A move is made only if all that it changes costs less in sum.
+//! the sample is missing, no change of a single site is an improvement. Here all sites of a region are offered one
+//! copied patch at once: a patch of the region [continued](proposals::Patches::continued) over all of it, or one
+//! [placed anew](proposals::laid_anew). A smallest [cut](max_flow) tells which of them take it, so that the seam runs
+//! where it costs least. A move is made only if all that it changes costs less in sum.
 //!
 //! | file | what it does |
 //! | --- | --- |
@@ -47,9 +47,9 @@ use crate::synthesis::polish::seam_cost::SeamCost;
 /// thread.
 pub const SITE_BYTES: u64 = 12 * MOST_LINKS as u64 + 64;
 
-/// Polishes the coordinates of the sites of level 0, in as many rounds as the effort asks for. Patches are laid at real coordinates; at the end every
-/// site holds the centre of its texel.
-/// Returns what the map costs per site, before the first round and after each.
+/// Polishes the coordinates of the sites of level 0, in as many rounds as the effort asks for. Patches are laid at real
+/// coordinates; at the end every site holds the centre of its texel. Returns what the map costs per site, before the
+/// first round and after each.
 pub fn polish<const N: usize, S: Sites<N>>(
     (exemplar, embedding): (&ExemplarLevel<'_>, &Embedding),
     sites: &S,

@@ -2,8 +2,8 @@
 //! candidates that k-coherence would try there, with the level-0 fine window.
 //!
 //! Every metric picks as synthesis does: the smallest score, factor · (distance + floor), the floor that
-//! metric's own share `--distance-floor` of the distance between random texels. A pick agrees when its score through Φ is Φ's
-//! smallest, or above it by no more than the rounding of single precision.
+//! metric's own share `--distance-floor` of the distance between random texels. A pick agrees when its score through Φ
+//! is Φ's smallest, or above it by no more than the rounding of single precision.
 
 use rayon::prelude::*;
 use serde::Serialize;

@@ -1,5 +1,5 @@
-//! The quality figures as people read them: each with its name, value and good range, and what it means. The ranges are those of
-//! docs/synthesis.md.
+//! The quality figures as people read them: each with its name, value and good range, and what it means. The ranges are
+//! those of docs/synthesis.md.
 
 use serde::Serialize;
 
@@ -87,8 +87,8 @@ pub fn figures(found: &Quality, is_polished: bool) -> Vec<QualityFigure> {
     figures
 }
 
-/// The good range of `energy_ratio_full`, and whether it lies in it. Polish lays whole patches, whose sites need not have the best
-/// texel each; docs/synthesis-measured.md has 1.6 to 2.8 for maps polished all over.
+/// The good range of `energy_ratio_full`, and whether it lies in it. Polish lays whole patches, whose sites need not
+/// have the best texel each; docs/synthesis-measured.md has 1.6 to 2.8 for maps polished all over.
 fn ratio_range(ratio: f64, is_polished: bool) -> (&'static str, bool) {
     match is_polished {
         true => ("1.00 to 3.00 after polish", ratio < 3.0),

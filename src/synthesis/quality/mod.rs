@@ -1,6 +1,6 @@
 //! How good a finished map is (docs/synthesis.md, Quality): coherence and drift of its texture coordinates
-//! along edges, energy of its neighbourhoods, and the texton histogram. Read them together: a map that uses few texels has low energy, one that drifts has high
-//! coherence.
+//! along edges, energy of its neighbourhoods, and the texton histogram. Read them together: a map that uses few texels
+//! has low energy, one that drifts has high coherence.
 
 pub(crate) mod agreement;
 mod coherence;

@@ -1,9 +1,9 @@
 //! Ying 2001 §5, *Texture and Shape Synthesis on Surfaces*: coherent synthesis, after Ashikhmin 2001.
 //!
-//! One level and one pass, along [scan lines or breadth first](crate::sites::scan_order). A site holds a real source coordinate and
-//! the value that the [continuous exemplar](exemplar) has there. With x′ᵢ what a finished neighbour at offset eᵢ
-//! holds, the candidates are yᵢ = x′ᵢ − eᵢ. Each is compared by reading the exemplar at yᵢ + eⱼ for every finished
-//! neighbour j: the pattern is the site's own, so no window is needed and any target will do.
+//! One level and one pass, along [scan lines or breadth first](crate::sites::scan_order). A site holds a real source
+//! coordinate and the value that the [continuous exemplar](exemplar) has there. With x′ᵢ what a finished neighbour at
+//! offset eᵢ holds, the candidates are yᵢ = x′ᵢ − eᵢ. Each is compared by reading the exemplar at yᵢ + eⱼ for every
+//! finished neighbour j: the pattern is the site's own, so no window is needed and any target will do.
 //!
 //! Deviations: a candidate's squared distance is divided by the number of neighbours that were compared, as
 //! the sum favours candidates at the exemplar's border, where most are undefined. A candidate off the exemplar is

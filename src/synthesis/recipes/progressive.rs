@@ -7,9 +7,9 @@
 //! over small windows.
 //!
 //! Deviations: the distances of texels that no neighbour proposes itself count κ times, as in
-//! [`tong`](super::tong), so that patches are copied. Candidates come from neighbours at most 3 texels away, for speed. Finer levels are visited by colour
-//! classes, so that a class is searched in parallel. Masks are compared as the corners of a simplex, scaled to the
-//! variance of the features, so that images and textons weigh alike against them.
+//! [`tong`](super::tong), so that patches are copied. Candidates come from neighbours at most 3 texels away, for speed.
+//! Finer levels are visited by colour classes, so that a class is searched in parallel. Masks are compared as the
+//! corners of a simplex, scaled to the variance of the features, so that images and textons weigh alike against them.
 
 mod band;
 mod exemplar;

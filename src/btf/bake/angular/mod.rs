@@ -4,7 +4,8 @@
 //! image or by none: interpolated, it shows as patches with straight borders and as ghosts. So the microfacet
 //! distribution is widened for each pair of view and light, as a texture is filtered before it is sampled (Kaplanyan,
 //! Hill, Patney, Lefohn 2016, "Filtering distributions of normals for shading antialiasing"): all half vectors that
-//! the cells of the two directions give rise to lie within the widened lobe. Shadows and the diffuse base stay as they are.
+//! the cells of the two directions give rise to lie within the widened lobe. Shadows and the diffuse base stay as they
+//! are.
 
 mod cells;
 

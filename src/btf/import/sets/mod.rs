@@ -57,7 +57,8 @@ impl Listing {
     }
 }
 
-/// Lists the images of folders and zip archives that together hold one set: by their names, else by a list in an archive.
+/// Lists the images of folders and zip archives that together hold one set: by their names, else by a list in an
+/// archive.
 pub fn read_set(
     paths: &[impl AsRef<Path>],
     options: &SetOptions,

@@ -4,8 +4,8 @@
 //! least (Castellanos and Williams §3.11).
 //!
 //! Deviation: a use multiplies the distance by √8 where the paper doubles it, and squared distances have a floor: that
-//! of a copied neighbourhood is 0 and would stay 0 however often it is used. With both, histograms of 131,072 faces are 0.014 to
-//! 0.036 from the sample's in L1, with neither 0.027 to 0.069, and textures look alike.
+//! of a copied neighbourhood is 0 and would stay 0 however often it is used. With both, histograms of 131,072 faces are
+//! 0.014 to 0.036 from the sample's in L1, with neither 0.027 to 0.069, and textures look alike.
 //!
 //! Deviation: their set of trees, one per count, searched approximately, is one static kd-tree here, searched exactly.
 //! Every node keeps the smallest count below it. The penalty of that count times the distance to the node's box is a

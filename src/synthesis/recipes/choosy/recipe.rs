@@ -224,7 +224,8 @@ impl Run<'_> {
 
 /// σ over the mean distance of adjacent faces, level after level.
 ///
-/// Deviation: [`LARGEST_RATIO`] at most. Farther faces have little weight in each other's means, and levels are rebuilt exactly all the same.
+/// Deviation: [`LARGEST_RATIO`] at most. Farther faces have little weight in each other's means, and levels are rebuilt
+/// exactly all the same.
 fn distance_ratios(surface: &FacePyramid, progress: Progress<'_>) -> Vec<f64> {
     let ratio = |(number, level)| {
         let ratio = distance_ratio(level);
