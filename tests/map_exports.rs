@@ -234,7 +234,7 @@ fn exports_that_cannot_be_are_refused() {
         (
             "export weave.sample --to bdi -o a.btf --sample weave.sample",
             2,
-            "no mesh",
+            "not a mesh",
         ),
         (
             "export grid.map.ply --to glb -o a.glb --sample weave.sample --view 95,0",

@@ -63,6 +63,9 @@ const ROOMS: [(&str, &[&str]); 12] = [
 const MOST_LINES: usize = 600;
 const MOST_OF_A_FUNCTION: usize = 70;
 
+/// Columns of a comment; rows of tables may be wider.
+const MOST_COLUMNS: usize = 120;
+
 #[test]
 fn imports_follow_the_rooms() {
     let source = Source::of_this_crate();
@@ -141,6 +144,22 @@ fn no_file_grows_crowded() {
         let lines = text.lines().count();
         assert!(lines <= MOST_LINES, "{name} has {lines} lines");
     }
+}
+
+#[test]
+fn comments_are_at_most_120_columns_wide() {
+    let mut faults = Vec::new();
+    for (name, text) in source::texts_below("src") {
+        for (line, number) in text.lines().zip(1..) {
+            let comment = line.trim_start().strip_prefix("//");
+            let is_row =
+                |comment: &str| comment.trim_start_matches(['/', '!', ' ']).starts_with('|');
+            if line.chars().count() > MOST_COLUMNS && comment.is_some_and(|text| !is_row(text)) {
+                faults.push(format!("{name}:{number}"));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "wider: {}", faults.join(", "));
 }
 
 #[test]
