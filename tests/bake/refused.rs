@@ -18,6 +18,16 @@ fn what_cannot_be_baked_is_refused_and_nothing_is_left() {
     let csv = inputs.path().join("bad.csv");
     fs::write(&csv, "theta_deg,phi_deg\n95,0\n").unwrap();
     let (shiny, csv) = (shiny.to_str().unwrap(), csv.to_str().unwrap());
+    // A mirror seen in the light's own direction: brighter than half precision holds.
+    let seen_along_the_light: &[&str] = &[
+        shiny,
+        "--size",
+        "4",
+        "--views",
+        "rings:0:1",
+        "--lights",
+        "rings:0:1",
+    ];
     let cases: [(&[&str], i32, &str); 16] = [
         (&["--preset", "weave", "--samples", "0"], 2, "--samples: 0"),
         (&["--preset", "weave", "--samples", "some"], 2, "or auto"),
@@ -70,30 +80,9 @@ fn what_cannot_be_baked_is_refused_and_nothing_is_left() {
             "line 2: theta_deg: 95",
         ),
         (&["no-such.toml"], 1, "no-such.toml"),
-        // A mirror seen in the light's own direction: brighter than half precision holds.
+        (seen_along_the_light, 1, "the highlight at row 0, column 0"),
         (
-            &[
-                shiny,
-                "--size",
-                "4",
-                "--views",
-                "rings:0:1",
-                "--lights",
-                "rings:0:1",
-            ],
-            1,
-            "the highlight at row 0, column 0",
-        ),
-        (
-            &[
-                shiny,
-                "--size",
-                "4",
-                "--views",
-                "rings:0:1",
-                "--lights",
-                "rings:0:1",
-            ],
+            seen_along_the_light,
             1,
             "--min-roughness 0.04 makes highlights less bright, --dtype f4 holds them, --clamp",
         ),

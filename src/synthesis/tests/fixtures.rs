@@ -15,10 +15,27 @@ use crate::random::{self, Stream};
 use crate::sites::level::Neighbor;
 use crate::sites::vertices::VertexSites;
 use crate::sites::vertices::stencil::{PackedSample, PatchStencils};
+use crate::synthesis::metric::site_values::{SiteNeighborhood, Unfinished};
 
 /// The square window of width `fine`, and of width `coarse` on the parent level; weights 1.
 pub fn square_neighborhood(fine: u32, coarse: Option<u32>) -> Neighborhood {
     Neighborhood::square(fine, coarse.unwrap_or(0))
+}
+
+/// What surrounds a site of two levels, whose sites hold `states`; `done` says which of them are finished.
+pub fn neighborhood_of<'a>(
+    (sites, site): (&'a VertexSites, usize),
+    states: &'a [Vec<u32>; 2],
+    done: Option<&'a [bool]>,
+) -> SiteNeighborhood<'a, VertexSites> {
+    SiteNeighborhood {
+        site,
+        sites,
+        rows: &states[0],
+        done,
+        unfinished: Unfinished::LeftOut,
+        coarser: Some(&states[1]),
+    }
 }
 
 /// Φ of `textons` random vectors of `dimensions` numbers, and of their mean.

@@ -16,7 +16,7 @@ use crate::synthesis::metric::Metric;
 use crate::synthesis::metric::embedded::{EmbeddedMetric, EmbeddedPattern};
 use crate::synthesis::metric::gram::{GramMetric, GramPattern};
 use crate::synthesis::metric::of_level::gram as gram_of;
-use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood, Unfinished};
+use crate::synthesis::metric::site_values::{SampleValue, SiteNeighborhood};
 
 /// A two-level exemplar, random sites on both levels, and random states.
 struct Case {
@@ -47,14 +47,7 @@ impl Case {
         site: usize,
         done: Option<&'a [bool]>,
     ) -> SiteNeighborhood<'a, VertexSites> {
-        SiteNeighborhood {
-            site,
-            sites: &self.fine,
-            rows: &self.states[0],
-            done,
-            unfinished: Unfinished::LeftOut,
-            coarser: Some(&self.states[1]),
-        }
+        fixtures::neighborhood_of((&self.fine, site), &self.states, done)
     }
 
     /// Σ wₚ ‖s(p) − t(p)‖² through Φ, sample by sample.

@@ -16,7 +16,6 @@ use crate::sites::vertices::VertexSites;
 use crate::synthesis::candidates::forward::Candidate;
 use crate::synthesis::keep::Preference;
 use crate::synthesis::metric::Metric;
-use crate::synthesis::metric::site_values::Unfinished;
 use crate::synthesis::tests::fixtures;
 
 struct Case {
@@ -72,14 +71,7 @@ impl Case {
         site: usize,
         done: Option<&'a [bool]>,
     ) -> SiteNeighborhood<'a, VertexSites> {
-        SiteNeighborhood {
-            site,
-            sites: &self.fine,
-            rows: &self.states[0],
-            done,
-            unfinished: Unfinished::LeftOut,
-            coarser: Some(&self.states[1]),
-        }
+        fixtures::neighborhood_of((&self.fine, site), &self.states, done)
     }
 
     /// Σ ‖s(p) − t(p)‖² over both windows, sample by sample.
